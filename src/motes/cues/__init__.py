@@ -1,0 +1,1 @@
+"""What pixels say about an ellipse: one file per cue."""
