@@ -1,3 +1,69 @@
 """motes follows objects through video with particle filters."""
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
+    from motes.frame import Frame
+    from motes.geometry import Box, Ellipse
+    from motes.presets import PRESETS, preset
+    from motes.target import Place, Target
+    from motes.track import Status, Track
+    from motes.tracker import OpenCVTracker, Tracker
+    from motes.video import open_source
+
 __version__ = "0.1.0"
+
+# Names are loaded on first use, so that `import motes` costs nothing.
+_HOMES = {
+    "PRESETS": "presets",
+    "Box": "geometry",
+    "ConfigError": "errors",
+    "Ellipse": "geometry",
+    "FormatError": "errors",
+    "Frame": "frame",
+    "LimitError": "errors",
+    "MotesError": "errors",
+    "OpenCVTracker": "tracker",
+    "Place": "target",
+    "SourceError": "errors",
+    "Status": "track",
+    "Target": "target",
+    "Track": "track",
+    "Tracker": "tracker",
+    "open_source": "video",
+    "preset": "presets",
+}
+
+__all__ = [
+    "PRESETS",
+    "Box",
+    "ConfigError",
+    "Ellipse",
+    "FormatError",
+    "Frame",
+    "LimitError",
+    "MotesError",
+    "OpenCVTracker",
+    "Place",
+    "SourceError",
+    "Status",
+    "Target",
+    "Track",
+    "Tracker",
+    "open_source",
+    "preset",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'motes' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"motes.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

@@ -13,7 +13,7 @@ class FormatError(MotesError):
     """A file that motes reads or writes for results has the wrong form."""
 
 
-class ConfigError(MotesError):
+class ConfigError(MotesError, ValueError):
     """A configuration, an option or a region makes no sense."""
 
 

@@ -25,12 +25,12 @@ class Frame:
     @property
     def width(self) -> int:
         """Columns."""
-        return self.pixels.shape[1]
+        return int(self.pixels.shape[1])
 
     @property
     def height(self) -> int:
         """Rows."""
-        return self.pixels.shape[0]
+        return int(self.pixels.shape[0])
 
 
 def as_rgb(pixels: NDArray[Any]) -> NDArray[np.uint8]:

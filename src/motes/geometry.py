@@ -75,7 +75,9 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
     try:
         values = [float(value) for value in region]
     except (TypeError, ValueError) as error:
-        raise ConfigError(f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}.") from error
+        raise ConfigError(
+            f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."
+        ) from error
     if len(values) not in (4, 5):
         raise ConfigError(
             f"A region has 4 numbers (box x,y,width,height) or 5 (ellipse x,y,a,b,theta); "

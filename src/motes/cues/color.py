@@ -1,0 +1,153 @@
+"""Color histograms under a weighting kernel, compared by the Bhattacharyya distance.
+
+Nummiaro et al., section III.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.config import Config
+from motes.frame import Frame
+from motes.geometry import Ellipse
+from motes.sampling import Lattice, Sampling
+
+Floats = NDArray[np.float64]
+Bins = Annotated[int, Meta(ge=1, le=64)]
+
+
+@dataclass(frozen=True, eq=False)
+class ColorModel:
+    """A target's color histogram.
+
+    Attributes
+    ----------
+    histogram
+        (m,), sums to 1.
+    anchor
+        (m,), the histogram of the first frame, from which adaptation may not stray too far.
+    """
+
+    histogram: Floats
+    anchor: Floats
+
+    @cached_property
+    def roots(self) -> Floats:
+        """Square roots of the occupied bins, in order; the others add nothing to equation 6."""
+        return np.sqrt(self.histogram[self.histogram > 0])
+
+    @cached_property
+    def slots(self) -> NDArray[np.int32]:
+        """For each bin, its place among the occupied ones, or their number where it is empty."""
+        occupied = self.histogram > 0
+        count = np.count_nonzero(occupied)
+        slots = np.full(occupied.size, count, np.int32)
+        slots[occupied] = np.arange(count, dtype=np.int32)
+        return slots
+
+
+class Color(Config, frozen=True, tag="color"):
+    """Weighted color histogram of an ellipse (equations 2 to 7).
+
+    Attributes
+    ----------
+    space
+        `rgb` or `hsv`.
+    bins
+        Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV.
+    kernel
+        `radial`: equation 2, 1 - r² with r the distance from the center over sqrt(a² + b²); only
+        pixels inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's
+        own half-axes, so that weights fall to zero at its border.
+    sampling
+        Which pixels are read.
+    """
+
+    space: Literal["rgb", "hsv"] = "rgb"
+    bins: tuple[Bins, Bins, Bins] = (8, 8, 8)
+    kernel: Literal["radial", "epanechnikov"] = "radial"
+    sampling: Sampling = Lattice()
+
+    def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the histogram of each ellipse (equation 3).
+
+        Parameters
+        ----------
+        frame
+            The picture.
+        ellipses
+            (N, 5): x, y, a, b, theta.
+
+        Returns
+        -------
+        (N, m); each row sums to 1, or is zero where the ellipse lies outside the frame.
+        """
+        m = math.prod(self.bins)
+        histograms = np.empty((len(ellipses), m))
+        kernels.color_histograms(
+            frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.int32),
+            *self._space, histograms,
+        )  # fmt: skip
+        return histograms
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
+        """Return the target model of the region in `ellipse`."""
+        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        return ColorModel(histogram, histogram)
+
+    def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
+        distances = np.empty(len(ellipses))
+        kernels.color_distances(
+            frame.pixels,
+            ellipses,
+            *self._reading,
+            model.slots,
+            model.roots,
+            *self._space,
+            distances,
+        )
+        return distances
+
+    def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
+        """Return where one mean-shift iteration moves the ellipse's center.
+
+        The mean of its pixels, each weighted by sqrt(q / p) of its bin, q the model's and p the
+        region's histogram; exact for the Epanechnikov kernel. Comaniciu, Ramesh and Meer, Real-time
+        tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
+        """
+        region = np.array(ellipse)
+        seen = self.histograms(frame, region[None])[0][model.histogram > 0]
+        ratios = np.zeros(seen.size + 1)
+        np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
+        center = region[:2].copy()
+        kernels.mean_shift(frame.pixels, region, model.slots, ratios, *self._space, center)
+        return float(center[0]), float(center[1])
+
+    def adapt(
+        self, model: ColorModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
+    ) -> ColorModel:
+        """Return the model moved towards the region in `ellipse`.
+
+        The histogram becomes (1 - rate) times itself plus rate times the region's, where the
+        share `anchor` of the region's part is taken from the first frame's histogram instead.
+        """
+        seen = self.histograms(frame, np.array([ellipse]))[0]
+        towards = anchor * model.anchor + (1 - anchor) * seen
+        return ColorModel((1 - rate) * model.histogram + rate * towards, model.anchor)
+
+    @property
+    def _reading(self) -> tuple[Floats, bool]:
+        return self.sampling.lattice, self.kernel == "radial"
+
+    @property
+    def _space(self) -> tuple[int, int, int, int]:
+        return (kernels.HSV if self.space == "hsv" else kernels.RGB, *self.bins)

@@ -1,0 +1,35 @@
+"""From weighted particles to one ellipse and its uncertainty."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+
+
+def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:
+    """Return the mean E[S] = sum of pi s (Nummiaro et al., equation 1) and its covariance.
+
+    Parameters
+    ----------
+    ellipses
+        (N, 5): x, y, a, b, theta. An ellipse is the same after half a turn, so the angle's mean
+        and deviations are taken modulo pi.
+    weights
+        (N,), sum 1.
+
+    Returns
+    -------
+    The mean ellipse, theta in (-pi/2, pi/2], and the (5, 5) covariance of x, y, a, b, theta.
+    """
+    mean = weights @ ellipses
+    double = 2 * ellipses[:, 4]
+    mean[4] = math.atan2(weights @ np.sin(double), weights @ np.cos(double)) / 2
+    off = ellipses - mean
+    off[:, 4] -= np.pi * np.round(off[:, 4] / np.pi)
+    return Ellipse(*mean.tolist()), (off * weights[:, None]).T @ off

@@ -1,0 +1,179 @@
+"""How a target moves: p(x_t | x_{t-1}).
+
+A motion model keeps its own state columns and shows the rest of the program nothing but ellipses.
+All noise is proportional to the size of the target's first region and is given for one reference
+interval of 1/25 s: over dt seconds, positions and sizes wander with the square root of dt. Nummiaro
+et al., equations 8 and 9 and section VII.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.config import Config, NonNegative, Share
+from motes.frame import FRAME_INTERVAL
+from motes.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+
+
+class Motion(Protocol):
+    """What a motion model must offer."""
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return states (N, d), at rest, for ellipses (N, 5)."""
+        ...
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return new states drawn from p(x_t | x_{t-1}); `first` is the target's first region."""
+        ...
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses (N, 5) of states (N, d)."""
+        ...
+
+
+class Noise(Config, frozen=True):
+    """Standard deviations for one reference interval of 1/25 s.
+
+    Attributes
+    ----------
+    position
+        Of x and y, as a share of the first region's half-axes.
+    size
+        Of both half-axes, relative.
+    angle
+        Of theta, in radians.
+    """
+
+    position: NonNegative = 0.1
+    size: NonNegative = 0.02
+    angle: NonNegative = 0.0
+
+
+class RandomWalk(Config, frozen=True, tag="random_walk"):
+    """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta."""
+
+    noise: Noise = Noise()
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses themselves, (N, 5)."""
+        return ellipses.copy()
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return states plus noise."""
+        out = states + rng.standard_normal(states.shape) * _spread(self.noise, first, dt)
+        return _sized(out)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the states themselves."""
+        return states
+
+
+class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
+    """First order (equation 8): position and half-axes change at velocities that change by noise.
+
+    State: x, y, a, b, theta and the changes of the first four, per reference interval.
+
+    Attributes
+    ----------
+    noise
+        Of x, y, a, b and theta.
+    velocity
+        Standard deviation of the changes' noise, as a share of `noise`.
+    persistence
+        Share of a velocity that is left after one reference interval: 1 is the paper's constant
+        velocity, 0 is a random walk.
+    """
+
+    noise: Noise = Noise()
+    velocity: NonNegative = 0.5
+    persistence: Share = 1.0
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest, (N, 9)."""
+        return np.concatenate([ellipses, np.zeros((len(ellipses), 4))], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w (equation 9)."""
+        steps = dt / FRAME_INTERVAL
+        spread = _spread(self.noise, first, dt)
+        out = rng.standard_normal(states.shape)
+        out *= np.concatenate([spread, self.velocity * spread[:4]])
+        out[:, 5:] += self.persistence**steps * states[:, 5:]
+        out[:, :5] += states[:, :5]
+        out[:, :4] += steps * out[:, 5:]
+        return _sized(out)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the first five columns."""
+        return states[:, :5]
+
+
+class SecondOrder(Config, frozen=True, tag="second_order"):
+    """Second order: velocities change at accelerations that change by noise.
+
+    The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
+    velocities and accelerations of the first four, per reference interval.
+
+    Attributes
+    ----------
+    noise
+        Of x, y, a, b and theta.
+    velocity, acceleration
+        Standard deviations of these changes' noise, as shares of `noise`.
+    persistence
+        Share of a velocity and of an acceleration that is left after one reference interval.
+    """
+
+    noise: Noise = Noise()
+    velocity: NonNegative = 0.5
+    acceleration: NonNegative = 0.2
+    persistence: Share = 0.9
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest, (N, 13)."""
+        return np.concatenate([ellipses, np.zeros((len(ellipses), 8))], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w, with A of second order."""
+        steps = dt / FRAME_INTERVAL
+        spread = _spread(self.noise, first, dt)
+        kept = self.persistence**steps
+        out = rng.standard_normal(states.shape)
+        out *= np.concatenate([spread, self.velocity * spread[:4], self.acceleration * spread[:4]])
+        out[:, 9:] += kept * states[:, 9:]
+        out[:, 5:9] += kept * states[:, 5:9] + steps * out[:, 9:]
+        out[:, :5] += states[:, :5]
+        out[:, :4] += steps * out[:, 5:9]
+        return _sized(out)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the first five columns."""
+        return states[:, :5]
+
+
+def _sized(states: Floats) -> Floats:
+    """Keep half-axes, columns 2 and 3, at one pixel or more."""
+    np.maximum(states[:, 2:4], 1.0, out=states[:, 2:4])
+    return states
+
+
+def _spread(noise: Noise, first: Ellipse, dt: float) -> Floats:
+    """Return the standard deviations of x, y, a, b, theta over dt seconds."""
+    grown = math.sqrt(dt / FRAME_INTERVAL)
+    position, size = noise.position * grown, noise.size * grown
+    a, b = first.a, first.b
+    return np.array([a * position, b * position, a * size, b * size, noise.angle * grown])

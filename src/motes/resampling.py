@@ -1,0 +1,123 @@
+"""Weights, and the choice of which particles go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.config import Config, Share
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weights:
+    """Normalized weights, made from log-weights that are repaired at the door.
+
+    Attributes
+    ----------
+    log
+        (N,) log-weights as given; NaN and +inf have become -inf.
+    values
+        (N,) probabilities, sum 1; uniform where no particle has any weight.
+    degenerate
+        Whether no particle had any weight.
+    """
+
+    log: Floats
+    values: Floats
+    degenerate: bool
+
+    @classmethod
+    def from_log(cls, log: Floats) -> Weights:
+        """Normalize log-weights (N,), N >= 1."""
+        log = np.where(log < np.inf, log, -np.inf)  # NaN compares false
+        top = log.max()
+        if top == -np.inf:
+            return cls(np.zeros_like(log), np.full(log.size, 1 / log.size), True)
+        values = np.exp(log - top)
+        values /= values.sum()
+        return cls(log, values, False)
+
+    @property
+    def effective_sample_size(self) -> float:
+        """1 / sum of squared weights: from 1 (one particle has all) to N (all the same)."""
+        return float(1 / np.dot(self.values, self.values))
+
+
+def multinomial(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
+    """Draw n independent ancestors: Nummiaro et al., figure 2, step 1.
+
+    A uniform number r in [0, 1) for each, and by binary search the smallest j with c_j > r in the
+    cumulated weights c (the paper's >= would let r = 0 choose a particle without weight).
+    """
+    return _search(weights, rng.random(n))
+
+
+def systematic(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
+    """Draw n ancestors at evenly spaced positions with one common random offset."""
+    return _search(weights, (np.arange(n) + rng.random()) / n)
+
+
+def stratified(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
+    """Draw one ancestor in each of n equal intervals of the cumulated weights."""
+    return _search(weights, (np.arange(n) + rng.random(n)) / n)
+
+
+def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
+    """Take floor(n w) copies of each particle, and draw the rest from what is left over."""
+    expected = n * weights / weights.sum()
+    copies = np.floor(expected).astype(np.intp)
+    sure = np.repeat(np.arange(weights.size), copies)
+    left = n - sure.size
+    if left == 0:
+        return sure
+    return np.concatenate([sure, multinomial(rng, expected - copies, left)])
+
+
+def _search(weights: Floats, positions: Floats) -> Indices:
+    cumulated = np.cumsum(weights)
+    found = np.searchsorted(cumulated, positions * cumulated[-1], side="right")
+    # Rounding may lift the largest position onto the last sum, past every particle.
+    chosen: Indices = np.minimum(found, np.searchsorted(cumulated, cumulated[-1]))
+    return chosen
+
+
+SCHEMES: dict[str, Callable[[np.random.Generator, Floats, int], Indices]] = {
+    "multinomial": multinomial,
+    "systematic": systematic,
+    "stratified": stratified,
+    "residual": residual,
+}
+
+
+class Resampling(Config, frozen=True):
+    """When and how particles are selected.
+
+    Attributes
+    ----------
+    scheme
+        `multinomial` (the paper), `systematic`, `stratified` or `residual`.
+    threshold
+        Select when the effective sample size falls below this share of the particles; 1 selects in
+        every frame (the paper), 0 never does.
+    """
+
+    scheme: Literal["multinomial", "systematic", "stratified", "residual"] = "multinomial"
+    threshold: Share = 1.0
+
+    def due(self, weights: Weights) -> bool:
+        """Tell whether particles with these weights are to be selected."""
+        return (
+            self.threshold >= 1
+            or weights.effective_sample_size < self.threshold * weights.values.size
+        )
+
+    def ancestors(self, rng: np.random.Generator, weights: Weights) -> Indices:
+        """Return the indices (N,) of the particles that go on."""
+        return SCHEMES[self.scheme](rng, weights.values, weights.values.size)

@@ -1,0 +1,248 @@
+"""Tracker: a thin shell that feeds frames to a tracking algorithm, one at a time."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.config import from_dict, to_dict
+from motes.errors import ConfigError, FormatError, SourceError
+from motes.frame import FRAME_INTERVAL, Frame, as_rgb
+from motes.geometry import region_within
+from motes.meanshift import ShiftState
+from motes.particle_filter import FilterState, Info, ParticleFilter
+from motes.presets import TrackerConfig, preset
+from motes.target import Place, Target, boxes_of
+from motes.track import Status, Track
+
+Picture = Frame | NDArray[Any]
+State = FilterState | ShiftState
+
+
+class Tracker:
+    """Follows one object from frame to frame.
+
+    Parameters
+    ----------
+    config
+        A preset's name or a configuration.
+    seed
+        Of the random numbers; the same seed gives the same tracks to the last bit.
+
+    Attributes
+    ----------
+    info
+        What happened in the last step: particles, weights, distances.
+
+    Frames are `Frame`s, or images as `as_rgb` takes them; an image counts as coming 1/25 s after
+    the one before.
+    """
+
+    info: Info
+
+    def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
+        self.config = preset(config) if isinstance(config, str) else config
+        self._rng = np.random.Generator(np.random.PCG64(seed))
+        self._seed = seed
+        self._state: State | None = None
+        self._frame: Frame | None = None
+
+    def init(self, frame: Picture, region: Sequence[float]) -> Track:
+        """Start afresh on the object in `region`: a box (x, y, w, h) or (x, y, a, b, theta).
+
+        Raises
+        ------
+        ConfigError
+            If the region is not one, or does not fit the frame.
+        """
+        self._restart()
+        return self.reinit(frame, region)
+
+    def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
+        """Forget the target and follow the object in `region` from here, in the same video."""
+        picture = self._picture(frame)
+        ellipse = region_within(region, picture.width, picture.height)
+        return self._take(picture, self.config.init(self._rng, picture, ellipse))
+
+    def search(
+        self,
+        frame: Picture,
+        target: Target,
+        places: Sequence[Place] = (),
+        background: Picture | None = None,
+    ) -> Track:
+        """Start afresh by looking for a known target.
+
+        Parameters
+        ----------
+        frame
+            The first frame.
+        target
+            What to look for; the tracker's own color cue must have the same bins.
+        places
+            Where it may appear; anywhere if empty.
+        background
+            An image without the target; else the first frame is taken for one.
+
+        Raises
+        ------
+        ConfigError
+            If the tracker cannot search, or reads colors differently than the target.
+        """
+        if not isinstance(self.config, ParticleFilter):
+            raise ConfigError("Only a particle filter can search; choose preset nummiaro.")
+        mine, its = self.config.cue, target.cue
+        if (mine.space, mine.bins) != (its.space, its.bins):
+            raise ConfigError(
+                f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
+                f"{its.bins}; make it anew with the tracker's settings."
+            )
+        self._restart()
+        picture = self._picture(frame)
+        boxes = boxes_of(tuple(places), picture) if places else None
+        empty = None if background is None else self._picture(background)
+        begun = self.config.search(self._rng, picture, target.model, target.size, boxes, empty)
+        return self._take(picture, begun)
+
+    def update(self, frame: Picture) -> Track:
+        """Return where the target is in the next frame.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`.
+        SourceError
+            If the frame's size has changed, or its time is not after the last one's.
+        """
+        state, last = self._started()
+        picture = self._picture(frame)
+        if picture.pixels.shape != last.pixels.shape:
+            raise SourceError(
+                f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
+                f"{last.width}x{last.height}; start anew with init."
+            )
+        if not picture.time > last.time:
+            raise SourceError(
+                f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
+                f"give frames in order, or start anew with init."
+            )
+        return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
+
+    def correct(self, region: Sequence[float]) -> Track:
+        """Say where the target really is in the last frame; what it looks like is kept."""
+        state, last = self._started()
+        ellipse = region_within(region, last.width, last.height)
+        return self._take(last, self.config.correct(state, last, ellipse))  # type: ignore[arg-type]
+
+    def save(self, path: str | Path) -> None:
+        """Write everything that the next update needs, to continue after `load` to the last bit."""
+        state, last = self._started()
+        saved = {
+            "motes": FORMAT,
+            "config": to_dict(self.config),
+            "seed": self._seed,
+            "random": json.dumps(self._rng.bit_generator.state),
+            "frame": [last.index, last.time, last.width, last.height],
+            "state": state,
+        }
+        Path(path).write_bytes(msgspec.msgpack.encode(saved, enc_hook=_pack))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Return a tracker as `save` wrote it; its next call is `update`.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be read or is no tracker.
+        """
+        try:
+            saved = msgspec.msgpack.decode(Path(path).read_bytes())
+            if saved["motes"] != FORMAT:
+                raise FormatError(f"{path} was saved by another version of motes; save it anew.")
+            tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
+            kind: Any = FilterState if isinstance(tracker.config, ParticleFilter) else ShiftState
+            tracker._state = msgspec.convert(saved["state"], kind, dec_hook=_unpack)
+            tracker._rng.bit_generator.state = json.loads(saved["random"])
+            index, time, width, height = saved["frame"]
+            tracker._frame = Frame(index, time, np.zeros((height, width, 3), np.uint8))
+        except OSError as error:
+            raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
+        except (msgspec.MsgspecError, ConfigError, KeyError, TypeError, ValueError) as error:
+            raise FormatError(f"{path} is not a saved tracker ({error}).") from None
+        return tracker
+
+    def _restart(self) -> None:
+        self._rng = np.random.Generator(np.random.PCG64(self._seed))
+        self._frame = None
+
+    def _started(self) -> tuple[State, Frame]:
+        if self._state is None or self._frame is None:
+            raise ConfigError("The tracker has no target yet; call init or search first.")
+        return self._state, self._frame
+
+    def _picture(self, frame: Picture) -> Frame:
+        if isinstance(frame, Frame):
+            return frame
+        if self._frame is None:
+            return Frame(0, 0.0, as_rgb(frame))
+        return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, as_rgb(frame))
+
+    def _take(self, frame: Frame, result: tuple[State, Info]) -> Track:
+        self._state, self.info = result
+        self._frame = frame
+        return self.info.track
+
+
+FORMAT = 1
+"""Of saved trackers."""
+
+
+def _pack(value: Any) -> Any:
+    """Return an array as [dtype, shape, bytes]."""
+    return [value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes()]
+
+
+def _unpack(kind: Any, value: Any) -> Any:
+    dtype, shape, data = value
+    return np.frombuffer(data, dtype).reshape(shape).copy()
+
+
+class OpenCVTracker:
+    """A tracker with the manners of OpenCV's, which needs no OpenCV.
+
+    Images are BGR, boxes (x, y, width, height) of integers.
+
+    Parameters
+    ----------
+    config, seed
+        As for `Tracker`.
+    """
+
+    def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
+        self.tracker = Tracker(config, seed)
+
+    def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:
+        """Start on the object in a box."""
+        if len(box) != 4:
+            raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
+        self.tracker.init(_from_bgr(image), box)
+
+    def update(self, image: NDArray[np.uint8]) -> tuple[bool, tuple[int, int, int, int]]:
+        """Return whether the target is being tracked, and its box.
+
+        The first is False exactly when the target is lost; the box is then the best guess.
+        """
+        track = self.tracker.update(_from_bgr(image))
+        x, y, width, height = (round(value) for value in track.box)
+        return track.status is Status.TRACKING, (x, y, width, height)
+
+
+def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return as_rgb(image[:, :, ::-1] if image.ndim == 3 else image)

@@ -1,0 +1,126 @@
+"""Small videos for tests: whole, cut, damaged, rotated, with odd timing."""
+
+from __future__ import annotations
+
+import random
+import struct
+from fractions import Fraction
+from pathlib import Path
+from typing import Literal
+
+import av
+import numpy as np
+from numpy.typing import NDArray
+
+Pixels = NDArray[np.uint8]
+Codec = Literal["libx264", "ffv1", "qtrle", "mjpeg", "mpeg4"]
+
+
+def picture(index: int, width: int = 64, height: int = 48) -> Pixels:
+    """Return picture number `index`: smooth colors that drift, and a white block top left."""
+    y, x = np.mgrid[:height, :width]
+    planes = [
+        128 + 60 * np.sin((x + 2 * index) / 9),
+        128 + 60 * np.cos((y - index) / 7),
+        128 + 60 * np.sin((x + y + index) / 11),
+    ]
+    pixels = np.stack(planes, axis=2).astype(np.uint8)
+    pixels[: height // 4, : width // 4] = 255
+    return pixels
+
+
+def noise(index: int, width: int = 64, height: int = 48) -> Pixels:
+    """Return a picture that compresses badly, so that its packet is large."""
+    return np.random.default_rng(index).integers(0, 256, (height, width, 3), np.uint8)
+
+
+def clip(
+    path: Path,
+    frames: int = 30,
+    *,
+    width: int = 64,
+    height: int = 48,
+    fps: int = 25,
+    times_ms: list[int] | None = None,
+    codec: Codec = "libx264",
+    pix_fmt: str = "yuv420p",
+    noisy: bool = False,
+    options: dict[str, str] | None = None,
+) -> Path:
+    """Write a video of `picture` (or `noise`) 0, 1, ...; options go to the encoder."""
+    muxing = {"movflags": "+faststart"} if path.suffix in (".mp4", ".mov") else {}
+    with av.open(str(path), "w", options=muxing) as container:
+        stream = container.add_stream(codec, rate=fps, options=options)
+        stream.width, stream.height, stream.pix_fmt = width, height, pix_fmt
+        stream.codec_context.time_base = Fraction(1, 1000) if times_ms else Fraction(1, fps)
+        draw = noise if noisy else picture
+        for index in range(frames):
+            frame = av.VideoFrame.from_ndarray(draw(index, width, height), format="rgb24")
+            frame.pts = times_ms[index] if times_ms else index
+            frame.time_base = stream.codec_context.time_base
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path
+
+
+def cut(path: Path, share: float) -> Path:
+    """Return a copy of a file that holds only its first part."""
+    return _copy(path, path.read_bytes()[: int(path.stat().st_size * share)])
+
+
+def damage(path: Path, flips: int = 200, seed: int = 0) -> Path:
+    """Return a copy of a file with bytes changed in its middle half."""
+    data, rng = bytearray(path.read_bytes()), random.Random(seed)
+    for _ in range(flips):
+        data[rng.randrange(len(data) // 4, 3 * len(data) // 4)] ^= rng.randrange(1, 256)
+    return _copy(path, bytes(data))
+
+
+def turn(path: Path, degrees: int) -> Path:
+    """Return a copy of an MP4 with a mark to show it turned clockwise by so many degrees."""
+    data = bytearray(path.read_bytes())
+    matrix = data.index(b"tkhd") + 4 + 40  # in a version 0 header
+    cos, sin = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
+    fixed = [cos << 16, sin << 16, 0, -sin << 16, cos << 16, 0, 0, 0, 1 << 30]
+    data[matrix : matrix + 36] = struct.pack(">9i", *fixed)
+    return _copy(path, bytes(data))
+
+
+def _copy(path: Path, data: bytes) -> Path:
+    copy = path.with_stem(path.stem + "-changed")
+    copy.write_bytes(data)
+    return copy
+
+
+def silence(samples: int) -> av.AudioFrame:
+    """Return sound at 8000 samples a second."""
+    frame = av.AudioFrame.from_ndarray(
+        np.zeros((1, samples), np.int16), format="s16", layout="mono"
+    )
+    frame.sample_rate = 8000
+    return frame
+
+
+def sound_only(path: Path) -> Path:
+    """Write sound without pictures."""
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("pcm_s16le", rate=8000)
+        container.mux(stream.encode(silence(8000)))
+        container.mux(stream.encode(None))
+    return path
+
+
+def packets(path: Path) -> list[tuple[int, int]]:
+    """Return where in the file each picture's bytes are, and how many, in decoding order."""
+    with av.open(str(path)) as container:
+        return [
+            (packet.pos or 0, packet.size) for packet in container.demux(video=0) if packet.size
+        ]
+
+
+def spoil(path: Path, first: int, count: int) -> Path:
+    """Return a copy of an MP4 in which `count` packets from number `first` on hold zeros."""
+    data = bytearray(path.read_bytes())
+    for position, size in packets(path)[first : first + count]:
+        data[position : position + size] = bytes(size)
+    return _copy(path, bytes(data))

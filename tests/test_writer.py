@@ -1,0 +1,252 @@
+"""Writing: what comes out, and what is left when things go wrong."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from clips import picture
+from motes.errors import ConfigError, FormatError
+from motes.video import open_source
+from motes.writer import ENDINGS, VideoWriter
+
+
+def run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
+    """Run a program that may be killed."""
+    head = "import os, resource, signal\nfrom clips import noise\nfrom motes.errors import *\n"
+    head += "from motes.writer import VideoWriter\n"
+    return subprocess.run(
+        [sys.executable, "-c", head + textwrap.dedent(script)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("size", [(64, 48), (63, 47), (1, 1)])
+def test_what_is_written_can_be_read(tmp_path: Path, ending: str, size: tuple[int, int]) -> None:
+    width, height = size
+    path = tmp_path / f"out{ending}"
+    with VideoWriter(path, 30) as writer:
+        for index in range(40):
+            writer.write(picture(index, width, height))
+            assert not path.exists()
+    assert os.listdir(tmp_path) == [path.name]
+    with open_source(path) as source:
+        assert (source.width, source.height) == (width + width % 2, height + height % 2)
+        assert source.fps == pytest.approx(30)
+        frames = list(source)
+    assert len(frames) == 40
+    assert source.report.problems is None
+    for frame in frames:
+        assert frame.time == pytest.approx(frame.index / 30, abs=0.0006)
+        expected = np.pad(
+            picture(frame.index, width, height),
+            ((0, height % 2), (0, width % 2), (0, 0)),
+            mode="edge",
+        )
+        assert np.abs(frame.pixels - expected.astype(int)).mean() < 6
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_codec_is_what_players_know(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"out{ending}"
+    with VideoWriter(path, 25) as writer:
+        writer.write(picture(0))
+    with av.open(str(path)) as container:
+        context = container.streams.video[0].codec_context
+        assert context.name == "h264"
+        assert context.pix_fmt == "yuv420p"
+
+
+def test_colors_survive(tmp_path: Path) -> None:
+    colors = [(200, 30, 30), (30, 200, 30), (30, 30, 200), (128, 128, 128)]
+    pixels = np.repeat(np.array([colors], np.uint8), 16, axis=1).repeat(32, axis=0)
+    with VideoWriter(tmp_path / "colors.mp4", 25) as writer:
+        writer.write(pixels)
+    with open_source(tmp_path / "colors.mp4") as source:
+        seen = next(source).pixels[16, 8::16].astype(int)
+    assert np.abs(seen - colors).max() <= 6
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_times_are_kept(tmp_path: Path, ending: str) -> None:
+    times = [0, 0.04, 0.05, 0.2, 0.5, 0.501, 1.5, 9.0]
+    with VideoWriter(tmp_path / f"out{ending}", 25) as writer:
+        for index, time in enumerate(times):
+            writer.write(picture(index), time)
+    with open_source(tmp_path / f"out{ending}") as source:
+        assert [frame.time for frame in source] == pytest.approx(times)
+
+
+def test_times_that_do_not_increase_still_keep_every_picture(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        for index in range(5):
+            writer.write(picture(index), 0.1)
+    with open_source(tmp_path / "out.mp4") as source:
+        assert len(list(source)) == 5
+
+
+def test_strided_pictures_can_be_written(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        writer.write(picture(0)[:, ::-1])
+    with open_source(tmp_path / "out.mp4") as source:
+        assert np.abs(next(source).pixels - picture(0)[:, ::-1].astype(int)).mean() < 6
+
+
+def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
+    existing = tmp_path / "existing.mp4"
+    existing.write_text("precious")
+    (tmp_path / "folder.mp4").mkdir()
+    for path, kind, words in [
+        (existing, FormatError, "overwritten"),
+        (tmp_path / "folder.mp4", FormatError, "exists"),
+        (tmp_path / "missing" / "out.mp4", FormatError, "make it first"),
+        (tmp_path / "out.avi", ConfigError, r"\.m4v, \.mkv, \.mov, \.mp4"),
+        (tmp_path / "out", ConfigError, "does not end like a video"),
+    ]:
+        with pytest.raises(kind, match=words) as caught:
+            VideoWriter(path, 25)
+        assert "\n" not in str(caught.value)
+    for fps in (0, -1, float("nan"), float("inf")):
+        with pytest.raises(ConfigError, match="frames per second"):
+            VideoWriter(tmp_path / "out.mp4", fps)
+    assert existing.read_text() == "precious"
+
+
+def test_a_folder_that_may_not_be_written_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write anywhere
+    with pytest.raises(FormatError, match="choose another folder"):
+        VideoWriter(tmp_path / "out.mp4", 25)
+
+
+def test_overwriting_happens_only_in_the_end(tmp_path: Path) -> None:
+    path = tmp_path / "out.mp4"
+    path.write_text("old")
+    with VideoWriter(path, 25, overwrite=True) as writer:
+        writer.write(picture(0))
+        assert path.read_text() == "old"
+    with open_source(path) as source:
+        assert len(list(source)) == 1
+
+
+def test_without_pictures_there_is_no_file(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25):
+        pass
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    "pixels",
+    [
+        np.zeros((48, 64), np.uint8),
+        np.zeros((48, 64, 4), np.uint8),
+        np.zeros((48, 64, 3)),
+        np.zeros((48, 66, 3), np.uint8),
+    ],
+)
+def test_a_picture_that_does_not_fit_is_refused(tmp_path: Path, pixels: NDArray[Any]) -> None:
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        writer.write(picture(0))
+        with pytest.raises(FormatError):
+            writer.write(pixels)
+
+
+@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
+def test_after_an_exception_the_partial_file_stays(
+    tmp_path: Path, kind: type[BaseException]
+) -> None:
+    path = tmp_path / "out.mp4"
+    with pytest.raises(kind), VideoWriter(path, 25) as writer:  # noqa: PT012
+        for index in range(30):
+            writer.write(picture(index))
+        raise kind
+    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
+    with open_source(writer.partial) as source:
+        assert len(list(source)) == 30
+        assert source.report.problems is None
+
+
+def test_a_killed_program_leaves_nearly_everything(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        writer = VideoWriter("out.mp4", 25)
+        for index in range(200):
+            writer.write(noise(index))
+        os.kill(os.getpid(), signal.SIGKILL)
+        """,
+    )
+    assert result.returncode == -signal.SIGKILL
+    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
+    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
+        assert len(list(source)) >= 175  # 25 are a second
+
+
+def test_a_full_disk_is_one_clear_error(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+        written = 0
+        try:
+            with VideoWriter("out.mp4", 25) as writer:
+                for index in range(1000):
+                    writer.write(noise(index))
+                    written += 1
+        except FormatError as error:
+            print(error)
+        print(written)
+        """,
+    )
+    message, written = result.stdout.splitlines()
+    assert os.strerror(errno.EFBIG) in message
+    assert "make room" in message
+    assert "out.mp4.partial.mkv" in message
+    assert result.stderr == ""
+    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
+    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
+        kept = len(list(source))
+    assert kept > 10
+    assert kept >= int(written) - 25
+
+
+def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(tmp_path: Path) -> None:
+    result = run(
+        tmp_path,
+        """
+        writer = VideoWriter("out.mp4", 25)
+        for index in range(60):
+            writer.write(noise(index))
+        finish = writer._finish
+        def finish_then_fill() -> None:
+            finish()
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+        writer._finish = finish_then_fill
+        try:
+            writer.close()
+        except FormatError as error:
+            print(error)
+        """,
+    )
+    assert "make room" in result.stdout, result.stderr
+    assert result.stderr == ""
+    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
+    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
+        assert len(list(source)) == 60
