@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 import struct
 from fractions import Fraction
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Pixels = NDArray[np.uint8]
-Codec = Literal["libx264", "ffv1", "qtrle", "mjpeg", "mpeg4"]
+Codec = Literal["libx264", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg2video", "wrapped_avframe"]
 
 
 def picture(index: int, width: int = 64, height: int = 48) -> Pixels:
@@ -119,8 +120,10 @@ def packets(path: Path) -> list[tuple[int, int]]:
 
 
 def spoil(path: Path, first: int, count: int) -> Path:
-    """Return a copy of an MP4 in which `count` packets from number `first` on hold zeros."""
+    """Return a copy of a video in which `count` packets from number `first` on hold zeros."""
     data = bytearray(path.read_bytes())
-    for position, size in packets(path)[first : first + count]:
-        data[position : position + size] = bytes(size)
+    with av.open(str(path)) as container:
+        for packet in itertools.islice(container.demux(video=0), first, first + count):
+            position = data.index(bytes(packet))
+            data[position : position + packet.size] = bytes(packet.size)
     return _copy(path, bytes(data))

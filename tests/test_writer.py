@@ -24,8 +24,12 @@ from motes.writer import ENDINGS, VideoWriter
 
 def run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
     """Run a program that may be killed."""
-    head = "import os, resource, signal\nfrom clips import noise\nfrom motes.errors import *\n"
-    head += "from motes.writer import VideoWriter\n"
+    head = """
+import os, resource, signal
+from clips import noise, picture
+from motes.errors import FormatError
+from motes.writer import VideoWriter
+"""
     return subprocess.run(
         [sys.executable, "-c", head + textwrap.dedent(script)],
         cwd=folder,
@@ -189,7 +193,7 @@ def test_a_killed_program_leaves_nearly_everything(tmp_path: Path) -> None:
         """
         writer = VideoWriter("out.mp4", 25)
         for index in range(200):
-            writer.write(noise(index))
+            writer.write(picture(index))
         os.kill(os.getpid(), signal.SIGKILL)
         """,
     )

@@ -20,13 +20,13 @@ from motes.geometry import Ellipse
 
 
 class _File(Config, frozen=True, tag="motes_histogram"):
-    """What a histogram file holds: bins as {number: share}, empty ones left out."""
+    """What a histogram file holds: pairs of bin number and share, empty bins left out."""
 
     cue: Color
     a: Positive
     b: Positive
     theta: float
-    bins: dict[int, Annotated[float, Meta(gt=0, le=1)]]
+    bins: tuple[tuple[int, Annotated[float, Meta(gt=0, le=1)]], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class Target:
     def save(self, path: str | Path) -> None:
         """Write the target as JSON."""
         occupied = np.flatnonzero(self.model.histogram)
-        bins = {int(u): float(self.model.histogram[u]) for u in occupied}
+        bins = tuple((int(u), float(self.model.histogram[u])) for u in occupied)
         a, b, theta = (float(value) for value in self.size[2:])
         file = _File(cue=self.cue, a=a, b=b, theta=theta, bins=bins)
         Path(path).write_bytes(msgspec.json.format(msgspec.json.encode(file)) + b"\n")
@@ -78,9 +78,10 @@ class Target:
                 f"{path} is not a histogram file ({error}); make one with `motes histogram`."
             ) from None
         histogram = np.zeros(math.prod(file.cue.bins))
-        if not file.bins or not 0 <= min(file.bins) <= max(file.bins) < histogram.size:
+        numbers = [number for number, _ in file.bins]
+        if not numbers or not 0 <= min(numbers) <= max(numbers) < histogram.size:
             raise FormatError(f"{path}: bins must be 0 to {histogram.size - 1}, at least one.")
-        histogram[list(file.bins)] = list(file.bins.values())
+        histogram[numbers] = [share for _, share in file.bins]
         histogram /= histogram.sum()
         return cls(
             file.cue, ColorModel(histogram, histogram), Ellipse(0, 0, file.a, file.b, file.theta)

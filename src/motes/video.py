@@ -478,7 +478,8 @@ class _Video:
             asked = time.monotonic()
             try:
                 packet = next(demux)
-            except StopIteration:
+            except (StopIteration, IndexError):
+                # PyAV trips in the end over streams that turned up in a damaged file on the way.
                 return
             except av.error.InvalidDataError as error:
                 self._bad(report, error)
