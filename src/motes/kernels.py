@@ -48,13 +48,24 @@ def _kernel(function: F) -> F:
 
 
 RGB, HSV = 0, 1
+LANES = 4
 
 
 @_kernel
-def color_bin(r: Any, g: Any, b: Any, space: int, n0: int, n1: int, n2: int) -> Any:
-    """Return the bin of a color; hue, saturation and value run from 0 to 1, gray has hue 0."""
+def _channel_table(space: int, n0: int, n1: int, n2: int) -> NDArray[np.uint32]:
+    """Return what each channel's value adds to an RGB color's bin, (3, 256); HSV needs none."""
+    table = np.zeros((3, 256), np.uint32)
     if space == RGB:
-        return (((r * n0) >> 8) * n1 + ((g * n1) >> 8)) * n2 + ((b * n2) >> 8)
+        for value in range(256):
+            table[0, value] = ((value * n0) >> 8) * n1 * n2
+            table[1, value] = ((value * n1) >> 8) * n2
+            table[2, value] = (value * n2) >> 8
+    return table
+
+
+@_kernel
+def _hsv_bin(r: Any, g: Any, b: Any, n0: int, n1: int, n2: int) -> Any:
+    """Return the bin of an RGB color in HSV; channels run from 0 to 1, gray has hue 0."""
     high = max(r, g, b)
     spread = high - min(r, g, b)
     if spread == 0:
@@ -74,91 +85,109 @@ def color_bin(r: Any, g: Any, b: Any, space: int, n0: int, n1: int, n2: int) -> 
 
 
 @_kernel
-def _fill_lattice(
-    pixels: NDArray[np.uint8],
-    ellipse: NDArray[np.float64],
-    lattice: NDArray[np.float64],
-    isotropic: bool,
-    slots: NDArray[np.int32],
-    space: int,
-    n0: int,
-    n1: int,
-    n2: int,
-    histogram: NDArray[np.float64],
-) -> float:
-    """Add the kernel weights of an ellipse's lattice points to a histogram; return their sum."""
-    height, width = pixels.shape[0], pixels.shape[1]
-    x, y, a, b, theta = ellipse[0], ellipse[1], ellipse[2], ellipse[3], ellipse[4]
-    cos, sin = math.cos(theta), math.sin(theta)
-    ax, ay, bx, by = a * cos, a * sin, -b * sin, b * cos
-    # Equation 2 with the bandwidth sqrt(a² + b²), or with the ellipse itself as its unit.
-    uu = a * a / (a * a + b * b) if isotropic else 1.0
-    vv = b * b / (a * a + b * b) if isotropic else 1.0
-    x += 0.5
-    y += 0.5
-    total = 0.0
-    for i in range(lattice.shape[0]):
-        u, v = lattice[i, 0], lattice[i, 1]
-        px = x + u * ax + v * bx
-        py = y + u * ay + v * by
-        if px >= 0.0 and py >= 0.0 and px < width and py < height:
-            column, row = int(px), int(py)
-            slot = slots[
-                color_bin(
-                    np.int64(pixels[row, column, 0]),
-                    np.int64(pixels[row, column, 1]),
-                    np.int64(pixels[row, column, 2]),
-                    space, n0, n1, n2,
-                )
-            ]  # fmt: skip
-            weight = 1.0 - (u * u * uu + v * v * vv)
-            histogram[slot] += weight
-            total += weight
-    return total
+def _capacity(
+    shape: tuple[int, int, int], ellipses: NDArray[np.float64], lattice: NDArray[np.float64]
+) -> int:
+    """Return for how many points of an ellipse room is needed."""
+    if lattice.shape[1] > 0:
+        return int(lattice.shape[1])
+    most = 0.0
+    for n in range(ellipses.shape[0]):
+        side = 2 * max(ellipses[n, 2], ellipses[n, 3]) + 2
+        most = max(most, min(side, float(shape[0])) * min(side, float(shape[1])))
+    return int(most) + 1
 
 
 @_kernel
-def _fill_pixels(
-    pixels: NDArray[np.uint8],
+def _points(
+    shape: tuple[int, int, int],
     ellipse: NDArray[np.float64],
-    isotropic: bool,
-    slots: NDArray[np.int32],
+    lattice: NDArray[np.float64],
+    radial: bool,
+    offsets: NDArray[np.uint32],
+    weights: NDArray[np.float64],
+) -> int:
+    """Write the pixels of an ellipse that are read, and their kernel weights; return how many.
+
+    A pixel is its place in the flat image. Lattice points outside the image weigh nothing.
+    """
+    height, width = shape[0], shape[1]
+    x, y, a, b, theta = ellipse[0], ellipse[1], ellipse[2], ellipse[3], ellipse[4]
+    cos, sin = math.cos(theta), math.sin(theta)
+    # Equation 2 with the bandwidth sqrt(a² + b²), or with the ellipse itself as its unit.
+    uu = a * a / (a * a + b * b) if radial else 1.0
+    vv = b * b / (a * a + b * b) if radial else 1.0
+    if lattice.shape[1] > 0:
+        ax, ay, bx, by = a * cos, a * sin, -b * sin, b * cos
+        left, top = x + 0.5, y + 0.5
+        for i in range(lattice.shape[1]):  # branchless, so that it becomes vector code
+            u, v = lattice[0, i], lattice[1, i]
+            px = left + u * ax + v * bx
+            py = top + u * ay + v * by
+            inside = (px >= 0.0) & (py >= 0.0) & (px < width) & (py < height)
+            place = np.int32(py) * np.int32(width) + np.int32(px)
+            offsets[i] = np.uint32(3 * place) if inside else np.uint32(0)
+            weights[i] = 1.0 - (u * u * uu + v * v * vv) if inside else 0.0
+        return int(lattice.shape[1])
+    half_width, half_height = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+    first, last = max(0, math.ceil(x - half_width)), min(width - 1, math.floor(x + half_width))
+    count = 0
+    for row in range(
+        max(0, math.ceil(y - half_height)), min(height - 1, math.floor(y + half_height)) + 1
+    ):
+        for column in range(first, last + 1):
+            u = ((column - x) * cos + (row - y) * sin) / a
+            v = ((row - y) * cos - (column - x) * sin) / b
+            if u * u + v * v < 1.0:
+                offsets[count] = 3 * (row * width + column)
+                weights[count] = 1.0 - (u * u * uu + v * v * vv)
+                count += 1
+    return count
+
+
+@_kernel
+def _slot(
+    flat: NDArray[np.uint8],
+    offset: Any,
+    slots: NDArray[np.uint32],
+    table: NDArray[np.uint32],
     space: int,
     n0: int,
     n1: int,
     n2: int,
-    histogram: NDArray[np.float64],
-) -> float:
-    """Add the kernel weights of every pixel inside an ellipse to a histogram; return their sum."""
-    height, width = pixels.shape[0], pixels.shape[1]
-    x, y, a, b, theta = ellipse[0], ellipse[1], ellipse[2], ellipse[3], ellipse[4]
-    cos, sin = math.cos(theta), math.sin(theta)
-    uu = a * a / (a * a + b * b) if isotropic else 1.0
-    vv = b * b / (a * a + b * b) if isotropic else 1.0
-    half_height = math.hypot(a * sin, b * cos)
-    half_width = math.hypot(a * cos, b * sin)
-    total = 0.0
-    for row in range(
-        max(0, math.ceil(y - half_height)), min(height, math.floor(y + half_height) + 1)
-    ):
-        for column in range(
-            max(0, math.ceil(x - half_width)), min(width, math.floor(x + half_width) + 1)
-        ):
-            u = ((column - x) * cos + (row - y) * sin) / a
-            v = ((row - y) * cos - (column - x) * sin) / b
-            if u * u + v * v < 1.0:
-                slot = slots[
-                        color_bin(
-                        np.int64(pixels[row, column, 0]),
-                        np.int64(pixels[row, column, 1]),
-                        np.int64(pixels[row, column, 2]),
-                        space, n0, n1, n2,
-                    )
-                ]  # fmt: skip
-                weight = 1.0 - (u * u * uu + v * v * vv)
-                histogram[slot] += weight
-                total += weight
-    return total
+) -> Any:
+    """Return the slot of the color at a place in the flat image."""
+    r, g, b = flat[offset], flat[offset + np.uint32(1)], flat[offset + np.uint32(2)]
+    if space == RGB:
+        return slots[table[0, r] + table[1, g] + table[2, b]]
+    return slots[_hsv_bin(np.int64(r), np.int64(g), np.int64(b), n0, n1, n2)]
+
+
+@_kernel
+def _fill(
+    flat: NDArray[np.uint8],
+    offsets: NDArray[np.uint32],
+    weights: NDArray[np.float64],
+    count: int,
+    slots: NDArray[np.uint32],
+    table: NDArray[np.uint32],
+    space: int,
+    n0: int,
+    n1: int,
+    n2: int,
+    lanes: NDArray[np.float64],
+) -> None:
+    """Add the weights of `count` pixels to a histogram, which is afterwards in lane 0.
+
+    Neighbors often share a bin; adding them in turn to separate lanes keeps one addition from
+    waiting for the one before.
+    """
+    lanes[:] = 0.0
+    for i in range(count):
+        slot = _slot(flat, offsets[i], slots, table, space, n0, n1, n2)
+        lanes[np.uint32(i) % np.uint32(LANES), slot] += weights[i]
+    for slot in range(lanes.shape[1]):
+        lanes[0, slot] += lanes[1, slot] + lanes[2, slot] + lanes[3, slot]
 
 
 @_kernel
@@ -166,8 +195,8 @@ def color_histograms(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
-    isotropic: bool,
-    slots: NDArray[np.int32],
+    radial: bool,
+    slots: NDArray[np.uint32],
     space: int,
     n0: int,
     n1: int,
@@ -178,19 +207,17 @@ def color_histograms(
 
     An empty `lattice` means every pixel.
     """
+    flat = pixels.reshape(-1)
+    table = _channel_table(space, n0, n1, n2)
+    room = _capacity(pixels.shape, ellipses, lattice)
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
+    lanes = np.empty((LANES, histograms.shape[1]))
     for n in range(ellipses.shape[0]):
-        histogram = histograms[n]
-        histogram[:] = 0.0
-        if lattice.shape[0] > 0:
-            total = _fill_lattice(
-                pixels, ellipses[n], lattice, isotropic, slots, space, n0, n1, n2, histogram
-            )
-        else:
-            total = _fill_pixels(
-                pixels, ellipses[n], isotropic, slots, space, n0, n1, n2, histogram
-            )
-        if total > 0.0:
-            histogram /= total
+        count = _points(pixels.shape, ellipses[n], lattice, radial, offsets, weights)
+        _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
+        total = lanes[0].sum()
+        for slot in range(lanes.shape[1]):
+            histograms[n, slot] = lanes[0, slot] / total if total > 0.0 else 0.0
 
 
 @_kernel
@@ -198,8 +225,8 @@ def color_distances(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
-    isotropic: bool,
-    slots: NDArray[np.int32],
+    radial: bool,
+    slots: NDArray[np.uint32],
     roots: NDArray[np.float64],
     space: int,
     n0: int,
@@ -212,21 +239,19 @@ def color_distances(
     `roots` holds the square roots of the model's occupied bins, which alone can add to the sum.
     An ellipse that sees no pixel is at distance 1. An empty `lattice` means every pixel.
     """
+    flat = pixels.reshape(-1)
+    table = _channel_table(space, n0, n1, n2)
+    room = _capacity(pixels.shape, ellipses, lattice)
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
     occupied = roots.shape[0]
-    histogram = np.empty(occupied + 1)
+    lanes = np.empty((LANES, occupied + 1))
     for n in range(ellipses.shape[0]):
-        histogram[:] = 0.0
-        if lattice.shape[0] > 0:
-            total = _fill_lattice(
-                pixels, ellipses[n], lattice, isotropic, slots, space, n0, n1, n2, histogram
-            )
-        else:
-            total = _fill_pixels(
-                pixels, ellipses[n], isotropic, slots, space, n0, n1, n2, histogram
-            )
-        rho = 0.0
+        count = _points(pixels.shape, ellipses[n], lattice, radial, offsets, weights)
+        _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
+        rho, total = 0.0, lanes[0, occupied]
         for u in range(occupied):
-            rho += roots[u] * math.sqrt(histogram[u])
+            rho += roots[u] * math.sqrt(lanes[0, u])
+            total += lanes[0, u]
         if total > 0.0:
             rho /= math.sqrt(total)
         distances[n] = math.sqrt(max(0.0, 1.0 - rho))
@@ -236,7 +261,8 @@ def color_distances(
 def mean_shift(
     pixels: NDArray[np.uint8],
     ellipse: NDArray[np.float64],
-    slots: NDArray[np.int32],
+    lattice: NDArray[np.float64],
+    slots: NDArray[np.uint32],
     ratios: NDArray[np.float64],
     space: int,
     n0: int,
@@ -246,35 +272,21 @@ def mean_shift(
 ) -> None:
     """Write the mean (x, y) of an ellipse's pixels, each weighted by its bin's entry in `ratios`.
 
-    Leaves `center` as it is where no pixel has any weight.
+    Leaves `center` as it is where no pixel has any weight. An empty `lattice` means every pixel.
     """
-    height, width = pixels.shape[0], pixels.shape[1]
-    x, y, a, b, theta = ellipse[0], ellipse[1], ellipse[2], ellipse[3], ellipse[4]
-    cos, sin = math.cos(theta), math.sin(theta)
-    half_height = math.hypot(a * sin, b * cos)
-    half_width = math.hypot(a * cos, b * sin)
+    flat = pixels.reshape(-1)
+    table = _channel_table(space, n0, n1, n2)
+    room = _capacity(pixels.shape, ellipse.reshape(1, 5), lattice)
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
+    count = _points(pixels.shape, ellipse, lattice, False, offsets, weights)
     total, sum_x, sum_y = 0.0, 0.0, 0.0
-    for row in range(
-        max(0, math.ceil(y - half_height)), min(height, math.floor(y + half_height) + 1)
-    ):
-        for column in range(
-            max(0, math.ceil(x - half_width)), min(width, math.floor(x + half_width) + 1)
-        ):
-            u = ((column - x) * cos + (row - y) * sin) / a
-            v = ((row - y) * cos - (column - x) * sin) / b
-            if u * u + v * v < 1.0:
-                slot = slots[
-                    color_bin(
-                        np.int64(pixels[row, column, 0]),
-                        np.int64(pixels[row, column, 1]),
-                        np.int64(pixels[row, column, 2]),
-                        space, n0, n1, n2,
-                    )
-                ]  # fmt: skip
-                weight = ratios[slot]
-                total += weight
-                sum_x += weight * column
-                sum_y += weight * row
+    for i in range(count):
+        if weights[i] > 0.0:
+            weight = ratios[_slot(flat, offsets[i], slots, table, space, n0, n1, n2)]
+            row, column = divmod(np.int64(offsets[i]) // 3, pixels.shape[1])
+            total += weight
+            sum_x += weight * column
+            sum_y += weight * row
     if total > 0.0:
         center[0] = sum_x / total
         center[1] = sum_y / total

@@ -17,8 +17,8 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
 
     @property
     def lattice(self) -> NDArray[np.float64]:
-        """No lattice: (0, 2)."""
-        return np.empty((0, 2))
+        """No lattice: (2, 0)."""
+        return np.empty((2, 0))
 
 
 class Lattice(Config, frozen=True, tag="lattice"):
@@ -37,7 +37,7 @@ class Lattice(Config, frozen=True, tag="lattice"):
 
     @property
     def lattice(self) -> NDArray[np.float64]:
-        """The points (u, v) in the unit disk, shape (points, 2)."""
+        """The points in the unit disk, (2, points): rows u and v."""
         return sunflower(self.points)
 
 
@@ -46,16 +46,14 @@ Sampling = EveryPixel | Lattice
 
 @cache
 def sunflower(points: int) -> NDArray[np.float64]:
-    """Return `points` points (u, v) that cover the unit disk with equal area for each.
+    """Return points (2, n) that cover the unit disk with equal area for each: rows u and v.
 
-    Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle. The points are
-    ordered by angular sector so that consecutive reads are near each other in memory.
+    Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle; ordered in rows of
+    the disk, so that pixels read one after the other lie near each other in memory.
     """
     i = np.arange(points)
     radius = np.sqrt((i + 0.5) / points)
     angle = i * np.pi * (3 - np.sqrt(5))
-    disk = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    rows = np.floor((disk[:, 1] + 1) * np.sqrt(points) / 2)
-    ordered = np.ascontiguousarray(disk[np.lexsort((disk[:, 0], rows))])
-    ordered.flags.writeable = True
-    return ordered
+    u, v = radius * np.cos(angle), radius * np.sin(angle)
+    rows = np.floor((v + 1) * np.sqrt(points) / 2)
+    return np.stack([u, v])[:, np.lexsort((u, rows))].copy()

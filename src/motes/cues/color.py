@@ -45,12 +45,12 @@ class ColorModel:
         return np.sqrt(self.histogram[self.histogram > 0])
 
     @cached_property
-    def slots(self) -> NDArray[np.int32]:
+    def slots(self) -> NDArray[np.uint32]:
         """For each bin, its place among the occupied ones, or their number where it is empty."""
         occupied = self.histogram > 0
         count = np.count_nonzero(occupied)
-        slots = np.full(occupied.size, count, np.int32)
-        slots[occupied] = np.arange(count, dtype=np.int32)
+        slots = np.full(occupied.size, count, np.uint32)
+        slots[occupied] = np.arange(count, dtype=np.uint32)
         return slots
 
 
@@ -93,7 +93,7 @@ class Color(Config, frozen=True, tag="color"):
         m = math.prod(self.bins)
         histograms = np.empty((len(ellipses), m))
         kernels.color_histograms(
-            frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.int32),
+            frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.uint32),
             *self._space, histograms,
         )  # fmt: skip
         return histograms
@@ -129,7 +129,9 @@ class Color(Config, frozen=True, tag="color"):
         ratios = np.zeros(seen.size + 1)
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
         center = region[:2].copy()
-        kernels.mean_shift(frame.pixels, region, model.slots, ratios, *self._space, center)
+        kernels.mean_shift(
+            frame.pixels, region, self.sampling.lattice, model.slots, ratios, *self._space, center
+        )
         return float(center[0]), float(center[1])
 
     def adapt(
