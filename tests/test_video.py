@@ -321,9 +321,9 @@ def test_a_file_without_a_next_packet_is_given_up(tmp_path: Path) -> None:
 
 
 def test_a_name_may_hold_a_colon(whole: Path, tmp_path: Path) -> None:
-    (tmp_path / "at 12:30.mp4").write_bytes(whole.read_bytes())
+    (tmp_path / "12:30.mp4").write_bytes(whole.read_bytes())
     with contextlib.chdir(tmp_path):
-        assert len(read("at 12:30.mp4")[0]) == 12
+        assert len(read("12:30.mp4")[0]) == 12
 
 
 def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
@@ -602,11 +602,11 @@ def test_a_video_from_a_server(whole: Path) -> None:
 @pytest.mark.parametrize("ending", ["mp4", "mkv", "avi", "mpg"])
 def test_a_server_that_stops_sending_is_noticed(tmp_path: Path, ending: str) -> None:
     codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
-    path = clip(tmp_path / f"stalls.{ending}", 100, noisy=True, codec=codec)
+    path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
     data = path.read_bytes()
     begun = time.monotonic()
     with server(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
-        with pytest.raises(SourceError, match=r"does not answer|sends no more") as caught:
+        with pytest.raises(SourceError, match="does not answer") as caught:
             list(source)
         assert source.report.decoded > 20
     assert time.monotonic() - begun < 4

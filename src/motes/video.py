@@ -12,7 +12,6 @@ import itertools
 import os
 import platform
 import re
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -475,7 +474,6 @@ class _Video:
         """Yield the packets of all streams, going on after damaged ones."""
         demux = self._container.demux()
         while True:
-            asked = time.monotonic()
             try:
                 packet = next(demux)
             except (StopIteration, IndexError):
@@ -487,9 +485,6 @@ class _Video:
                 continue
             except av.FFmpegError as error:
                 raise self._failure(error) from error
-            # Some formats take a server that sends no more for the end of the file.
-            if self._remote and time.monotonic() - asked > READ_TIMEOUT:
-                raise SourceError(f"{self._name} sends no more; {self._advice}")
             yield packet
 
     def _bad(self, report: Report, error: Exception) -> None:
