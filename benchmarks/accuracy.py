@@ -39,6 +39,7 @@ class Run:
     overlaps: NDArray[np.float64]
     confidence: NDArray[np.float64]
     lost: NDArray[np.bool_]
+    distances: NDArray[np.float64]
 
 
 @cache
@@ -59,6 +60,7 @@ def follow(preset: str, folder: Path, seed: int) -> Run:
         np.where(there, overlaps, np.nan),
         np.array([track.confidence for track in tracks]),
         np.array([track.status is not Status.TRACKING for track in tracks]),
+        np.array([track.distance for track in tracks]),
     )
 
 

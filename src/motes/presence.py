@@ -45,6 +45,10 @@ class AppearanceRule(Config, frozen=True):
         A tracked target is lost after so many frames in a row without: "a couple of frames".
     deviations
         How many standard deviations above the background's mean.
+    margin
+        The rule also asks for this share of the way from mu to a perfect match, 1. Particles gather
+        where the background resembles the target most, which mu + 2 sigma, a statement about places
+        chosen blindly, does not foresee; 0 is the paper's rule.
     ceiling
         The rule never asks for a larger rho than this. Where the background is as like the target
         as in gray or dim film, mu + 2 sigma may lie above 1, where no target could fulfill it.
@@ -55,6 +59,7 @@ class AppearanceRule(Config, frozen=True):
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
     frames: Count = 5
     deviations: NonNegative = 2.0
+    margin: Share = 0.0
     ceiling: Share = 0.9
     step: Count = 1
 
@@ -90,7 +95,10 @@ class AppearanceRule(Config, frozen=True):
 
     def holds(self, background: Background, distances: Floats) -> NDArray[np.bool_]:
         """Tell for each particle whether it fulfills equation 13."""
-        threshold = background.mean + self.deviations * background.deviation
+        threshold = max(
+            background.mean + self.deviations * background.deviation,
+            background.mean + self.margin * (1 - background.mean),
+        )
         return 1 - distances**2 > min(threshold, self.ceiling)
 
     def next_status(self, before: Status, there: bool, missed: int) -> tuple[Status, int]:
@@ -123,8 +131,9 @@ class Calibration(Config, frozen=True):
     """
 
     middle: Share = 0.345
-    width: Positive = 0.067
+    width: Positive = 0.08
 
     def probability(self, distance: float) -> float:
         """Return the probability for an estimate at this distance to the target model."""
-        return 1 / (1 + math.exp((distance - self.middle) / self.width))
+        # As a hyperbolic tangent, which cannot overflow.
+        return 0.5 - 0.5 * math.tanh((distance - self.middle) / (2 * self.width))

@@ -16,7 +16,7 @@ from motes.motion import ConstantVelocity, Noise
 from motes.particle_filter import Adaptation, ParticleFilter
 from motes.presence import AppearanceRule, Calibration
 from motes.resampling import Resampling
-from motes.sampling import Lattice
+from motes.sampling import EveryPixel, Lattice
 
 TrackerConfig = ParticleFilter | MeanShift
 
@@ -32,21 +32,28 @@ NUMMIARO = ParticleFilter(
     cue=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
     likelihood=Gaussian(sigma=0.1),  # equation 10
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # figure 2
-    presence=AppearanceRule(fraction=0.1, deviations=2.0),  # section V, equation 13
+    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
 )
 
 # A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
 ADAPTIVE = replace(
     NUMMIARO,
     adaptation=Adaptation(rate=0.05, anchor=0.4),  # sections IV and VIII
-    calibration=Calibration(middle=0.29, width=0.08),
+    presence=replace(NUMMIARO.presence, margin=0.75),
+    calibration=Calibration(middle=0.3, width=0.09),
+)
+
+MEAN_SHIFT = MeanShift(  # section VI
+    cue=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel()),
+    scale=0.05,
+    calibration=Calibration(middle=0.245, width=0.066),
 )
 
 PRESETS: dict[str, TrackerConfig] = {
     "nummiaro": NUMMIARO,
     "nummiaro:adaptive": ADAPTIVE,
-    "mean_shift": MeanShift(),  # section VI
-    "mean_shift:kalman": MeanShift(prediction=Kalman()),  # section VI, with a predicted start
+    "mean_shift": MEAN_SHIFT,
+    "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
 }
 
 

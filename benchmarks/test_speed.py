@@ -1,0 +1,55 @@
+"""Speed of one update, beside OpenCV's trackers in the same run.
+
+python -m pytest benchmarks --benchmark-enable --benchmark-only
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from motes import Tracker
+from motes.cli.bench import MAIN, TARGETS, clip
+from motes.evaluate.peers import PEERS, peer
+
+FRAMES = 40
+
+
+def rerun(benchmark: Any, start: Any, images: list[Any]) -> None:
+    """Time updates one by one over the clip, starting again at its end."""
+    state: dict[str, Any] = {"left": []}
+
+    def setup() -> tuple[tuple[Any], dict[str, Any]]:
+        if not state["left"]:
+            state["tracker"], state["left"] = start(), images[:0:-1]
+        return (state["left"].pop(),), {}
+
+    benchmark.pedantic(lambda image: state["tracker"].update(image), setup=setup, rounds=200)
+
+
+@pytest.mark.parametrize("target", TARGETS, ids="{0[0]}x{0[1]}".format)
+@pytest.mark.parametrize("preset", ["nummiaro", "nummiaro:adaptive", "mean_shift"])
+def test_update(benchmark: Any, preset: str, target: tuple[int, int]) -> None:
+    frames, region = clip(target, FRAMES)
+
+    def start() -> Tracker:
+        tracker = Tracker(preset)
+        tracker.init(frames[0], region)
+        return tracker
+
+    rerun(benchmark, start, frames)
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_peer(benchmark: Any, name: str) -> None:
+    pytest.importorskip("cv2")
+    frames, region = clip(MAIN, FRAMES)
+    images = [frame.pixels[:, :, ::-1].copy() for frame in frames]
+
+    def start() -> Any:
+        tracker = peer(name)
+        tracker.init(images[0], [round(value) for value in region.box])
+        return tracker
+
+    rerun(benchmark, start, images)
