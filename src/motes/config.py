@@ -7,7 +7,8 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from functools import reduce
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import msgspec
 from msgspec import Meta
@@ -20,9 +21,7 @@ Share = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1)]
 
 
-class Config(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag_field="type"
-):
+class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base of all configuration: frozen, keyword-only, checked on construction.
 
     A field's type says what it accepts; anything else, NaN and infinity included, raises a
@@ -33,9 +32,12 @@ class Config(
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
             try:
-                if isinstance(value, float) and not math.isfinite(value):
-                    raise ConfigError(f"Expected a finite number, got {value}")
-                msgspec.convert(value, field.type)
+                for number in value if isinstance(value, list | tuple) else (value,):
+                    if isinstance(number, float) and not math.isfinite(number):
+                        raise ConfigError(f"Expected a finite number, got {number}")
+                # Keeps what was meant: a list becomes a tuple, a mapping a configuration.
+                converted = msgspec.convert(value, field.type)
+                msgspec.structs.force_setattr(self, field.name, converted)
             except (msgspec.ValidationError, ConfigError) as error:
                 raise ConfigError(f"{field.name}: {error}") from None
 
@@ -81,7 +83,11 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         where = path.rstrip("`").lstrip(".")
         unknown = re.search(r"unknown field `(.+?)`", message)
         if unknown is None:
-            raise ConfigError(f"Config{' ' + where if where else ''}: {message}.") from None
+            given = reduce(_item, where.split("."), values) if where else values
+            got = "" if re.search("got|nvalid", message) else f", got {given}"
+            choices = _choices(kind, where.split("."))
+            words = f"; known are {', '.join(choices)}" if choices else ""
+            raise ConfigError(f"Config {where}: {message}{got}{words}.") from None
         name = unknown[1]
         known = _keys(kind)
         near = difflib.get_close_matches(name, known, n=1)
@@ -89,6 +95,28 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None
+
+
+def _choices(kind: Any, path: list[str]) -> list[str]:
+    """Return the words that may stand at a path in a configuration type, if it takes words."""
+    if not path:
+        return [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
+    parts = [part for part in get_args(kind) or (kind,) if isinstance(part, type)]
+    if path == ["type"]:
+        tags = (part.__struct_config__.tag for part in parts if issubclass(part, Config))
+        return [str(tag) for tag in tags if tag is not None]
+    found: list[str] = []
+    for part in parts:
+        if issubclass(part, Config):
+            for field in msgspec.structs.fields(part):
+                if field.name == path[0]:
+                    found += _choices(field.type, path[1:])
+    return list(dict.fromkeys(found))
+
+
+def _item(values: Any, key: str) -> Any:
+    """Return an item of a mapping, or what is there instead."""
+    return values.get(key, values) if isinstance(values, Mapping) else values
 
 
 def _keys(kind: Any) -> list[str]:
@@ -111,8 +139,19 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
 
 
 def to_toml(config: Config) -> str:
-    """Return a configuration as TOML text that `from_toml` reads back."""
-    return msgspec.toml.encode(to_dict(config)).decode()
+    """Return a configuration as TOML text that `from_toml` reads back.
+
+    TOML knows no null: what is None, always its default, is left out.
+    """
+    return msgspec.toml.encode(_without_none(to_dict(config))).decode()
+
+
+def _without_none(values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_none(value) if isinstance(value, dict) else value
+        for key, value in values.items()
+        if value is not None
+    }
 
 
 def from_flag(key: str, text: str) -> dict[str, Any]:

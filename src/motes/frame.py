@@ -16,11 +16,17 @@ FRAME_INTERVAL = 1 / 25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3)."""
+    """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
+
+    Pixels may be given in any form that `as_rgb` takes.
+    """
 
     index: int
     time: float
     pixels: NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pixels", as_rgb(self.pixels))
 
     @property
     def width(self) -> int:

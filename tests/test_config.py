@@ -1,0 +1,253 @@
+"""Configuration checks itself, and comes from and goes to Python, TOML and flags."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motes.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.cues.color import Color
+from motes.errors import ConfigError
+from motes.likelihood import Gaussian
+from motes.meanshift import Kalman, MeanShift
+from motes.motion import ConstantVelocity, Noise, RandomWalk, SecondOrder
+from motes.particle_filter import Adaptation, ParticleFilter
+from motes.presence import AppearanceRule, Calibration
+from motes.presets import PRESETS, TrackerConfig, configure, preset
+from motes.resampling import Resampling
+from motes.sampling import EveryPixel, Lattice
+from motes.target import Place
+
+presets = pytest.mark.parametrize("name", PRESETS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "values"),
+    [
+        (Gaussian, "sigma", [0, -1, math.nan, math.inf, -math.inf, "a", None, True, [1.0]]),
+        (Noise, "position", [-0.1, math.nan, math.inf, "0.1"]),
+        (ConstantVelocity, "persistence", [-0.1, 1.1, math.nan]),
+        (ConstantVelocity, "noise", [0.1, {"position": "a"}, None]),
+        (SecondOrder, "acceleration", [-1, math.nan]),
+        (Resampling, "threshold", [-0.1, 1.5, math.nan]),
+        (Resampling, "scheme", ["best", 1, None]),
+        (Color, "space", ["RGB", "lab"]),
+        (Color, "bins", [(8, 8), (8, 8, 8, 8), (0, 8, 8), (8, 8, 65), (8.5, 8, 8), 8]),
+        (Color, "kernel", ["gauss"]),
+        (Color, "sampling", ["lattice", 256, None]),
+        (Lattice, "points", [0, 7, 65537, 10.5, math.nan]),
+        (ParticleFilter, "particles", [0, -1, 1.5, "100", math.inf]),
+        (ParticleFilter, "motion", ["random_walk", Noise(), None]),
+        (ParticleFilter, "cue", [Gaussian()]),
+        (AppearanceRule, "fraction", [1, -0.1, math.nan]),
+        (AppearanceRule, "frames", [0]),
+        (AppearanceRule, "step", [0]),
+        (Calibration, "width", [0, math.nan]),
+        (Adaptation, "rate", [-0.01, 1.01, math.nan]),
+        (MeanShift, "iterations", [0]),
+        (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
+        (Kalman, "measurement", [0, math.inf]),
+        (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
+        (Place, "border", [0, 2.5]),
+    ],
+)
+def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ConfigError, match=rf"^{field}: \S") as error:
+            kind(**{field: value})
+        assert "\n" not in str(error.value)
+
+
+def test_frozen_and_checked() -> None:
+    with pytest.raises(AttributeError):
+        Gaussian().sigma = 1.0  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        Gaussian(sgima=0.1)  # type: ignore[call-arg]
+
+
+@presets
+def test_presets_survive_plain_values(name: str) -> None:
+    config = PRESETS[name]
+    plain = to_dict(config)
+    assert from_dict(plain, TrackerConfig) == config
+    assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
+
+
+@presets
+def test_presets_survive_toml(name: str) -> None:
+    config = PRESETS[name]
+    text = to_toml(config)
+    assert from_dict(from_toml(text, "text"), TrackerConfig) == config
+
+
+@given(
+    st.builds(
+        ParticleFilter,
+        particles=st.integers(1, 10_000),
+        motion=st.one_of(
+            st.builds(RandomWalk, noise=st.builds(Noise, position=st.floats(0, 1e6))),
+            st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
+            st.builds(SecondOrder, acceleration=st.floats(0, 10)),
+        ),
+        cue=st.builds(
+            Color,
+            space=st.sampled_from(["rgb", "hsv"]),
+            bins=st.tuples(*[st.integers(1, 64)] * 3),
+            sampling=st.one_of(
+                st.just(EveryPixel()), st.builds(Lattice, points=st.integers(8, 65536))
+            ),
+        ),
+        likelihood=st.builds(Gaussian, sigma=st.floats(1e-6, 1e6)),
+    )
+)
+def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
+    assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"particels": 5}, "no key 'particels'; did you mean 'particles'?"),
+        ({"motion": {"nois": 1}}, "no key 'motion.nois'; did you mean 'noise'?"),
+        ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
+        ({"qqqq": 5}, "no key 'qqqq'; known keys: "),
+        ({"particles": "many"}, "Config particles: Expected `int`, got `str`."),
+        ({"particles": -1}, "Config particles: Expected `int` >= 1"),
+        ({"motion": {"noise": {"size": "x"}}}, "Config motion.noise.size: Expected `float`"),
+        ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
+        ({"type": "magic"}, "type: Invalid value 'magic'"),
+        ({"cue": {"bins": [8, 8]}}, "Config cue.bins: Expected `array` of length 3"),
+        ({"likelihood": {"sigma": math.nan}}, "likelihood.sigma: Expected `float` > 0"),
+        ({"likelihood": {"sigma": math.inf}}, "likelihood: sigma: Expected a finite number"),
+    ],
+)
+def test_changes_that_do_not_fit(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        configure(preset("nummiaro"), changes)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_values_become_what_the_field_says() -> None:
+    color = Color(bins=[4, 4, 2])  # type: ignore[arg-type]
+    assert color == Color(bins=(4, 4, 2))
+    assert hash(color) == hash(Color(bins=(4, 4, 2)))
+    motion = RandomWalk(noise={"size": 0.5})  # type: ignore[arg-type]
+    assert motion == RandomWalk(noise=Noise(size=0.5))
+
+
+def test_changes() -> None:
+    base = preset("nummiaro")
+    config = configure(
+        base, {"particles": 7, "motion": {"noise": {"angle": 0.5}}}, {"particles": 9}
+    )
+    assert isinstance(config, ParticleFilter)
+    assert isinstance(base, ParticleFilter)
+    assert config.particles == 9
+    assert config.motion.noise == msgspec.structs.replace(base.motion.noise, angle=0.5)
+    assert config.cue == base.cue
+    assert base == PRESETS["nummiaro"]
+
+
+def test_a_change_of_type_starts_from_its_own_defaults() -> None:
+    config = configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
+    assert isinstance(config, ParticleFilter)
+    assert config.motion == RandomWalk()
+    same = configure(preset("nummiaro"), {"motion": {"type": "constant_velocity", "velocity": 2}})
+    assert isinstance(same, ParticleFilter)
+    assert isinstance(same.motion, ConstantVelocity)
+    assert same.motion.velocity == 2
+    base = preset("nummiaro")
+    assert isinstance(base, ParticleFilter)
+    assert isinstance(base.motion, ConstantVelocity)
+    assert same.motion.persistence == base.motion.persistence
+    sampling = configure(preset("nummiaro"), {"cue": {"sampling": {"type": "every_pixel"}}})
+    assert sampling.cue.sampling == EveryPixel()
+    assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
+    kalman = configure(preset("mean_shift"), {"prediction": {"type": "kalman"}})
+    assert kalman == preset("mean_shift:kalman")
+
+
+def test_merging() -> None:
+    base = {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
+    assert merge(base, {}) == base
+    assert merge(base, {"a": 9, "b": {"d": {"h": 4}}}) == {
+        "a": 9,
+        "b": {"c": 2, "d": {"e": 3, "h": 4}},
+        "f": {"type": "x", "g": 1},
+    }
+    assert merge(base, {"f": {"type": "y"}})["f"] == {"type": "y"}
+    assert merge(base, {"f": {"type": "x", "h": 2}})["f"] == {"type": "x", "g": 1, "h": 2}
+    assert merge(base, {"b": 5})["b"] == 5
+    assert merge({"b": None}, {"b": {"c": 1}}) == {"b": {"c": 1}}
+    assert base == {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.2", 0.2),
+        ("7", 7),
+        ("-1e-3", -1e-3),
+        ("true", True),
+        ("rgb", "rgb"),
+        ("random_walk", "random_walk"),
+        ("'8'", "8"),
+        ("8,8,4", [8, 8, 4]),
+        ("[8, 8, 4]", [8, 8, 4]),
+        ("a file.toml", "a file.toml"),
+        ("{type = 'kalman'}", {"type": "kalman"}),
+    ],
+)
+def test_flags(text: str, value: Any) -> None:
+    assert from_flag("x", text) == {"x": value}
+    assert from_flag("x.y.z", text) == {"x": {"y": {"z": value}}}
+
+
+def test_flags_lead_to_a_configuration() -> None:
+    flags = [("motion.noise.position", "0.7"), ("cue.bins", "4,4,4"), ("cue.space", "hsv")]
+    config = configure(preset("nummiaro"), *(from_flag(*flag) for flag in flags))
+    assert isinstance(config, ParticleFilter)
+    assert config.motion.noise.position == 0.7
+    assert (config.cue.space, config.cue.bins) == ("hsv", (4, 4, 4))
+
+
+def test_text_that_is_no_toml() -> None:
+    with pytest.raises(ConfigError, match=r"^my.toml is not valid TOML: "):
+        from_toml("a = = 1", "my.toml")
+
+
+def test_unknown_presets() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'nummiaro'"):
+        preset("numiaro")
+    with pytest.raises(ConfigError, match="known are nummiaro, "):
+        preset("zzz")
+
+
+def test_numbers_of_the_paper() -> None:
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    assert config.particles == 100
+    assert (config.cue.space, config.cue.bins, config.cue.kernel) == ("rgb", (8, 8, 8), "radial")
+    assert isinstance(config.motion, ConstantVelocity)
+    assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
+    assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)
+    assert config.adaptation.rate == 0
+    shift = preset("mean_shift")
+    assert isinstance(shift, MeanShift)
+    assert shift.scale == 0.05
+
+
+def test_extreme_but_allowed_values_work() -> None:
+    """Neither overflows nor divides by zero, however sharp."""
+    sharp = Calibration(middle=0.5, width=1e-300)
+    assert [sharp.probability(d) for d in (0.0, 0.5, 1.0)] == [1, 0.5, 0]
+    usual = Calibration(middle=0.3, width=0.1)
+    for d in np.linspace(0, 1, 11):
+        assert usual.probability(d) == pytest.approx(1 / (1 + math.exp((d - 0.3) / 0.1)))
