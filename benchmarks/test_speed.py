@@ -13,7 +13,7 @@ from motes import Tracker
 from motes.cli.bench import MAIN, TARGETS, clip
 from motes.evaluate.peers import PEERS, peer
 
-FRAMES = 40
+FRAMES = 9
 
 
 def rerun(benchmark: Any, start: Any, images: list[Any]) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.geometry import Ellipse
 
 Floats = NDArray[np.float64]
@@ -27,9 +26,6 @@ def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:
     -------
     The mean ellipse, theta in (-pi/2, pi/2], and the (5, 5) covariance of x, y, a, b, theta.
     """
-    mean = weights @ ellipses
-    double = 2 * ellipses[:, 4]
-    mean[4] = math.atan2(weights @ np.sin(double), weights @ np.cos(double)) / 2
-    off = ellipses - mean
-    off[:, 4] -= np.pi * np.round(off[:, 4] / np.pi)
-    return Ellipse(*mean.tolist()), (off * weights[:, None]).T @ off
+    mean, covariance = np.empty(5), np.empty((5, 5))
+    kernels.moments(ellipses, weights, mean, covariance)
+    return Ellipse(*mean.tolist()), covariance

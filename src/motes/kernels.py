@@ -49,6 +49,8 @@ def _kernel(function: F) -> F:
 
 RGB, HSV = 0, 1
 LANES = 4
+LINE = 64
+"""Bytes that memory delivers at once."""
 
 
 @_kernel
@@ -191,6 +193,30 @@ def _fill(
 
 
 @_kernel
+def _fetch(flat: NDArray[np.uint8], shape: Any, ellipses: NDArray[np.float64], reads: int) -> int:
+    """Touch the image around the ellipses row by row, before it is read here and there.
+
+    Memory delivers neighboring lines, asked for in order, several times as fast. Not worth it where
+    there are more lines than pixels to be read.
+    """
+    height, width = shape[0], shape[1]
+    left, right, top, bottom = width, 0, height, 0
+    for n in range(ellipses.shape[0]):
+        x, y = ellipses[n, 0], ellipses[n, 1]
+        reach = max(ellipses[n, 2], ellipses[n, 3])
+        left = min(left, max(0, math.floor(x - reach)))
+        right = max(right, min(width, math.ceil(x + reach)))
+        top = min(top, max(0, math.floor(y - reach)))
+        bottom = max(bottom, min(height, math.ceil(y + reach)))
+    touched = 0
+    if (right - left) * (bottom - top) * 3 // LINE < reads:
+        for row in range(top, bottom):
+            for place in range((row * width + left) * 3, (row * width + right) * 3, LINE):
+                touched |= flat[place]
+    return touched
+
+
+@_kernel
 def color_histograms(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
@@ -245,6 +271,8 @@ def color_distances(
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
     occupied = roots.shape[0]
     lanes = np.empty((LANES, occupied + 1))
+    # Stored, or the compiler would find that nobody needs it.
+    lanes[0, 0] = _fetch(flat, pixels.shape, ellipses, room * ellipses.shape[0])
     for n in range(ellipses.shape[0]):
         count = _points(pixels.shape, ellipses[n], lattice, radial, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
@@ -255,6 +283,33 @@ def color_distances(
         if total > 0.0:
             rho /= math.sqrt(total)
         distances[n] = math.sqrt(max(0.0, 1.0 - rho))
+
+
+@_kernel
+def moments(
+    ellipses: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+) -> None:
+    """Write the weighted mean (5,) and covariance (5, 5) of ellipses, angles modulo pi."""
+    mean[:] = 0.0
+    covariance[:] = 0.0
+    sin, cos = 0.0, 0.0
+    for n in range(ellipses.shape[0]):
+        for i in range(4):
+            mean[i] += weights[n] * ellipses[n, i]
+        sin += weights[n] * math.sin(2 * ellipses[n, 4])
+        cos += weights[n] * math.cos(2 * ellipses[n, 4])
+    mean[4] = math.atan2(sin, cos) / 2
+    off = np.empty(5)
+    for n in range(ellipses.shape[0]):
+        for i in range(5):
+            off[i] = ellipses[n, i] - mean[i]
+        off[4] -= math.pi * np.rint(off[4] / math.pi)
+        for i in range(5):
+            for j in range(5):
+                covariance[i, j] += weights[n] * off[i] * off[j]
 
 
 @_kernel

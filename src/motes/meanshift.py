@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.config import Config, Count, NonNegative, Positive, Share
+from motes.config import Config, Count, Positive, Share
 from motes.cues.color import Color, ColorModel
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
@@ -95,7 +95,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     Attributes
     ----------
     cue
-        The color histogram; the shift itself always reads every pixel.
+        The color histogram; the shift reads the same pixels.
     prediction
         Start from a Kalman filter's prediction; without, from the last position.
     scale
@@ -112,7 +112,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     prediction: Kalman | None = None
     scale: Share = 0.05
     iterations: Count = 20
-    tolerance: NonNegative = 0.5
+    tolerance: Positive = 0.5
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
 
@@ -212,5 +212,5 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             distance=float(distances[0]),
             effective_sample_size=1.0,
         )
-        info = Info(track, np.array([ellipse]), np.ones(1), distances, int(appears))
+        info = Info(track, np.array([ellipse]), np.ones(1), distances, int(appears), state.model)
         return replace(state, ellipse=ellipse, status=status, missed=missed), info

@@ -4,6 +4,9 @@ A motion model keeps its own state columns and shows the rest of the program not
 All noise is proportional to the size of the target's first region and is given for one reference
 interval of 1/25 s: over dt seconds, positions and sizes wander with the square root of dt. Nummiaro
 et al., equations 8 and 9 and section VII.
+
+Colors say little about size: a smaller ellipse inside the target has much the same histogram. So
+the two half-axes mostly grow and shrink together, and are drawn back, slowly, to their first size.
 """
 
 from __future__ import annotations
@@ -47,13 +50,19 @@ class Noise(Config, frozen=True):
     position
         Of x and y, as a share of the first region's half-axes.
     size
-        Of both half-axes, relative.
+        Of the logarithm of a factor common to both half-axes.
+    size_return
+        Share of the way, in logarithms, that half-axes go back to the first region's.
+    aspect
+        Of each half-axis by itself, as a share of the first region's.
     angle
         Of theta, in radians.
     """
 
-    position: NonNegative = 0.1
-    size: NonNegative = 0.02
+    position: NonNegative = 0.5
+    size: NonNegative = 0.05
+    size_return: Share = 0.05
+    aspect: NonNegative = 0.003
     angle: NonNegative = 0.0
 
 
@@ -71,7 +80,7 @@ class RandomWalk(Config, frozen=True, tag="random_walk"):
     ) -> Floats:
         """Return states plus noise."""
         out = states + rng.standard_normal(states.shape) * _spread(self.noise, first, dt)
-        return _sized(out)
+        return _resized(rng, out, self.noise, first, dt)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the states themselves."""
@@ -109,11 +118,11 @@ class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
         steps = dt / FRAME_INTERVAL
         spread = _spread(self.noise, first, dt)
         out = rng.standard_normal(states.shape)
-        out *= np.concatenate([spread, self.velocity * spread[:4]])
+        out *= [*spread, *(self.velocity * s for s in spread[:4])]
         out[:, 5:] += self.persistence**steps * states[:, 5:]
         out[:, :5] += states[:, :5]
         out[:, :4] += steps * out[:, 5:]
-        return _sized(out)
+        return _resized(rng, out, self.noise, first, dt)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the first five columns."""
@@ -153,27 +162,40 @@ class SecondOrder(Config, frozen=True, tag="second_order"):
         spread = _spread(self.noise, first, dt)
         kept = self.persistence**steps
         out = rng.standard_normal(states.shape)
-        out *= np.concatenate([spread, self.velocity * spread[:4], self.acceleration * spread[:4]])
+        out *= [
+            *spread,
+            *(self.velocity * s for s in spread[:4]),
+            *(self.acceleration * s for s in spread[:4]),
+        ]
         out[:, 9:] += kept * states[:, 9:]
         out[:, 5:9] += kept * states[:, 5:9] + steps * out[:, 9:]
         out[:, :5] += states[:, :5]
         out[:, :4] += steps * out[:, 5:9]
-        return _sized(out)
+        return _resized(rng, out, self.noise, first, dt)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the first five columns."""
         return states[:, :5]
 
 
-def _sized(states: Floats) -> Floats:
-    """Keep half-axes, columns 2 and 3, at one pixel or more."""
-    np.maximum(states[:, 2:4], 1.0, out=states[:, 2:4])
+def _resized(
+    rng: np.random.Generator, states: Floats, noise: Noise, first: Ellipse, dt: float
+) -> Floats:
+    """Scale half-axes, columns 2 and 3, by a common random factor, after their return.
+
+    They stay at one pixel or more.
+    """
+    steps = dt / FRAME_INTERVAL
+    kept = (1 - noise.size_return) ** steps
+    factor = np.exp(noise.size * math.sqrt(steps) * rng.standard_normal((len(states), 1)))
+    sizes = np.maximum(states[:, 2:4], 1.0) / first[2:4]
+    states[:, 2:4] = np.maximum(sizes**kept * factor * first[2:4], 1.0)
     return states
 
 
-def _spread(noise: Noise, first: Ellipse, dt: float) -> Floats:
+def _spread(noise: Noise, first: Ellipse, dt: float) -> list[float]:
     """Return the standard deviations of x, y, a, b, theta over dt seconds."""
     grown = math.sqrt(dt / FRAME_INTERVAL)
-    position, size = noise.position * grown, noise.size * grown
+    position, aspect = noise.position * grown, noise.aspect * grown
     a, b = first.a, first.b
-    return np.array([a * position, b * position, a * size, b * size, noise.angle * grown])
+    return [a * position, b * position, a * aspect, b * aspect, noise.angle * grown]

@@ -48,8 +48,8 @@ class FilterState:
         Of the last frame, in seconds.
     states
         (N, d) the particles, in the motion model's columns.
-    log_weights
-        (N,).
+    weights
+        Theirs, after the last frame.
     model
         The target model.
     background
@@ -64,7 +64,7 @@ class FilterState:
 
     time: float
     states: Floats
-    log_weights: Floats
+    weights: Weights
     model: ColorModel
     background: Background
     first: Ellipse
@@ -89,6 +89,8 @@ class Info:
         (N,) to the target model.
     appearing
         Number of particles that fulfill the appearance rule.
+    model
+        The target model that this frame was compared with.
     """
 
     track: Track
@@ -96,6 +98,7 @@ class Info:
     weights: Floats
     distances: Floats
     appearing: int
+    model: ColorModel
 
 
 class ParticleFilter(Config, frozen=True, tag="particle_filter"):
@@ -181,28 +184,26 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         other half is spread anew over the places where it may appear.
         """
         searching = state.status is not Status.TRACKING
-        states, log_weights = state.states, state.log_weights
-        weights = Weights.from_log(log_weights)
+        states, weights = state.states, state.weights
         if searching or self.resampling.due(weights):
             states = states[self.resampling.ancestors(rng, weights)]
-            log_weights = np.zeros(self.particles)
+            weights = Weights.uniform(self.particles)
         states = self.motion.propagate(rng, states, frame.time - state.time, state.first)
         if searching:
             fresh = spread(rng, state.places, state.first, self.particles // 2)
-            states[: len(fresh)] = self.motion.initial(fresh)
-        state = replace(state, time=frame.time, states=states, log_weights=log_weights)
-        return self._observe(state, frame)
+            # A random half: most schemes return ancestors in order, so that any fixed half would
+            # lose some particles for certain, however good.
+            replaced = rng.choice(self.particles, len(fresh), replace=False)
+            states[replaced] = self.motion.initial(fresh)
+        return self._observe(state, frame, states, weights)
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, Info]:
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
-        log_weights = np.zeros(self.particles)
-        state = replace(
-            state, states=states, log_weights=log_weights, status=Status.TRACKING, missed=0
-        )
-        return self._observe(state, frame)
+        state = replace(state, status=Status.TRACKING, missed=0)
+        return self._observe(state, frame, states, Weights.uniform(self.particles))
 
     def _begin(
         self,
@@ -217,7 +218,7 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
-            log_weights=np.zeros(self.particles),
+            weights=Weights.uniform(self.particles),
             model=model,
             background=background,
             first=first,
@@ -225,13 +226,15 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             status=status,
             missed=0,
         )
-        return self._observe(state, frame)
+        return self._observe(state, frame, state.states, state.weights)
 
-    def _observe(self, state: FilterState, frame: Frame) -> tuple[FilterState, Info]:
-        """Weigh the particles by the frame, estimate, judge whether the target is there, learn."""
-        ellipses = self.motion.ellipses(state.states)
+    def _observe(
+        self, state: FilterState, frame: Frame, states: Floats, weights: Weights
+    ) -> tuple[FilterState, Info]:
+        """Weigh the new states by the frame, estimate, judge whether the target is there, learn."""
+        ellipses = self.motion.ellipses(states)
         distances = self.cue.distances(state.model, frame, ellipses)
-        weights = Weights.from_log(state.log_weights + self.likelihood.log(distances))
+        weights = Weights.from_log(weights.log + self.likelihood.log(distances))
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         distance = float(self.cue.distances(state.model, frame, np.array([estimate]))[0])
         appears = self.presence.holds(state.background, distances)
@@ -254,8 +257,16 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             distance=distance,
             effective_sample_size=weights.effective_sample_size,
         )
-        info = Info(track, ellipses, weights.values, distances, appearing)
-        after = replace(state, log_weights=weights.log, model=model, status=status, missed=missed)
+        info = Info(track, ellipses, weights.values, distances, appearing, state.model)
+        after = replace(
+            state,
+            time=frame.time,
+            states=states,
+            weights=weights,
+            model=model,
+            status=status,
+            missed=missed,
+        )
         return after, info
 
 

@@ -130,8 +130,8 @@ class Calibration(Config, frozen=True):
         How quickly it falls.
     """
 
-    middle: Share = 0.345
-    width: Positive = 0.08
+    middle: Share = 0.33
+    width: Positive = 0.09
 
     def probability(self, distance: float) -> float:
         """Return the probability for an estimate at this distance to the target model."""

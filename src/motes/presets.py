@@ -25,9 +25,9 @@ TrackerConfig = ParticleFilter | MeanShift
 NUMMIARO = ParticleFilter(
     particles=100,  # section VII
     motion=ConstantVelocity(  # equations 8 and 9
-        noise=Noise(position=0.4, size=0.003),
+        noise=Noise(position=0.5, size=0.05, size_return=0.05, aspect=0.003),
         velocity=0.5,
-        persistence=0.5,
+        persistence=0.8,
     ),
     cue=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
     likelihood=Gaussian(sigma=0.1),  # equation 10
@@ -40,12 +40,13 @@ ADAPTIVE = replace(
     NUMMIARO,
     adaptation=Adaptation(rate=0.05, anchor=0.4),  # sections IV and VIII
     presence=replace(NUMMIARO.presence, margin=0.75),
-    calibration=Calibration(middle=0.3, width=0.09),
+    calibration=Calibration(middle=0.31, width=0.11),
 )
 
 MEAN_SHIFT = MeanShift(  # section VI
     cue=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel()),
     scale=0.05,
+    presence=AppearanceRule(step=4),  # every pixel read around every pixel takes seconds
     calibration=Calibration(middle=0.245, width=0.066),
 )
 

@@ -44,6 +44,11 @@ class Weights:
         values /= values.sum()
         return cls(log, values, False)
 
+    @classmethod
+    def uniform(cls, n: int) -> Weights:
+        """Return the same weight for each of n particles."""
+        return cls(np.zeros(n), np.full(n, 1 / n), False)
+
     @property
     def effective_sample_size(self) -> float:
         """1 / sum of squared weights: from 1 (one particle has all) to N (all the same)."""

@@ -245,4 +245,5 @@ class OpenCVTracker:
 
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return as_rgb(image[:, :, ::-1] if image.ndim == 3 else image)
+    image = np.asarray(image)
+    return as_rgb(image[:, :, 2::-1] if image.ndim == 3 else image)  # alpha comes last
