@@ -1,0 +1,262 @@
+"""motes demo: a film whose truth is known, and how two trackers do on it."""
+
+from __future__ import annotations
+
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageDraw, ImageFont
+from rich.console import Console
+from rich.progress import track as progress
+from rich.table import Table
+
+from motes import synthetic
+from motes.errors import ConfigError, FormatError
+from motes.figures import FIGURES, Recorder
+from motes.formats import TrackWriter, check_writable
+from motes.frame import FRAME_INTERVAL, Frame
+from motes.geometry import Ellipse, iou
+from motes.overlay import draw
+from motes.presets import configure, preset
+from motes.synthetic import Truth
+from motes.track import Status
+from motes.tracker import Tracker
+from motes.writer import VideoWriter
+
+Pixels = NDArray[np.uint8]
+
+VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("nummiaro.csv", "mean_shift.csv")
+FILES = (*VIDEOS, "strip.png", *ROWS, "truth.csv", *FIGURES)
+MOMENTS = (40, 88, 150, 210)
+"""Frames in the strip: before the stem and behind it, grown, and after the jump."""
+STILL = (300, 240)
+"""Width and height of each."""
+TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
+HIT = 0.1
+"""An estimate that overlaps the truth by less has lost the target."""
+
+
+def demo(
+    *, out: Path = Path("demo"), frames: int = 300, seed: int = 0, overwrite: bool = False
+) -> int:
+    """Render a film whose truth is known, and see how a particle filter and mean shift follow it.
+
+    The folder gets the film (demo.mp4), both trackers at work (track.mp4, strip.png), a row for
+    each frame (nummiaro.csv, mean_shift.csv, truth.csv) and four figures.
+
+    Parameters
+    ----------
+    out
+        Folder for the files.
+    frames
+        Length of the film; all difficulties have come by after 300.
+    seed
+        Of the film's scenery and of the particles.
+    overwrite
+        Replace files that are already there.
+    """
+    if seed < 0:
+        raise ConfigError(f"The seed is {seed}; give 0 or more.")
+    clip = synthetic.demo(frames=frames, seed=seed)
+    runs = [
+        Run("particle filter", Tracker("nummiaro", seed)),
+        # Mean shift reads every pixel of a region: seconds, if at every place of the background.
+        Run("mean shift", Tracker(configure(preset("mean_shift"), {"presence": {"step": 4}}))),
+    ]
+    recorder = Recorder(runs[0].tracker.config)
+    _prepare(out, overwrite)
+
+    moments = [moment for moment in MOMENTS if moment < frames] or [0]
+    truths, strip = [TRUTH_COLUMNS], []
+    bar = Console(stderr=True)
+    with ExitStack() as stack:
+        film, view = (
+            stack.enter_context(VideoWriter(out / name, 1 / FRAME_INTERVAL, overwrite))
+            for name in VIDEOS
+        )
+        rows = [stack.enter_context(TrackWriter(out / name, overwrite=overwrite)) for name in ROWS]
+        for frame, (truth,) in progress(
+            clip, "Tracking", len(clip), console=bar, transient=True, disable=not bar.is_terminal
+        ):
+            for run, row in zip(runs, rows, strict=True):
+                run.step(frame, truth)
+                row.write(frame.index, frame.time, run.tracker.info.track)
+            recorder.add(frame, runs[0].tracker.info, runs[0].seconds[-1], runs[1].seconds[-1])
+            numbers = ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
+            truths.append(f"{frame.index},{frame.time:.6f},{numbers}")
+            film.write(frame.pixels)
+            view.write(np.hstack([_panel(frame, truth, run) for run in runs]))
+            if frame.index in moments:
+                strip.append(_still(frame, truth, runs[0]))
+    recorder.save(out)
+    try:
+        (out / "truth.csv").write_text("\n".join([*truths, ""]))
+        _strip(strip).save(out / "strip.png", optimize=True)
+    except OSError as error:
+        raise FormatError(f"{out} cannot be written: {error.strerror}; make room there.") from None
+    _tell(out, runs)
+    return 0
+
+
+@dataclass
+class Run:
+    """A tracker with what is known about its frames so far."""
+
+    name: str
+    tracker: Tracker
+    overlaps: list[float] = field(default_factory=list)
+    visible: list[float] = field(default_factory=list)
+    tracking: list[bool] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def step(self, frame: Frame, truth: Truth) -> None:
+        """Follow the target into a frame; the first one shows where it starts."""
+        start = time.perf_counter()
+        if self.seconds:
+            track = self.tracker.update(frame)
+        else:
+            track = self.tracker.init(frame, truth.ellipse)
+        self.seconds.append(time.perf_counter() - start)
+        self.overlaps.append(float(iou(track.box, truth.ellipse.box)))
+        self.visible.append(truth.visible)
+        self.tracking.append(track.status is Status.TRACKING)
+
+
+class Score(NamedTuple):
+    """How well a target was followed.
+
+    Attributes
+    ----------
+    overlap
+        Mean IoU with the truth over the frames in which something of the target is visible.
+    half
+        Share of these frames in which the IoU is above 0.5.
+    lost
+        First visible frame after which no visible frame was hit, itself included; None if the last
+        one was hit.
+    missed, admitted
+        Number of frames with an IoU below `HIT`, and in how many of them the status said so.
+    """
+
+    overlap: float
+    half: float
+    lost: int | None
+    missed: int
+    admitted: int
+
+
+def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score:
+    """Score a run from each frame's IoU, visible fraction and whether its status was tracking.
+
+    All have shape (frames,); the target must be visible in some frame.
+    """
+    overlap, seen = np.asarray(overlaps), np.flatnonzero(np.asarray(visible) > 0)
+    hit = overlap >= HIT
+    hits = np.flatnonzero(hit[seen])
+    after = seen[hits[-1] + 1 :] if hits.size else seen
+    return Score(
+        overlap=float(overlap[seen].mean()),
+        half=float((overlap[seen] > 0.5).mean()),
+        lost=int(after[0]) if after.size else None,
+        missed=int((~hit).sum()),
+        admitted=int((~hit & ~np.asarray(tracking)).sum()),
+    )
+
+
+def _prepare(out: Path, overwrite: bool) -> None:
+    """Make the folder, and check that every file can be made there."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FormatError(
+            f"The folder {out} cannot be made: {error.strerror}; choose another with --out."
+        ) from None
+    for name in FILES:
+        check_writable(out / name, overwrite)
+
+
+def _panel(frame: Frame, truth: Truth, run: Run) -> Pixels:
+    """Return the frame with the tracker's particles and estimate, and the truth."""
+    info = run.tracker.info
+    label = f"{run.name}: {info.track.status} {info.track.confidence:.2f}"
+    drawn = draw(
+        frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label=label
+    )
+    image = Image.fromarray(drawn)
+    _outline(image, truth.ellipse)
+    _note(image, "thin white line: truth", (12, frame.height - 30), 16)
+    return np.array(image)
+
+
+def _still(frame: Frame, truth: Truth, run: Run) -> Image.Image:
+    """Return the part of the frame around the target, with particles and estimate."""
+    info = run.tracker.info
+    drawn = draw(frame.pixels, info.track, particles=info.ellipses, weights=info.weights, label="")
+    (width, height), center = STILL, truth.ellipse[:2]
+    left = int(np.clip(center[0] - width / 2, 0, frame.width - width))
+    top = int(np.clip(center[1] - height / 2, 0, frame.height - height))
+    image = Image.fromarray(drawn).crop((left, top, left + width, top + height))
+    _note(image, f"frame {frame.index}: {info.track.status}", (10, 9), 15)
+    return image
+
+
+def _strip(stills: list[Image.Image]) -> Image.Image:
+    """Return the stills side by side, in few colors for a small file."""
+    strip = Image.fromarray(np.hstack([np.array(still) for still in stills]))
+    return strip.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+
+
+def _outline(image: Image.Image, ellipse: Ellipse) -> None:
+    points = [tuple(point) for point in ellipse.polygon(90)]
+    ImageDraw.Draw(image).polygon(points, outline=(255, 255, 255))
+
+
+@lru_cache
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)  # reading it takes longer than writing with it
+
+
+def _note(image: Image.Image, text: str, place: tuple[int, int], size: int) -> None:
+    """Write white text on a dark panel."""
+    pen, font = ImageDraw.Draw(image, "RGBA"), _font(size)
+    left, top, right, bottom = pen.textbbox(place, text, font)
+    pen.rectangle((left - 4, top - 4, right + 4, bottom + 4), (0, 0, 0, 165))
+    pen.text(place, text, (255, 255, 255, 255), font)
+
+
+def _tell(out: Path, runs: list[Run]) -> None:
+    """Print how the trackers did, and what to look at and to do next."""
+    table = Table("", *(run.name for run in runs))
+    scores = [score(run.overlaps, run.visible, run.tracking) for run in runs]
+    # A tracker that is lost may look at next to nothing, and be fast for no merit of its own.
+    milliseconds = [
+        1000 * float(np.median(np.array(run.seconds)[np.array(run.overlaps) >= HIT]))
+        for run in runs
+    ]
+    for text, cells in (
+        ("Mean overlap with the truth (IoU)", [f"{s.overlap:.2f}" for s in scores]),
+        ("Frames with IoU > 0.5", [f"{s.half:.0%}" for s in scores]),
+        (
+            "Lost for good",
+            ["never" if s.lost is None else f"from frame {s.lost} on" for s in scores],
+        ),
+        (
+            "Knew it was off target (IoU < 0.1)",
+            [f"{s.admitted} of {s.missed} frames" for s in scores],
+        ),
+        ("Time per frame on target, median", [f"{ms:.2f} ms" for ms in milliseconds]),
+    ):
+        table.add_row(text, *cells)
+    console = Console()
+    console.print(table)
+    for line in (
+        f"Look at {out / 'track.mp4'}; the rows, figures and the film alone are beside it.",
+        "Next: motes track your_video.mp4 --init x,y,w,h --overlay out.mp4",
+    ):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)

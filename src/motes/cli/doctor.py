@@ -1,0 +1,119 @@
+"""`motes doctor`: whether everything is here that motes needs."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import platform
+from collections.abc import Iterator
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+from motes import __version__
+from motes.cli import DONE, FAULT
+
+CORE = ("numpy", "numba", "PIL", "msgspec", "rich")
+OPTIONAL = {"cv2": "opencv", "dlib": "faces", "matplotlib": "report"}
+"""Modules, and the extras that install them."""
+OPENCV = (
+    "opencv-python",
+    "opencv-python-headless",
+    "opencv-contrib-python",
+    "opencv-contrib-python-headless",
+)
+
+
+class Finding(NamedTuple):
+    """What was looked at, what was found, and whether motes can work like that."""
+
+    what: str
+    found: str
+    good: bool = True
+
+
+def doctor() -> int:
+    """Check the installation: versions, codecs, the cache of compiled kernels, cores.
+
+    The exit code is 0 when all that motes needs works, else 1.
+    """
+    healthy = True
+    for what, found, good in findings():
+        print(f"{what:<16}{'' if good else 'PROBLEM: '}{found}")
+        healthy &= good
+    return DONE if healthy else FAULT
+
+
+def findings() -> Iterator[Finding]:
+    """Yield what there is to know about the installation."""
+    yield Finding("motes", f"{__version__} in {Path(__file__).parents[1]}")
+    yield Finding("python", f"{platform.python_version()} on {platform.platform()}")
+    yield Finding("cores", str(os.cpu_count()))
+    yield from _cache()  # first of all, as it has a say in where numba looks
+    for name in CORE:
+        yield _module(name)
+    yield from _video()
+    for name, extra in OPTIONAL.items():
+        finding = _module(name)
+        if not finding.good:
+            found = f"not installed (optional): pip install 'motes[{extra}]'"
+            finding = Finding(name, found)
+        yield finding
+    yield from _opencv_wheels()
+
+
+def _module(name: str) -> Finding:
+    try:
+        module = importlib.import_module(name)
+    except Exception as error:  # whatever goes wrong in a library's import
+        return Finding(name, f"{error}; install motes anew", good=False)
+    return Finding(name, str(getattr(module, "__version__", "installed")))
+
+
+def _video() -> Iterator[Finding]:
+    finding = _module("av")
+    yield finding
+    if not finding.good:
+        return
+    import av
+
+    for library, version in sorted(av.library_versions.items()):
+        yield Finding(f"  {library}", ".".join(map(str, version)))
+    for codec, mode, use in (("h264", "r", "reading"), ("libx264", "w", "writing")):
+        try:
+            av.Codec(codec, mode)  # type: ignore[arg-type]
+        except (av.FFmpegError, ValueError) as error:
+            yield Finding(f"H.264 {use}", f"{error}; install PyAV (av) anew", good=False)
+        else:
+            yield Finding(f"H.264 {use}", "works")
+
+
+def _cache() -> Iterator[Finding]:
+    """Look for the folder of compiled kernels; without one, all works, but starts slowly."""
+    try:
+        from motes import kernels
+    except Exception as error:
+        yield Finding("kernels", f"{error}; install motes anew", good=False)
+        return
+    folder = kernels.color_distances.stats.cache_path  # type: ignore[attr-defined]
+    if not kernels.CACHED or folder is None:
+        found = "nowhere: every start compiles; set NUMBA_CACHE_DIR to a folder you may write to"
+    else:
+        kept = len(list(Path(folder).glob("*.nbc")))
+        found = f"kept in {folder} ({kept} compiled)"
+    yield Finding("kernels", found)
+
+
+def _opencv_wheels() -> Iterator[Finding]:
+    installed = []
+    for wheel in OPENCV:
+        try:
+            installed.append(f"{wheel} {metadata.version(wheel)}")
+        except metadata.PackageNotFoundError:
+            continue
+    if len(installed) > 1:
+        yield Finding(
+            "warning",
+            f"{' and '.join(installed)} overwrite each other; uninstall all of them, then install "
+            f"one",
+        )

@@ -1,0 +1,82 @@
+"""`motes histogram`: save what a target looks like, to look for it later."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli import DONE
+from motes.cli.options import (
+    CONFIG_HELP,
+    FRAMES,
+    OUTPUT,
+    ConfigFile,
+    Ellipse,
+    Init,
+    Overwrite,
+    Preset,
+    Settings,
+    announce_compiling,
+    check_not_source,
+    region_of,
+    say,
+    tracker_config,
+)
+from motes.errors import ConfigError, FormatError
+
+app = App(name="histogram", help_epilogue=CONFIG_HELP, help_format="plaintext")
+
+
+@app.default
+def histogram(
+    source: str,
+    /,
+    *,
+    output: Annotated[
+        Path, Parameter(name=["--output", "-o"], group=OUTPUT, help="The file, as JSON.")
+    ],
+    init: Init = None,
+    ellipse: Ellipse = None,
+    frame: Annotated[int, Parameter(group=FRAMES, help="Frame to learn from.")] = 0,
+    overwrite: Overwrite = False,
+    preset: Preset = "nummiaro",
+    config: ConfigFile = None,
+    **settings: Settings,
+) -> int:
+    """Save the color histogram of a region, for `motes track --histogram`.
+
+    Parameters
+    ----------
+    source
+        A video, an image, a folder or pattern of images, the number of a camera, or an address.
+    """
+    learning = tracker_config(histogram, preset, config, settings)
+    region = region_of(init, ellipse)
+    if region is None or (init and ellipse):
+        raise ConfigError("Where is the target? Give either --init x,y,width,height or --ellipse.")
+    check_not_source(source, output)
+
+    from motes.formats import check_writable
+    from motes.geometry import region_within
+    from motes.target import Target
+    from motes.video import open_source
+
+    check_writable(output, overwrite)
+    with open_source(source, start=frame, end=frame + 1) as film:
+        picture = next(film)
+    place = region_within(region, picture.width, picture.height)
+    announce_compiling()
+    target = Target.learn(learning.cue, picture, place)
+    try:
+        target.save(output)
+    except OSError as error:
+        raise FormatError(
+            f"{output} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from error
+    say(
+        f"wrote {output}: {(target.model.histogram > 0).sum()} of {target.model.histogram.size} "
+        f"bins are occupied."
+    )
+    return DONE

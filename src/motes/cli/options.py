@@ -1,0 +1,233 @@
+"""What several commands share: options, the configuration they make, and checks."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import inspect
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter, Token
+
+from motes.errors import ConfigError, FormatError, SourceError
+
+if TYPE_CHECKING:
+    from motes.presets import TrackerConfig
+    from motes.target import Target
+
+TARGET = Group("Target (one of these)", sort_key=1)
+FRAMES = Group("Frames", sort_key=2)
+OUTPUT = Group("Output", sort_key=3)
+CONFIGURATION = Group("Configuration", sort_key=4)
+
+CONFIG_FLAGS = """\
+  --particles 100
+  --motion.type constant_velocity
+  --motion.noise.position 0.5
+  --motion.noise.size 0.05
+  --motion.noise.size_return 0.05
+  --motion.noise.aspect 0.003
+  --motion.noise.angle 0.0
+  --motion.velocity 0.5
+  --motion.persistence 0.8
+  --cue.space rgb
+  --cue.bins 8,8,8
+  --cue.kernel radial
+  --cue.sampling.type lattice
+  --cue.sampling.points 256
+  --likelihood.sigma 0.1
+  --resampling.scheme multinomial
+  --resampling.threshold 1.0
+  --presence.fraction 0.1
+  --presence.frames 5
+  --presence.deviations 2.0
+  --presence.margin 0.7
+  --presence.ceiling 0.9
+  --presence.step 1
+  --calibration.middle 0.33
+  --calibration.width 0.09
+  --adaptation.rate 0.0
+  --adaptation.anchor 0.0
+"""
+"""Preset nummiaro, written down here as well: to get it means to load the whole tracker."""
+
+CONFIG_HELP = f"""\
+Every key of the configuration is an option too. The preset comes first, then the file of \
+--config, then these options. Preset nummiaro has
+
+{CONFIG_FLAGS}
+--motion.type may also be random_walk or second_order, --cue.sampling.type every_pixel. \
+--dump-config shows all keys and values of a preset, as a file for --config.
+"""
+
+
+def _read_setting(_: Any, tokens: Any) -> Any:
+    """Return what cyclopts gathered under a key, a list of tokens or a nest of such lists."""
+    from motes.config import from_flag
+
+    if isinstance(tokens, dict):
+        return {key: _read_setting(_, inner) for key, inner in tokens.items()}
+    token: Token = tokens[-1]
+    return from_flag("value", token.value)["value"]
+
+
+Settings = Annotated[Any, Parameter(converter=_read_setting, allow_leading_hyphen=True, show=False)]
+Init = Annotated[
+    str | None, Parameter(group=TARGET, allow_leading_hyphen=True, help="Box: x,y,width,height.")
+]
+Ellipse = Annotated[
+    str | None,
+    Parameter(
+        group=TARGET,
+        allow_leading_hyphen=True,
+        help="Center, half-axes, angle from the x axis towards y in radians: x,y,a,b,theta.",
+    ),
+]
+Preset = Annotated[
+    str,
+    Parameter(
+        group=CONFIGURATION,
+        help="nummiaro, nummiaro:adaptive, mean_shift or mean_shift:kalman.",
+    ),
+]
+ConfigFile = Annotated[
+    Path | None, Parameter(group=CONFIGURATION, help="TOML file laid over the preset.")
+]
+Overwrite = Annotated[
+    bool,
+    Parameter(group=OUTPUT, negative=(), show_default=False, help="Replace what is there already."),
+]
+
+
+def say(message: str) -> None:
+    """Print a line for people."""
+    print(f"motes: {message}", file=sys.stderr)
+
+
+def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
+    """Return the region that a user gave as numbers with commas, as box or as ellipse.
+
+    Raises
+    ------
+    ConfigError
+        If the text is none.
+    """
+    for flag, text, form in (
+        ("--init", init, "x,y,width,height"),
+        ("--ellipse", ellipse, "x,y,a,b,theta"),
+    ):
+        if text is None:
+            continue
+        try:
+            numbers = [float(number) for number in text.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) != len(form.split(",")):
+            raise ConfigError(f"{flag} takes {form}, numbers with commas; got {text!r}.")
+        return numbers
+    return None
+
+
+def tracker_config(
+    command: Callable[..., object],
+    preset: str,
+    file: Path | None,
+    settings: dict[str, Any],
+    target: Target | None = None,
+) -> TrackerConfig:
+    """Return the preset, with the target's cue, the file and the settings laid over it in turn.
+
+    An unknown setting may be a misspelled option of the command, whose parameters name them.
+
+    Raises
+    ------
+    ConfigError
+        For what is unknown or makes no sense.
+    SourceError
+        If the file cannot be read.
+    """
+    from motes import presets
+    from motes.config import from_toml, to_dict
+
+    base = presets.preset(preset)
+    if target is not None:
+        base = presets.configure(base, {"cue": to_dict(target.cue)})
+    if file is not None:
+        with named(file):
+            base = presets.configure(base, from_toml(read_text(file), "this file"))
+    known = to_dict(base)
+    for key in settings.keys() - known if "type" not in settings else ():
+        options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
+        near = difflib.get_close_matches(key, [*known, *options], n=1)
+        hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+        raise ConfigError(f"There is no option --{key} with this preset; {hint}")
+    return presets.configure(base, settings)
+
+
+@contextlib.contextmanager
+def named(file: Path) -> Iterator[None]:
+    """Say of a configuration's error which file it is in."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{file}: {error}") from None
+
+
+def read_text(path: Path) -> str:
+    """Return the text of an input file.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
+    except UnicodeDecodeError:
+        raise SourceError(f"{path} is not a text; check the name.") from None
+
+
+def load_target(path: Path) -> Target:
+    """Return the target in a histogram file; raise a SourceError where there is none."""
+    from motes.target import Target
+
+    try:
+        return Target.load(path)
+    except FormatError as error:
+        raise SourceError(str(error)) from None
+
+
+def check_not_source(source: str, *outputs: Path | None) -> None:
+    """Check that no two of these are the same file.
+
+    Raises
+    ------
+    ConfigError
+        If an output is the source, or another output.
+    """
+    paths = [os.path.realpath(path) for path in outputs if path is not None]
+    if os.path.realpath(source) in paths:
+        raise ConfigError(f"{source} is the source and cannot be an output; choose another name.")
+    if len(set(paths)) < len(paths):
+        raise ConfigError("Two outputs have the same name; give each its own.")
+
+
+def announce_compiling() -> None:
+    """Tell the user why the first start takes long, if this is one."""
+    from motes import kernels
+
+    folder = kernels.color_distances.stats.cache_path  # type: ignore[attr-defined]
+    if not kernels.CACHED or folder is None:
+        say("Compiling kernels; there is no folder to keep them in (see motes doctor).")
+        return
+    version = f"py{sys.version_info.major}{sys.version_info.minor}"
+    kept = Path(folder).glob(f"kernels.color_distances-*.{version}*.nbi")
+    changed = Path(kernels.__file__).stat().st_mtime
+    if not any(index.stat().st_mtime >= changed for index in kept):
+        say("Compiling kernels, once for this machine; later starts are quick.")

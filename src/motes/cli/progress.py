@@ -1,0 +1,115 @@
+"""How far a run is, while it runs, and how it went, in one line."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING, Any, Self
+
+from motes.track import Status
+
+if TYPE_CHECKING:
+    from motes.cli.follow import Step
+    from motes.video import Source
+
+INTERVAL = 0.1
+"""Seconds from one look of the progress bar to the next."""
+EVENTS = 6
+"""At most so many losses and findings are listed."""
+
+
+class Progress:
+    """A progress bar on standard error; nothing at all where that is no terminal."""
+
+    def __init__(self, source: Source, *, quiet: bool = False) -> None:
+        self._bar: Any = None
+        if quiet or not sys.stderr.isatty():
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        self._bar = Bar(
+            TextColumn("{task.completed}/{task.fields[of]} frames"),
+            BarColumn(bar_width=None),
+            TextColumn("{task.fields[rate]:.0f} frames/s"),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[state]}"),
+            console=Console(stderr=True),
+            auto_refresh=False,
+            transient=True,
+            expand=True,
+        )
+        count = source.frame_count
+        self._task = self._bar.add_task(
+            "", total=count, of="?" if count is None else count, rate=0.0, state=""
+        )
+        self._frames = self._shown = 0
+        self._at = time.perf_counter()
+
+    def update(self, step: Step) -> None:
+        """Count a frame; show it if the last look is old enough."""
+        if self._bar is None:
+            return
+        self._frames += 1
+        passed = time.perf_counter() - self._at
+        if passed < INTERVAL:
+            return
+        confidence = f" {step.track.confidence:.2f}" if step.track else ""
+        self._bar.update(
+            self._task,
+            completed=self._frames,
+            rate=(self._frames - self._shown) / passed,
+            state=f"{step.status}{confidence}",
+            refresh=True,
+        )
+        self._shown, self._at = self._frames, self._at + passed
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+
+class Tally:
+    """What there is to say about a run when it is over."""
+
+    def __init__(self) -> None:
+        self.frames = self._tracked = self._updates = 0
+        self._seconds = 0.0
+        self._before: Step | None = None
+        self._events: list[str] = []
+
+    @property
+    def found(self) -> bool:
+        """Whether the target was ever tracked."""
+        return self._tracked > 0
+
+    def add(self, step: Step) -> None:
+        """Count a frame."""
+        self.frames += 1
+        self._tracked += step.status is Status.TRACKING
+        if self._before is not None:
+            if self._before.info is not None:  # the first frame takes long and says nothing
+                self._updates += 1
+                self._seconds += step.seconds
+            if step.status is Status.LOST:
+                self._events.append(f"lost at frame {step.frame.index}")
+            if step.status is Status.TRACKING and self._before.status is not Status.TRACKING:
+                self._events.append(f"found at frame {step.frame.index}")
+        self._before = step
+
+    def __str__(self) -> str:
+        parts = ["1 frame" if self.frames == 1 else f"{self.frames} frames"]
+        if self.frames:
+            parts.append(f"tracked in {100 * self._tracked / self.frames:.1f} %")
+        if self._updates:
+            parts.append(f"tracker {1000 * self._seconds / self._updates:.2f} ms a frame")
+        parts += self._events[:EVENTS]
+        if len(self._events) > EVENTS:
+            parts.append(f"{len(self._events) - EVENTS} more changes")
+        return ", ".join(parts)

@@ -1,0 +1,288 @@
+"""`motes track`: follow one object through a video."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Literal
+from urllib.parse import urlsplit
+
+from cyclopts import App, Parameter
+
+from motes.cli import DONE, INTERRUPTED, NOT_FOUND
+from motes.cli.options import (
+    CONFIG_HELP,
+    CONFIGURATION,
+    FRAMES,
+    OUTPUT,
+    TARGET,
+    ConfigFile,
+    Ellipse,
+    Init,
+    Overwrite,
+    Preset,
+    Settings,
+    announce_compiling,
+    check_not_source,
+    load_target,
+    named,
+    read_text,
+    region_of,
+    say,
+    tracker_config,
+)
+from motes.errors import ConfigError, MotesError
+
+if TYPE_CHECKING:
+    from motes.cli.follow import Begin
+    from motes.cli.outputs import Output
+    from motes.cli.progress import Tally
+    from motes.presets import TrackerConfig
+    from motes.target import Place, Target
+    from motes.video import Source
+
+app = App(name="track", help_epilogue=CONFIG_HELP, help_format="plaintext")
+
+
+@app.default
+def track(
+    source: str | None = None,
+    /,
+    *,
+    init: Init = None,
+    ellipse: Ellipse = None,
+    histogram: Annotated[
+        Path | None, Parameter(group=TARGET, help="What to look for: a file of motes histogram.")
+    ] = None,
+    detect: Annotated[
+        Literal["face"] | None, Parameter(group=TARGET, help="Wait for a face and follow it.")
+    ] = None,
+    at: Annotated[
+        Path | None,
+        Parameter(
+            group=TARGET, help="Where --histogram may appear: TOML, [[place]] with box or border."
+        ),
+    ] = None,
+    background: Annotated[
+        Path | None, Parameter(group=TARGET, help="For --histogram: a picture without the target.")
+    ] = None,
+    start: Annotated[int, Parameter(group=FRAMES, help="First frame.")] = 0,
+    end: Annotated[int | None, Parameter(group=FRAMES, help="Frame to stop before.")] = None,
+    stride: Annotated[int, Parameter(group=FRAMES, help="Take every n-th frame.")] = 1,
+    output: Annotated[
+        str | None,
+        Parameter(
+            name=["--output", "-o"],
+            group=OUTPUT,
+            allow_leading_hyphen=True,
+            help="Rows, one for each frame: a .csv or .jsonl file, or - for standard output.",
+        ),
+    ] = None,
+    format: Annotated[  # noqa: A002
+        Literal["csv", "jsonl"] | None,
+        Parameter(group=OUTPUT, help="Form of the rows, whatever the file's ending."),
+    ] = None,
+    overlay: Annotated[
+        Path | None, Parameter(group=OUTPUT, help="Annotated video: .mp4, .mkv, .mov or .m4v.")
+    ] = None,
+    figures: Annotated[
+        Path | None, Parameter(group=OUTPUT, help="Folder for the figures of the papers.")
+    ] = None,
+    overwrite: Overwrite = False,
+    resume: Annotated[
+        bool,
+        Parameter(
+            group=OUTPUT,
+            negative=(),
+            show_default=False,
+            help="Continue the rows of an interrupted run. Give the same source, options and seed: "
+            "the run is repeated, at its usual speed, and rows that are there are kept.",
+        ),
+    ] = False,
+    preset: Preset = "nummiaro",
+    config: ConfigFile = None,
+    seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
+    dump_config: Annotated[
+        bool,
+        Parameter(
+            group=CONFIGURATION,
+            negative=(),
+            show_default=False,
+            help="Print the whole configuration as TOML and exit.",
+        ),
+    ] = False,
+    **settings: Settings,
+) -> int:
+    """Follow one object through a video.
+
+    Writes where it is in every frame, how sure that is, and whether it is searched, tracked or
+    lost. Without -o, --overlay and --figures the rows go to standard output, or to a file named
+    after the source if that is a terminal.
+
+    Parameters
+    ----------
+    source
+        A video, an image, a folder or pattern of images, the number of a camera, or an address.
+    """
+    known = None if histogram is None else load_target(histogram)
+    tracking = tracker_config(track, preset, config, settings, known)
+    if dump_config:
+        from motes.config import to_toml
+
+        print(to_toml(tracking), end="")
+        return DONE
+    if source is None:
+        raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
+    if seed < 0:
+        raise ConfigError(f"--seed is {seed}; give 0 or more.")
+    begin = _begin(init, ellipse, known, detect, at, background)
+    if output is None and overlay is None and figures is None:
+        output = _default_output(source)
+    check_not_source(source, Path(output) if output else None, overlay)
+    if resume and output is None:
+        raise ConfigError("--resume continues a file of rows; name it with -o.")
+
+    from motes.cli.outputs import Figures, Overlay, Rows
+    from motes.video import open_source
+
+    with open_source(source, start=start, end=end, stride=stride) as film:
+        if resume and film.live:
+            raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
+        outputs: list[Output] = []
+        if overlay is not None:
+            outputs.append(Overlay(overlay, film, stride, overwrite=overwrite))
+        if figures is not None:
+            outputs.append(Figures(figures, tracking, overwrite=overwrite))
+        if output is not None:
+            outputs.append(Rows(output, format, overwrite=overwrite, resume=resume))
+        return _run(film, tracking, seed, begin, outputs, quiet=output == "-")
+
+
+def _begin(
+    init: str | None,
+    ellipse: str | None,
+    known: Target | None,
+    detect: str | None,
+    at: Path | None,
+    background: Path | None,
+) -> Begin:
+    """Return how tracking begins; it must be told in exactly one way."""
+    ways = {"--init": init, "--ellipse": ellipse, "--histogram": known, "--detect": detect}
+    given = [flag for flag, value in ways.items() if value is not None]
+    if not given:
+        raise ConfigError(
+            f"What shall be followed? Give one of {', '.join(ways)}, "
+            f"for example --init 300,200,60,80 (x, y, width, height in the first frame)."
+        )
+    if len(given) > 1:
+        raise ConfigError(f"{' and '.join(given)} contradict each other; give one of them.")
+    if known is None and (at or background):
+        raise ConfigError("--at and --background belong to --histogram; give it, or omit them.")
+
+    from motes.cli import follow
+
+    region = region_of(init, ellipse)
+    if region is not None:
+        return follow.on_region(region)
+    if known is None:
+        from motes.detection import FaceDetector
+
+        return follow.on_detection(FaceDetector())
+
+    from motes.target import load_places
+    from motes.video import read_image
+
+    places: tuple[Place, ...] = ()
+    if at is not None:
+        read_text(at)  # tells a file that is not there from one that makes no sense
+        with named(at):
+            places = load_places(at)
+    return follow.on_target(known, places, None if background is None else read_image(background))
+
+
+def _default_output(source: str) -> str:
+    """Return where rows go if nobody says so."""
+    if not sys.stdout.isatty():
+        return "-"
+    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
+    stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
+    say(f"Writing {stem}.csv; choose another name with -o.")
+    return f"{stem}.csv"
+
+
+def _run(
+    film: Source,
+    config: TrackerConfig,
+    seed: int,
+    begin: Begin,
+    outputs: Sequence[Output],
+    *,
+    quiet: bool,
+) -> int:
+    """Follow the target through the film, write all there is to write, and say how it went."""
+    from motes.cli.follow import follow, prefetch
+    from motes.cli.progress import Progress, Tally
+    from motes.tracker import Tracker
+
+    announce_compiling()
+    tally, interrupted = Tally(), False
+    try:
+        with contextlib.ExitStack() as open_outputs, prefetch(film) as frames:
+            for output in outputs:
+                open_outputs.enter_context(output)
+            with Progress(film, quiet=quiet and sys.stdout.isatty()) as progress:
+                try:
+                    for step in follow(Tracker(config, seed), begin, frames):
+                        with _undisturbed():
+                            for output in outputs:
+                                output.write(step)
+                            tally.add(step)
+                        progress.update(step)
+                except KeyboardInterrupt:
+                    interrupted = True
+                    if not film.live:  # which only ever ends so
+                        raise
+    except KeyboardInterrupt:
+        interrupted = True
+    except MotesError:
+        _summarize(tally, film, outputs, interrupted=False)
+        raise
+    _summarize(tally, film, outputs, interrupted=interrupted)
+    if interrupted:
+        return INTERRUPTED
+    if not tally.found:
+        say("error: The target was never found; look for another one, or elsewhere.")
+        return NOT_FOUND
+    return DONE
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Let an interrupt by the keyboard wait until what is being written is whole."""
+    interrupts: list[tuple[int, FrameType | None]] = []
+    handler = signal.signal(signal.SIGINT, lambda *interrupt: interrupts.append(interrupt))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if interrupts and callable(handler):
+        handler(*interrupts[-1])
+
+
+def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: bool) -> None:
+    """Print one line on how a run went."""
+    if not tally.frames:
+        return
+    written = [output.result for output in outputs if output.result is not None]
+    parts = ["interrupted after " * interrupted + str(tally)]
+    if written:
+        parts.append("wrote " + ", ".join(written))
+    if film.report.problems:
+        parts.append(f"{film.name}: {film.report.problems}")
+    say("; ".join(parts) + ".")
