@@ -1,0 +1,23 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+# Kernels compile on first use, so no single example has a deadline.
+settings.register_profile("motes", deadline=None, derandomize=True)
+settings.load_profile("motes")
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""
+    default = Path(__file__).resolve().parents[2] / "shared" / "data"
+    folder = Path(os.environ.get("MOTES_DATA") or default)
+    if not folder.is_dir():
+        pytest.skip(f"no real data in {folder}; name its folder with MOTES_DATA")
+    return folder

@@ -1,0 +1,170 @@
+"""Plain second implementations, slow and obvious, and small scenes to track in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from motes.frame import FRAME_INTERVAL, Frame
+from motes.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+Bins = tuple[int, int, int]
+
+
+@cache
+def bin_of(r: int, g: int, b: int, space: str, bins: Bins) -> int:
+    """Return a color's bin in exact arithmetic; a channel's bins are equally wide."""
+    if space == "rgb":
+        parts = [Fraction(r, 256), Fraction(g, 256), Fraction(b, 256)]
+    else:
+        high, low = max(r, g, b), min(r, g, b)
+        if high == low:
+            hue = saturation = Fraction(0)
+        else:
+            # As colorsys does it, with fractions.
+            saturation = Fraction(high - low, high)
+            rc, gc, bc = (Fraction(high - c, high - low) for c in (r, g, b))
+            if r == high:
+                hue = bc - gc
+            elif g == high:
+                hue = 2 + rc - bc
+            else:
+                hue = 4 + gc - rc
+            hue = (hue / 6) % 1
+        parts = [hue, saturation, Fraction(high, 256)]
+    indices = [min(int(part * n), n - 1) for part, n in zip(parts, bins, strict=True)]
+    return (indices[0] * bins[1] + indices[1]) * bins[2] + indices[2]
+
+
+def bin_image(pixels: Pixels, space: str, bins: Bins) -> NDArray[np.int64]:
+    """Return every pixel's bin, (H, W)."""
+    return np.array([[bin_of(*map(int, c), space, bins) for c in row] for row in pixels])
+
+
+def radii(shape: Sequence[int], ellipse: Sequence[float]) -> tuple[Floats, Floats]:
+    """Return each pixel's distance from the center, and the same in the ellipse's own half-axes.
+
+    The second is Mahalanobis': the ellipse is where (p - c)^T M (p - c) < 1.
+    """
+    x, y, a, b, theta = ellipse
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    form = turn @ np.diag([a**-2, b**-2]) @ turn.T
+    rows, columns = np.mgrid[: shape[0], : shape[1]]
+    off = np.stack([columns - x, rows - y], axis=-1)
+    inner = np.einsum("hwi,ij,hwj->hw", off, form, off)
+    return np.hypot(off[..., 0], off[..., 1]), np.sqrt(np.maximum(inner, 0))
+
+
+def kernel(r: Floats) -> Floats:
+    """Equation 2."""
+    return np.where(r < 1, 1 - r**2, 0.0)
+
+
+def every_pixel(
+    pixels: Pixels, ellipse: Sequence[float], space: str, bins: Bins, profile: str
+) -> Floats:
+    """Equations 3 and 4 over every pixel of the ellipse; zeros where there is none."""
+    distance, own = radii(pixels.shape, ellipse)
+    bandwidth = math.hypot(ellipse[2], ellipse[3])
+    weights = kernel(distance / bandwidth if profile == "radial" else own) * (own < 1)
+    return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
+
+
+def lattice_places(ellipse: Sequence[float], lattice: Floats) -> tuple[Floats, Floats]:
+    """Return the points (n, 2) that a lattice has in an ellipse, and their offsets."""
+    x, y, a, b, theta = ellipse
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    offsets = (lattice.T * [a, b]) @ turn.T
+    return offsets + np.array([x, y]), offsets
+
+
+def on_lattice(
+    pixels: Pixels,
+    ellipse: Sequence[float],
+    lattice: Floats,
+    space: str,
+    bins: Bins,
+    profile: str,
+) -> Floats:
+    """Equations 3 and 4 over a lattice's points; each reads the pixel whose square it lies in."""
+    points, offsets = lattice_places(ellipse, lattice)
+    bandwidth = math.hypot(ellipse[2], ellipse[3])
+    own = np.hypot(*lattice)
+    weights = kernel(np.hypot(*offsets.T) / bandwidth if profile == "radial" else own)
+    nearest = np.floor(points + 0.5)
+    inside = ((nearest >= 0) & (nearest < [pixels.shape[1], pixels.shape[0]])).all(axis=1)
+    columns, rows = nearest[inside].astype(int).T
+    numbers = np.array(
+        [bin_of(*map(int, pixels[r, c]), space, bins) for r, c in zip(rows, columns, strict=True)],
+        np.int64,
+    )
+    return _normalized(weights[inside], numbers, bins)
+
+
+def _normalized(weights: Floats, numbers: NDArray[np.int64], bins: Bins) -> Floats:
+    histogram = np.zeros(math.prod(bins))
+    np.add.at(histogram, numbers, weights)
+    total = histogram.sum()
+    return histogram / total if total > 0 else histogram
+
+
+def bhattacharyya(p: Floats, q: Floats) -> float:
+    """Equation 7."""
+    return math.sqrt(max(0.0, 1 - sum(math.sqrt(u * v) for u, v in zip(p, q, strict=True))))
+
+
+def mosaic(seed: int, height: int, width: int, colors: int = 24) -> Pixels:
+    """Return an image of a few random colors, with the corners of the color cube among them."""
+    rng = np.random.default_rng(seed)
+    palette = rng.integers(0, 256, (colors, 3), np.uint8)
+    palette[:8] = np.array(np.meshgrid([0, 255], [0, 255], [0, 255])).reshape(3, 8).T
+    return palette[rng.integers(0, colors, (height, width))]
+
+
+def frame(pixels: Pixels, index: int = 0) -> Frame:
+    """Return an image as a frame of a film of 25 frames a second."""
+    return Frame(index, index * FRAME_INTERVAL, pixels)
+
+
+def scene(
+    index: int,
+    center: tuple[float, float] | None,
+    size: tuple[int, int] = (96, 72),
+    half: tuple[float, float] = (10.0, 7.0),
+) -> Frame:
+    """Return a gray, noisy street; where there is a center, a red and blue ellipse in it."""
+    width, height = size
+    rng = np.random.default_rng(index)
+    gray = 110 + 12 * np.sin(np.arange(width) / 7) + 12 * np.cos(np.arange(height) / 5)[:, None]
+    pixels = np.repeat(gray[:, :, None], 3, axis=2)
+    if center is not None:
+        own = radii(pixels.shape, (*center, *half, 0.0))[1]
+        pixels[own < 1] = (200, 30, 40)
+        pixels[own < 0.55] = (30, 50, 190)
+    pixels += rng.normal(0, 3, pixels.shape)
+    return frame(pixels.clip(0, 255).astype(np.uint8), index)
+
+
+def region(center: tuple[float, float], half: tuple[float, float] = (10.0, 7.0)) -> Ellipse:
+    """Return the target's ellipse in a `scene`."""
+    return Ellipse(*center, *half)
+
+
+def sequence(folder: Path, limit: int | None = None) -> tuple[list[Frame], Floats]:
+    """Return a real sequence's frames and true boxes (x, y, w, h), counted from 0."""
+    text = (folder / "groundtruth_rect.txt").read_text().replace(",", " ").split()
+    boxes = np.array(text, np.float64).reshape(-1, 4)[:limit] - [1, 1, 0, 0]
+    paths = sorted((folder / "img").glob("*.jpg"))[: len(boxes)]
+    frames = [
+        frame(np.array(Image.open(path).convert("RGB")), index) for index, path in enumerate(paths)
+    ]
+    return frames, boxes

@@ -1,0 +1,218 @@
+"""Motion models: one suite for all, and each against its closed form (equations 8 and 9)."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.frame import FRAME_INTERVAL
+from motes.geometry import Ellipse
+from motes.motion import ConstantVelocity, Motion, Noise, RandomWalk, SecondOrder
+
+Floats = NDArray[np.float64]
+
+# Without what is not linear: a common change of size is tested by itself.
+NOISE = Noise(position=0.3, size=0, size_return=0, aspect=0.05, angle=0.2)
+FIRST = Ellipse(500, 400, 60, 25, 0.1)
+MODELS: list[RandomWalk | ConstantVelocity | SecondOrder] = [
+    RandomWalk(noise=NOISE),
+    ConstantVelocity(noise=NOISE),
+    ConstantVelocity(noise=NOISE, velocity=0.8, persistence=0.5),
+    ConstantVelocity(noise=NOISE, persistence=0.0),
+    SecondOrder(noise=NOISE, persistence=0.7),
+]
+model_ = pytest.mark.parametrize("model", MODELS)
+
+
+def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
+    """Return the model without noise."""
+    return type(model)(
+        **{
+            **{name: getattr(model, name) for name in model.__struct_fields__},
+            "noise": Noise(position=0, size=0, size_return=0, aspect=0, angle=0),
+        }
+    )
+
+
+def moving(model: Motion, n: int) -> Floats:
+    """Return n equal states that move, grow and accelerate where the model can."""
+    states = model.initial(np.tile(np.array(FIRST), (n, 1)))
+    pattern = np.array([7.0, -4.0, 1.5, 0.5, 1.0, -2.0, 0.25, 0.125])
+    states[:, 5:] = pattern[: states.shape[1] - 5]
+    return states
+
+
+def matrices(
+    model: RandomWalk | ConstantVelocity | SecondOrder, steps: float
+) -> tuple[Floats, Floats]:
+    """Return A and the covariance of w, written down as block matrices."""
+    grown = NOISE.position * math.sqrt(steps), NOISE.aspect * math.sqrt(steps)
+    base = np.array(
+        [60 * grown[0], 25 * grown[0], 60 * grown[1], 25 * grown[1], 0.2 * math.sqrt(steps)]
+    )
+    if isinstance(model, RandomWalk):
+        return np.eye(5), np.diag(base**2)
+    kept = model.persistence**steps
+    eye, zero = np.eye(4), np.zeros((4, 4))
+    if isinstance(model, ConstantVelocity):
+        # Position takes the new velocity, and so its noise too.
+        step = np.block([[eye, steps * eye], [zero, eye]])
+        a = step @ np.block([[eye, zero], [zero, kept * eye]])
+        sources = np.concatenate([base[:4], model.velocity * base[:4]])
+    else:
+        move = np.block([[eye, steps * eye, zero], [zero, eye, zero], [zero, zero, eye]])
+        speed = np.block([[eye, zero, zero], [zero, eye, steps * eye], [zero, zero, eye]])
+        step = move @ speed
+        a = step @ np.diag(np.repeat([1, kept, kept], 4))
+        sources = np.concatenate(
+            [base[:4], model.velocity * base[:4], model.acceleration * base[:4]]
+        )
+    q = step @ np.diag(sources**2) @ step.T
+    # The angle is column 4, between the sizes and the velocities.
+    order = [0, 1, 2, 3, len(a), *range(4, len(a))]
+    pad = np.zeros((len(a), 1))
+    a = np.block([[a, pad], [pad.T, np.eye(1)]])
+    q = np.block([[q, pad], [pad.T, base[4:][None] ** 2]])
+    return a[np.ix_(order, order)], q[np.ix_(order, order)]
+
+
+@model_
+@pytest.mark.parametrize("frames", [0.25, 1.0, 3.0])
+def test_mean_and_covariance(
+    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
+) -> None:
+    n = 60_000
+    states = moving(model, n)
+    out = model.propagate(np.random.default_rng(4), states, frames * FRAME_INTERVAL, FIRST)
+    a, q = matrices(model, frames)
+    deviations = np.sqrt(np.diag(q))
+    error = np.abs(out.mean(axis=0) - a @ states[0])
+    assert (error <= 4.5 * deviations / math.sqrt(n)).all()
+    correlation = np.cov(out.T) / np.outer(deviations, deviations)
+    np.testing.assert_allclose(correlation, q / np.outer(deviations, deviations), atol=0.025)
+
+
+@model_
+def test_noise_is_gaussian(model: Motion) -> None:
+    states = moving(model, 40_000)
+    out = model.propagate(np.random.default_rng(1), states, FRAME_INTERVAL, FIRST)
+    z = (out - out.mean(axis=0)) / out.std(axis=0)
+    assert np.abs((z**3).mean(axis=0)).max() < 0.06
+    assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
+
+
+@model_
+def test_noise_is_proportional_to_the_first_region(model: Motion) -> None:
+    states = moving(model, 50)
+    states[:, 2:4] += 500  # away from the smallest size
+    still = model.propagate(np.random.default_rng(0), states, 0.0, FIRST)[:, :4]
+    small = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    large = model.propagate(
+        np.random.default_rng(0), states, FRAME_INTERVAL, FIRST._replace(a=120, b=50)
+    )
+    none = model.propagate(
+        np.random.default_rng(0), states, FRAME_INTERVAL, FIRST._replace(a=1e-12, b=1e-12)
+    )
+    np.testing.assert_allclose(large[:, :4] - none[:, :4], 2 * (small - none)[:, :4], atol=1e-6)
+    np.testing.assert_array_equal(large[:, 4], small[:, 4])
+    np.testing.assert_allclose(still, states[:, :4])
+
+
+@model_
+@pytest.mark.parametrize("frames", [0.0, 0.5, 1.0, 4.0])
+def test_without_noise_only_a_is_left(
+    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
+) -> None:
+    silent = quiet(model)
+    states = moving(model, 3)
+    out = silent.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
+    np.testing.assert_allclose(out, states @ matrices(model, frames)[0].T, atol=1e-9)
+
+
+@model_
+@pytest.mark.parametrize("frames", [0.5, 1.0, 4.0])
+def test_both_half_axes_grow_and_return_together(
+    model: RandomWalk | ConstantVelocity | SecondOrder, frames: float
+) -> None:
+    """In logarithms: a share of the way back to the first size, and one noise for both."""
+    noise = Noise(position=0, size=0.1, size_return=0.2, aspect=0)
+    model = msgspec.structs.replace(model, noise=noise)
+    n = 20_000
+    states = model.initial(np.tile([0.0, 0, 120, 20, 0], (n, 1)))
+    out = model.propagate(np.random.default_rng(3), states, frames * FRAME_INTERVAL, FIRST)
+    logs = np.log(out[:, 2:4] / [FIRST.a, FIRST.b])
+    expected = 0.8**frames * np.log([120 / FIRST.a, 20 / FIRST.b])
+    deviation = 0.1 * math.sqrt(frames)
+    assert (np.abs(logs.mean(axis=0) - expected) < 4 * deviation / math.sqrt(n)).all()
+    np.testing.assert_allclose(logs.std(axis=0), deviation, rtol=0.03)
+    np.testing.assert_allclose(logs[:, 0] - logs[:, 1], expected[0] - expected[1], atol=1e-9)
+    np.testing.assert_array_equal(out[:, :2], 0)
+
+
+@model_
+def test_in_no_time_nothing_happens(model: Motion) -> None:
+    states = moving(model, 20)
+    out = model.propagate(np.random.default_rng(0), states, 0.0, FIRST)
+    np.testing.assert_allclose(out, states)
+
+
+def test_at_full_persistence_velocity_is_constant() -> None:
+    """The paper's A: x' = x + v dt, v' = v."""
+    model = quiet(ConstantVelocity(persistence=1.0))
+    states = moving(model, 1)
+    for _ in range(10):
+        states = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    np.testing.assert_allclose(states[0, :4], [500 + 70, 400 - 40, 60 + 15, 25 + 5])
+
+
+@model_
+def test_shapes_and_initial_states(model: Motion) -> None:
+    ellipses = np.array([[1.0, 2, 30, 40, 0.5], [5, 6, 7, 8, -0.5]])
+    states = model.initial(ellipses)
+    np.testing.assert_array_equal(model.ellipses(states), ellipses)
+    assert not states[:, 5:].any()
+    out = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    assert out.shape == states.shape
+    assert model.ellipses(out).shape == (2, 5)
+    states[:] = 0
+    np.testing.assert_array_equal(ellipses[0], [1, 2, 30, 40, 0.5])
+
+
+@model_
+def test_sizes_stay_at_one_pixel_or_more(model: Motion) -> None:
+    states = model.initial(np.tile([5.0, 5, 1.2, 1.1, 0], (500, 1)))
+    for _ in range(5):
+        states = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+        assert model.ellipses(states)[:, 2:4].min() >= 1
+
+
+@model_
+def test_nothing_is_ever_nan(model: Motion) -> None:
+    rng, states = np.random.default_rng(0), moving(model, 100)
+    for dt in (1e-9, FRAME_INTERVAL, 60.0, 3600.0):
+        states = model.propagate(rng, states, dt, FIRST)
+        assert np.isfinite(states).all()
+
+
+@model_
+def test_inputs_stay_as_they_are(model: Motion) -> None:
+    states = moving(model, 10)
+    before = states.copy()
+    model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    model.ellipses(states)
+    np.testing.assert_array_equal(states, before)
+
+
+@model_
+def test_the_generator_alone_decides(model: Motion) -> None:
+    states = moving(model, 10)
+    first, same, other = (
+        model.propagate(np.random.default_rng(seed), states, FRAME_INTERVAL, FIRST)
+        for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(first, same)
+    assert (first != other).any()

@@ -1,0 +1,89 @@
+"""The README's commands and code, run as they stand there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes import Status, synthetic
+from motes.cli import main
+from motes.writer import VideoWriter
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+BOX = "300,200,40,60"
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+
+
+COMMANDS = [
+    line.split("#")[0].strip()
+    for block in blocks("sh")
+    for line in block.splitlines()
+    if line.startswith("motes ")
+]
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a clip whose target is where the README says."""
+    path = tmp_path_factory.mktemp("readme") / "video.mp4"
+    x, y, width, height = (int(value) for value in BOX.split(","))
+    states = np.array(
+        [[x + width / 2 + i, y + height / 2, width / 2, height / 2, 0] for i in range(30)]
+    )
+    clip = synthetic.Clip((640, 480), (synthetic.Target(states),))
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels)
+    return path
+
+
+@pytest.fixture
+def folder(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "video.mp4").symlink_to(video)
+    (tmp_path / "places.toml").write_text(blocks("toml")[0])
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_command_runs(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert len(COMMANDS) >= 10
+    for command in COMMANDS:
+        assert main(shlex.split(command)[1:]) == 0, (command, capfd.readouterr().err)
+        output = re.search(r"-o (\S+\.csv)", command)
+        if output and "--resume" not in command:
+            rows = (folder / output[1]).read_text().splitlines()
+            assert len(rows) == 31, command
+            assert rows[-1].split(",")[8] == "tracking", command
+
+
+def test_make_targets_exist() -> None:
+    makefile = (Path(__file__).parent.parent / "Makefile").read_text()
+    for target in re.findall(r"^make (\w+)", "\n".join(blocks("sh")), re.MULTILINE):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+
+
+def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, opencv = blocks("python")
+    assert len([line for line in code.splitlines() if line.strip()]) <= 10
+    exec(code, {})
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 30
+    assert all("tracking" in line for line in printed)
+
+    clip = synthetic.still((640, 480), target=(60, 100), frames=2)
+    images = [clip[i][0].pixels[:, :, ::-1] for i in range(2)]
+    names = {"first_bgr_image": images[0], "next_bgr_image": images[1]}
+    exec(opencv, names)
+    assert names["ok"] is (names["tracker"].tracker.info.track.status is Status.TRACKING)
+
+
+def test_linked_files_exist() -> None:
+    for link in re.findall(r"\]\((?!http)([^)]+)\)", README):
+        assert (Path(__file__).parent.parent / link).exists(), link
