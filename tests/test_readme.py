@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -79,7 +80,7 @@ def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
 
     clip = synthetic.still((640, 480), target=(60, 100), frames=2)
     images = [clip[i][0].pixels[:, :, ::-1] for i in range(2)]
-    names = {"first_bgr_image": images[0], "next_bgr_image": images[1]}
+    names: dict[str, Any] = {"first_bgr_image": images[0], "next_bgr_image": images[1]}
     exec(opencv, names)
     assert names["ok"] is (names["tracker"].tracker.info.track.status is Status.TRACKING)
 

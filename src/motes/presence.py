@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, Protocol
 
 import numpy as np
@@ -90,7 +93,12 @@ class AppearanceRule(Config, frozen=True):
             )
             if beside.any():
                 moved = moved[beside]
-        rho = 1 - cue.distances(model, frame, moved) ** 2
+        # Kernels release the GIL, so that threads share the work.
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            parts = pool.map(
+                partial(cue.distances, model, frame), np.array_split(moved, os.cpu_count() or 1)
+            )
+            rho = 1 - np.concatenate(list(parts)) ** 2
         return Background(float(rho.mean()), float(rho.std()))
 
     def holds(self, background: Background, distances: Floats) -> NDArray[np.bool_]:
