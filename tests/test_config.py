@@ -103,7 +103,7 @@ def test_presets_survive_toml(name: str) -> None:
                 st.just(EveryPixel()), st.builds(Lattice, points=st.integers(8, 65536))
             ),
         ),
-        likelihood=st.builds(Gaussian, sigma=st.floats(1e-6, 1e6)),
+        likelihood=st.builds(Gaussian, sigma=st.floats(1e-3, 1e6)),
     )
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
@@ -123,7 +123,10 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         ({"type": "magic"}, "type: Invalid value 'magic'"),
         ({"cue": {"bins": [8, 8]}}, "Config cue.bins: Expected `array` of length 3"),
-        ({"likelihood": {"sigma": math.nan}}, "likelihood.sigma: Expected `float` > 0"),
+        (
+            {"likelihood": {"sigma": math.nan}},
+            "likelihood.sigma: Expected `float` >= 0.001, got nan",
+        ),
         ({"likelihood": {"sigma": math.inf}}, "likelihood: sigma: Expected a finite number"),
     ],
 )

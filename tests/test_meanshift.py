@@ -185,14 +185,22 @@ def test_the_particle_filter_finds_a_target_that_leaps() -> None:
         assert overlaps("nummiaro", seed)[LANDED].min() > 0.3
 
 
+def followed(seed: int) -> bool:
+    return bool(overlaps("nummiaro", seed)[LEAP].min() > 0)
+
+
+def test_the_particle_filter_mostly_follows_the_leap() -> None:
+    """Section VI: it "is able to follow the fast moving object during the whole sequence"."""
+    assert sum(followed(seed) for seed in SEEDS) >= 4
+
+
 @pytest.mark.xfail(
     strict=True,
-    reason="Section VI follows the target in flight; the preset's noise is too small for a leap "
-    "of 1.3 widths a frame: it is lost in flight and found again where it lands.",
+    reason="A leap of 1.3 widths a frame is at the edge of what the preset's noise reaches: one "
+    "seed in six loses the target in flight and finds it again where it lands.",
 )
-def test_the_particle_filter_follows_the_leap() -> None:
-    for seed in SEEDS:
-        assert overlaps("nummiaro", seed)[LEAP].min() > 0
+def test_the_particle_filter_follows_the_leap_with_every_seed() -> None:
+    assert all(followed(seed) for seed in SEEDS)
 
 
 def test_presets_of_section_vi() -> None:

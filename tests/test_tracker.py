@@ -735,3 +735,51 @@ def test_real_sequences(data: Path, name: str, low: float) -> None:
 def test_the_presets_are_of_both_kinds() -> None:
     kinds = {type(config) for config in PRESETS.values()}
     assert kinds == {ParticleFilter, MeanShift}
+
+
+def test_correct_after_load_sees_the_saved_frame(tmp_path: Path) -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=3)
+    tracker = Tracker(seed=1)
+    tracker.init(clip[0][0], clip[0][1][0].ellipse)
+    tracker.update(clip[1][0])
+    tracker.save(tmp_path / "tracker")
+    region = clip[1][1][0].ellipse
+    again = Tracker.load(tmp_path / "tracker")
+    assert again.correct(region).distance == tracker.correct(region).distance < 0.3
+    assert again.update(clip[2][0]).ellipse == tracker.update(clip[2][0]).ellipse
+
+
+def test_correct_keeps_the_model_of_an_adaptive_tracker() -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
+    tracker = Tracker("nummiaro:adaptive")
+    tracker.init(clip[0][0], clip[0][1][0].ellipse)
+    tracker.update(clip[1][0])
+    tracker.correct(clip[1][1][0].ellipse)
+    compared_with = tracker.info.model.histogram
+    tracker.correct((5, 5, 40, 40))
+    np.testing.assert_array_equal(tracker.info.model.histogram, compared_with)
+
+
+@pytest.mark.parametrize("preset_name", ["nummiaro", "mean_shift:kalman"])
+def test_a_long_gap_keeps_particles_near_the_frame(preset_name: str) -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
+    tracker = Tracker(preset_name)
+    tracker.init(clip[0][0], clip[0][1][0].ellipse)
+    track = tracker.update(Frame(1, 3.0e7, clip[1][0].pixels))
+    assert np.abs(tracker.info.ellipses[:, :4]).max() < 2000
+    assert np.isfinite(track.ellipse).all()
+    with pytest.raises(SourceError, match="does not come after"):
+        tracker.update(Frame(2, float("inf"), clip[1][0].pixels))
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "1"])
+def test_seeds_that_are_none(seed: Any) -> None:
+    with pytest.raises(ConfigError, match="A seed is a whole number"):
+        Tracker(seed=seed)
+
+
+def test_save_to_a_missing_folder(tmp_path: Path) -> None:
+    tracker = Tracker()
+    tracker.init(np.zeros((40, 40, 3), np.uint8), (5, 5, 20, 20))
+    with pytest.raises(FormatError, match="Cannot write the tracker"):
+        tracker.save(tmp_path / "none" / "tracker")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import math
+import numbers
 import re
 import tomllib
 from collections.abc import Mapping
@@ -21,8 +23,8 @@ Share = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1)]
 
 
-class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of all configuration: frozen, keyword-only, checked on construction.
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all configuration: frozen, and checked on construction.
 
     A field's type says what it accepts; anything else, NaN and infinity included, raises a
     `ConfigError` that names the field. Subclasses with a `tag` are told apart by the key `type`.
@@ -31,6 +33,9 @@ class Config(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
+            if type(value) is not bool and isinstance(value, numbers.Real):
+                # numpy's numbers are as good as Python's
+                value = int(value) if isinstance(value, numbers.Integral) else float(value)
             try:
                 for number in value if isinstance(value, list | tuple) else (value,):
                     if isinstance(number, float) and not math.isfinite(number):
@@ -160,14 +165,10 @@ def from_flag(key: str, text: str) -> dict[str, Any]:
     The text is read as a TOML value; `8,8,8` is a list, and what is no TOML value is a string.
     """
     value: Any = text
-    for candidate in (text, f"[{text}]"):
-        try:
-            value = tomllib.loads(f"value = {candidate}")["value"]
-            break
-        except tomllib.TOMLDecodeError:
-            continue
-    if value == [text]:  # a lone word in brackets is no list
-        value = text
+    with contextlib.suppress(tomllib.TOMLDecodeError):
+        value = tomllib.loads(
+            f"value = [{text}]" if re.match(r"[^\[].*,", text) else f"value = {text}"
+        )["value"]
     for part in reversed(key.split(".")):
         value = {part: value}
     nested: dict[str, Any] = value

@@ -131,4 +131,4 @@ def iou(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     out: NDArray[np.float64] = np.divide(
         inner, union, out=np.zeros_like(np.asarray(inner)), where=union > 0
     )
-    return out
+    return np.minimum(out, 1.0)  # rounding

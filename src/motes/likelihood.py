@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.config import Config, Positive
+from motes.config import Config
 
 
 class Gaussian(Config, frozen=True, tag="gaussian"):
@@ -20,7 +23,7 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
         Standard deviation of the distance; the paper gives no value.
     """
 
-    sigma: Positive = 0.15
+    sigma: Annotated[float, Meta(ge=1e-3)] = 0.1
 
     def log(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return log-likelihoods of distances (N,), up to a constant."""

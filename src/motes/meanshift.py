@@ -17,6 +17,7 @@ from motes.config import Config, Count, Positive, Share
 from motes.cues.color import Color, ColorModel
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
+from motes.motion import LONGEST_INTERVAL
 from motes.particle_filter import Info
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.sampling import EveryPixel
@@ -143,9 +144,8 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
         start, mean, covariance = state.ellipse, state.mean, state.covariance
         if self.prediction:
-            mean, covariance = self.prediction.predict(
-                mean, covariance, frame.time - state.time, state.unit
-            )
+            dt = min(frame.time - state.time, LONGEST_INTERVAL)
+            mean, covariance = self.prediction.predict(mean, covariance, dt, state.unit)
             inside = np.clip(mean[0], 0, [frame.width - 1, frame.height - 1])
             start = start._replace(x=float(inside[0]), y=float(inside[1]))
         found = [

@@ -23,6 +23,9 @@ from motes.geometry import Ellipse
 
 Floats = NDArray[np.float64]
 
+LONGEST_INTERVAL = 1.0
+"""Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
+
 
 class Motion(Protocol):
     """What a motion model must offer."""

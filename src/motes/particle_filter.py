@@ -13,7 +13,7 @@ from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.likelihood import Gaussian
-from motes.motion import ConstantVelocity, RandomWalk, SecondOrder
+from motes.motion import LONGEST_INTERVAL, ConstantVelocity, RandomWalk, SecondOrder
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.resampling import Resampling, Weights
 from motes.track import Status, Track
@@ -188,9 +188,10 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         if searching or self.resampling.due(weights):
             states = states[self.resampling.ancestors(rng, weights)]
             weights = Weights.uniform(self.particles)
-        states = self.motion.propagate(rng, states, frame.time - state.time, state.first)
+        dt = min(frame.time - state.time, LONGEST_INTERVAL)
+        states = self.motion.propagate(rng, states, dt, state.first)
         if searching:
-            fresh = spread(rng, state.places, state.first, self.particles // 2)
+            fresh = spread(rng, state.places, state.first, (self.particles + 1) // 2)
             # A random half: most schemes return ancestors in order, so that any fixed half would
             # lose some particles for certain, however good.
             replaced = rng.choice(self.particles, len(fresh), replace=False)
@@ -203,7 +204,9 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, missed=0)
-        return self._observe(state, frame, states, Weights.uniform(self.particles))
+        weights = Weights.uniform(self.particles)
+        after, info = self._observe(state, frame, states, weights)
+        return replace(after, model=state.model), info
 
     def _begin(
         self,

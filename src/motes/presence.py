@@ -94,10 +94,8 @@ class AppearanceRule(Config, frozen=True):
             if beside.any():
                 moved = moved[beside]
         # Kernels release the GIL, so that threads share the work.
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            parts = pool.map(
-                partial(cue.distances, model, frame), np.array_split(moved, os.cpu_count() or 1)
-            )
+        with ThreadPoolExecutor(cores()) as pool:
+            parts = pool.map(partial(cue.distances, model, frame), np.array_split(moved, cores()))
             rho = 1 - np.concatenate(list(parts)) ** 2
         return Background(float(rho.mean()), float(rho.std()))
 
@@ -145,3 +143,10 @@ class Calibration(Config, frozen=True):
         """Return the probability for an estimate at this distance to the target model."""
         # As a hyperbolic tangent, which cannot overflow.
         return 0.5 - 0.5 * math.tanh((distance - self.middle) / (2 * self.width))
+
+
+def cores() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

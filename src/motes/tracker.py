@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -48,8 +49,10 @@ class Tracker:
 
     def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
         self.config = preset(config) if isinstance(config, str) else config
-        self._rng = np.random.Generator(np.random.PCG64(seed))
+        if not isinstance(seed, int) or seed < 0:
+            raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
         self._seed = seed
+        self._rng = np.random.Generator(np.random.PCG64(seed))
         self._state: State | None = None
         self._frame: Frame | None = None
 
@@ -127,7 +130,7 @@ class Tracker:
                 f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
                 f"{last.width}x{last.height}; start anew with init."
             )
-        if not picture.time > last.time:
+        if not last.time < picture.time < math.inf:
             raise SourceError(
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
@@ -141,17 +144,26 @@ class Tracker:
         return self._take(last, self.config.correct(state, last, ellipse))  # type: ignore[arg-type]
 
     def save(self, path: str | Path) -> None:
-        """Write everything that the next update needs, to continue after `load` to the last bit."""
+        """Write everything that the next call needs, to continue after `load` to the last bit.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be written.
+        """
         state, last = self._started()
         saved = {
             "motes": FORMAT,
             "config": to_dict(self.config),
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
-            "frame": [last.index, last.time, last.width, last.height],
+            "frame": [last.index, last.time, last.pixels],
             "state": state,
         }
-        Path(path).write_bytes(msgspec.msgpack.encode(saved, enc_hook=_pack))
+        try:
+            Path(path).write_bytes(msgspec.msgpack.encode(saved, enc_hook=_pack))
+        except OSError as error:
+            raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -170,8 +182,8 @@ class Tracker:
             kind: Any = FilterState if isinstance(tracker.config, ParticleFilter) else ShiftState
             tracker._state = msgspec.convert(saved["state"], kind, dec_hook=_unpack)
             tracker._rng.bit_generator.state = json.loads(saved["random"])
-            index, time, width, height = saved["frame"]
-            tracker._frame = Frame(index, time, np.zeros((height, width, 3), np.uint8))
+            index, time, pixels = saved["frame"]
+            tracker._frame = Frame(index, time, _unpack(None, pixels))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
         except (msgspec.MsgspecError, ConfigError, KeyError, TypeError, ValueError) as error:

@@ -155,6 +155,6 @@ def print_file(console: Console) -> None:
             following.append(len(rendered) / (time.perf_counter() - start))
     decode, track = statistics.median(decoding), statistics.median(following)
     console.print(
-        f"H.264 file of {SIZE[0]}x{SIZE[1]}, {FILE_FRAMES} frames: decoded at {decode:.0f} a second, "
-        f"followed from start to end at {track:.0f}: {track / decode:.0%}."
+        f"H.264 file of {SIZE[0]}x{SIZE[1]}, {FILE_FRAMES} frames: decoded at {decode:.0f}/s, "
+        f"followed whole at {track:.0f}: {track / decode:.0%}."
     )

@@ -143,6 +143,8 @@ class Color(Config, frozen=True, tag="color"):
         share `anchor` of the region's part is taken from the first frame's histogram instead.
         """
         seen = self.histograms(frame, np.array([ellipse]))[0]
+        if not seen.any():  # the estimate lies outside the frame
+            return model
         towards = anchor * model.anchor + (1 - anchor) * seen
         return ColorModel((1 - rate) * model.histogram + rate * towards, model.anchor)
 
