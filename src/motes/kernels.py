@@ -49,8 +49,6 @@ def _kernel(function: F) -> F:
 
 RGB, HSV = 0, 1
 LANES = 4
-LINE = 64
-"""Bytes that memory delivers at once."""
 
 
 @_kernel
@@ -193,30 +191,6 @@ def _fill(
 
 
 @_kernel
-def _fetch(flat: NDArray[np.uint8], shape: Any, ellipses: NDArray[np.float64], reads: int) -> int:
-    """Touch the image around the ellipses row by row, before it is read here and there.
-
-    Memory delivers neighboring lines, asked for in order, several times as fast. Not worth it where
-    there are more lines than pixels to be read.
-    """
-    height, width = shape[0], shape[1]
-    left, right, top, bottom = width, 0, height, 0
-    for n in range(ellipses.shape[0]):
-        x, y = ellipses[n, 0], ellipses[n, 1]
-        reach = max(ellipses[n, 2], ellipses[n, 3])
-        left = min(left, max(0, math.floor(x - reach)))
-        right = max(right, min(width, math.ceil(x + reach)))
-        top = min(top, max(0, math.floor(y - reach)))
-        bottom = max(bottom, min(height, math.ceil(y + reach)))
-    touched = 0
-    if (right - left) * (bottom - top) * 3 // LINE < reads:
-        for row in range(top, bottom):
-            for place in range((row * width + left) * 3, (row * width + right) * 3, LINE):
-                touched |= flat[place]
-    return touched
-
-
-@_kernel
 def color_histograms(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
@@ -271,8 +245,6 @@ def color_distances(
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
     occupied = roots.shape[0]
     lanes = np.empty((LANES, occupied + 1))
-    # Stored, or the compiler would find that nobody needs it.
-    lanes[0, 0] = _fetch(flat, pixels.shape, ellipses, room * ellipses.shape[0])
     for n in range(ellipses.shape[0]):
         count = _points(pixels.shape, ellipses[n], lattice, radial, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
