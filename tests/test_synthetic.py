@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from motes import synthetic
 from motes.errors import ConfigError
 from motes.geometry import Ellipse
+from motes.scenery import GRAIN
 from motes.synthetic import Clip, Stem, Target
 
 CLIPS: list[Callable[..., Clip]] = [
@@ -143,7 +144,7 @@ def test_the_grain_differs_from_frame_to_frame_and_is_faint() -> None:
     clip = Clip(SMALL, (Target(np.tile([80.0, 60, 20, 12, 0.0], (2, 1))),))
     first, second = (frame.pixels.astype(int) for frame, _ in clip)
     assert 4 < (first - second).std() < 10
-    assert np.abs(first - second).max() <= 2 * synthetic.GRAIN
+    assert np.abs(first - second).max() <= 2 * GRAIN
 
 
 def test_demo_meets_every_difficulty() -> None:

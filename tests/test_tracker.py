@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from motes import synthetic
 from motes.cues.color import Color
+from motes.detection import Detection
 from motes.errors import ConfigError, FormatError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
@@ -783,3 +784,25 @@ def test_save_to_a_missing_folder(tmp_path: Path) -> None:
     tracker.init(np.zeros((40, 40, 3), np.uint8), (5, 5, 20, 20))
     with pytest.raises(FormatError, match="Cannot write the tracker"):
         tracker.save(tmp_path / "none" / "tracker")
+
+
+def test_any_callable_is_a_detector() -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
+    box = clip[1][1][0].ellipse.box
+    seen: list[int] = []
+
+    def detector(frame: Frame) -> list[Detection]:
+        seen.append(frame.index)
+        wide = Box(0, 0, 500, 10)  # sure, but larger than the frame
+        return [Detection(wide, 9.0), Detection(Box(5, 5, 9, 9), 0.1), Detection(box, 0.7)][
+            : 3 * frame.index
+        ]
+
+    tracker = Tracker()
+    assert tracker.detect(clip[0][0], detector) is None
+    with pytest.raises(ConfigError, match="no target yet"):
+        tracker.update(clip[1][0])
+    track = tracker.detect(clip[1][0], detector)
+    assert track is not None
+    assert track.box == pytest.approx(box)
+    assert seen == [0, 1]

@@ -36,10 +36,11 @@ from clips import (
     spoil,
     turn,
 )
-from motes import video
+from motes import decoder
+from motes.decoder import MAX_BAD_PACKETS
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
-from motes.video import MAX_BAD_PACKETS, open_source, read_image
+from motes.video import open_source, read_image
 
 DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[2] / "shared" / "data")) / "video"
 KNOWN = {
@@ -54,7 +55,7 @@ KNOWN = {
 need_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real videos in {DATA}")
 
 
-def read(source: str | Path, **selection: Any) -> tuple[list[Frame], video.Report]:
+def read(source: str | Path, **selection: Any) -> tuple[list[Frame], decoder.Report]:
     with open_source(source, **selection) as frames:
         return list(frames), frames.report
 
@@ -585,8 +586,8 @@ def server(data: bytes, length: int, pause: float | None = None) -> Iterator[str
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(video, "OPEN_TIMEOUT", 0.4)
-    monkeypatch.setattr(video, "READ_TIMEOUT", 0.4)
+    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
 
 
 @pytest.mark.usefixtures("impatient")

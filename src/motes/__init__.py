@@ -6,6 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from motes.detection import Detection, Detector, FaceDetector
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
@@ -22,7 +23,10 @@ _HOMES = {
     "PRESETS": "presets",
     "Box": "geometry",
     "ConfigError": "errors",
+    "Detection": "detection",
+    "Detector": "detection",
     "Ellipse": "geometry",
+    "FaceDetector": "detection",
     "FormatError": "errors",
     "Frame": "frame",
     "LimitError": "errors",
@@ -42,7 +46,10 @@ __all__ = [
     "PRESETS",
     "Box",
     "ConfigError",
+    "Detection",
+    "Detector",
     "Ellipse",
+    "FaceDetector",
     "FormatError",
     "Frame",
     "LimitError",

@@ -11,31 +11,21 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageFilter
+from PIL import Image
 
 from motes.errors import ConfigError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
+from motes.scenery import SHIFTS, Floats, backdrop, local, noise, scale_of, to_bytes, window
 
-Floats = NDArray[Any]
-"""Values of float32: numpy keeps them so in arithmetic with Python's own numbers."""
 Color = tuple[int, int, int]
 
-GRAIN = 14
-"""The film grain's largest value, of 255; the scene keeps this far from black and white."""
-SHIFTS = 64
-"""The grain is one noise picture, moved by 0 … 63 pixels in x and in y from frame to frame."""
 REACH = 1.25
 """A texture covers -REACH … REACH half-axes, so that half-covered pixels find colors too."""
-LEAVES = np.frombuffer(
-    bytes.fromhex("7a5838 9e7a50 60422c 68703a 486232 58763c 3c522e 807a6e c49e46 96502e b6a27a"),
-    np.uint8,
-).reshape(-1, 3)
-"""Their colors (RGB), some of them like a beetle's."""
 
 
 class Truth(NamedTuple):
@@ -122,17 +112,7 @@ class Clip:
 
     @cached_property
     def _scenery(self) -> tuple[NDArray[np.uint8], Floats, NDArray[np.uint8]]:
-        """What does not move: the ground with its stems, where stems hide it, and the grain."""
-        (width, height), rng = self.size, np.random.default_rng((self.seed, 0))
-        ground = _ground(rng, width, height)
-        cover = np.zeros((height, width), np.float32)
-        for stem in self.stems:
-            _add_stem(rng, ground, cover, stem)
-        noise = 4 * rng.standard_normal((height + SHIFTS, width + SHIFTS, 1), np.float32)
-        noise = noise + 2 * rng.standard_normal((*noise.shape[:2], 3), np.float32)
-        # Negative grain wraps to 256 less: added in uint8, it subtracts, and fast.
-        grain = np.rint(noise).clip(-GRAIN, GRAIN).astype(np.int8).view(np.uint8)
-        return _to_bytes(ground), cover, grain
+        return backdrop(np.random.default_rng((self.seed, 0)), self.size, self.stems)
 
     @cached_property
     def _textures(self) -> list[Image.Image]:
@@ -147,7 +127,7 @@ def demo(size: tuple[int, int] = (640, 480), frames: int = 300, seed: int = 0) -
     by more than its length (frame 200), leaves the frame on the right and returns. A longer
     clip begins again, a shorter one ends early.
     """
-    scale = _scale(size)
+    scale = scale_of(size)
     behind_the_stem = (0, 90, 350, 36), (40, 210, 300, 32), (90, 430, 272, 32)
     turn = (118, 545, 215, 46), (140, 560, 330, 68), (160, 470, 390, 72), (180, 420, 310, 50)
     out = (200, 545, 180, 36), (212, 590, 160, 36), (232, 720, 170, 36)
@@ -174,7 +154,7 @@ def jumping(
     the next, and lands on the other side, every 40 frames with the default leap: for 8 frames
     then its region shares no pixel with the one before.
     """
-    scale = _scale(size)
+    scale = scale_of(size)
     a, b, span = 20 * scale, 14 * scale, 0.68 * size[0]
     flight, pause = span / (leap * b), 16
     turn, phase = np.divmod(np.arange(frames), math.ceil(flight) + pause)
@@ -188,7 +168,7 @@ def jumping(
 def turning(size: tuple[int, int] = (640, 480), frames: int = 100, seed: int = 0) -> Clip:
     """Return a clip whose target turns once around its center: 2π / frames from frame to frame."""
     theta = np.arange(frames) * 2 * math.pi / frames
-    center, scale = _center(size), _scale(size)
+    center, scale = _center(size), scale_of(size)
     return Clip(size, (Target(_states(*center, 64 * scale, 36 * scale, theta)),), seed=seed)
 
 
@@ -197,7 +177,7 @@ def growing(
 ) -> Clip:
     """Return a clip whose target grows until `factor` times as long and wide, and shrinks back."""
     growth = factor ** (0.5 - 0.5 * np.cos(np.arange(frames) * 2 * math.pi / frames))
-    growth *= _scale(size)
+    growth *= scale_of(size)
     return Clip(size, (Target(_states(*_center(size), 28 * growth, 20 * growth, 0.4)),), seed=seed)
 
 
@@ -211,7 +191,7 @@ def occluded(
     ConfigError
         If a stem that hides the target for so long leaves no room beside it.
     """
-    scale = _scale(size)
+    scale = scale_of(size)
     a, speed = 24 * scale, 5 * scale
     stem = Stem(_center(size)[0], 2 * a + speed * length)
     # The target turns back `half` frames from the stem's middle; an even number of hidden frames
@@ -228,7 +208,7 @@ def occluded(
 
 def crossing(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 0) -> Clip:
     """Return a clip of two similar targets that meet in the middle; the second walks in front."""
-    scale, (x, y) = _scale(size), _center(size)
+    scale, (x, y) = scale_of(size), _center(size)
     offset = np.linspace(-0.38, 0.38, frames) * size[0]
     a, b = 34 * scale, 24 * scale
     behind = _states(x - offset, y - 8 * scale, a, b, math.pi)
@@ -253,11 +233,6 @@ def still(
         x + 6 * np.cos(angle), y + 6 * np.sin(angle), target[1] / 2, target[0] / 2, -math.pi / 2
     )
     return Clip(size, (Target(states),), seed=seed)
-
-
-def _scale(size: tuple[int, int]) -> float:
-    """Return how much larger than 640x480 a frame is, in its smaller direction."""
-    return min(size[0] / 640, size[1] / 480)
 
 
 def _center(size: tuple[int, int]) -> tuple[float, float]:
@@ -289,14 +264,14 @@ def _paint(
     `pixels` and `unhidden` (1 where targets further behind may still be seen) are changed.
     """
     small = min(ellipse.a, ellipse.b)
-    part, x, y = _window(ellipse, 0.6 * small + 1, unhidden.shape)
+    part, x, y = window(ellipse, 0.6 * small + 1, unhidden.shape)
     if not unhidden[part].size:
         return 0.0
-    u, v = _local(x, y, ellipse)
+    u, v = local(x, y, ellipse)
     radius, slope = np.hypot(u, v), np.hypot(u / ellipse.a, v / ellipse.b)
     distance = (radius - 1) * radius / np.maximum(slope, 1e-6)  # to the edge, in pixels
     seen = np.clip(0.5 - distance, 0, 1) * unhidden[part]
-    shadow = np.hypot(*_local(x - 0.15 * small, y - 0.3 * small, ellipse))
+    shadow = np.hypot(*local(x - 0.15 * small, y - 0.3 * small, ellipse))
     light = 1 - 0.5 * unhidden[part] * np.clip((1.25 - shadow) / 0.5, 0, 1)
 
     whole = np.array([2 * REACH * ellipse.a, 2 * REACH * ellipse.b])
@@ -312,109 +287,9 @@ def _paint(
     size = (x.size, y.size)
     skin = texture.transform(size, Image.Transform.AFFINE, matrix, Image.Resampling.BILINEAR)
     mixed = pixels[part] * ((1 - seen) * light)[:, :, None]
-    pixels[part] = _to_bytes(mixed + np.asarray(skin) * seen[:, :, None])
+    pixels[part] = to_bytes(mixed + np.asarray(skin) * seen[:, :, None])
     unhidden[part] -= seen
     return min(float(seen.sum(dtype=np.float64)) / ellipse.area, 1.0)
-
-
-def _window(
-    ellipse: Ellipse, margin: float, shape: tuple[int, ...]
-) -> tuple[tuple[slice, slice], Floats, Floats]:
-    """Return the part of a picture that holds an ellipse, and its x and y from the center."""
-    box, (height, width) = ellipse.box, shape[:2]
-    left, top = max(math.floor(box.x - margin), 0), max(math.floor(box.y - margin), 0)
-    right = min(math.ceil(box.x + box.width + margin), width)
-    bottom = min(math.ceil(box.y + box.height + margin), height)
-    x = np.arange(left, right) - ellipse.x
-    y = np.arange(top, bottom)[:, None] - ellipse.y
-    part = slice(top, max(bottom, 0)), slice(left, max(right, 0))
-    return part, x.astype(np.float32), y.astype(np.float32)
-
-
-def _local(x: Floats, y: Floats, ellipse: Ellipse) -> tuple[Floats, Floats]:
-    """Return offsets from an ellipse's center in its own axes, in half-axes."""
-    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    return (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
-
-
-def _to_bytes(image: Floats) -> NDArray[np.uint8]:
-    limited: Floats = np.rint(image).clip(GRAIN, 255 - GRAIN)
-    return limited.astype(np.uint8)
-
-
-def _noise(
-    rng: np.random.Generator, width: int, height: int, cell: float, stretch: float = 1.0
-) -> Floats:
-    """Return smooth noise around 0, in octaves from `cell` pixels (times `stretch` in y) to 1."""
-    total: Floats = np.zeros((height, width), np.float32)
-    strength = 1.0
-    while cell >= 1:
-        grid = math.ceil(height / cell / stretch) + 3, math.ceil(width / cell) + 3
-        coarse = Image.fromarray(strength * rng.standard_normal(grid, np.float32))
-        total += np.asarray(coarse.resize((width, height), Image.Resampling.BICUBIC))
-        cell, strength = cell / 2, strength * 0.62
-    return total
-
-
-def _ground(rng: np.random.Generator, width: int, height: int) -> Floats:
-    """Return the garden floor: soil and moss, leaves that lie on it, light and depth of field."""
-    scale = _scale((width, height))
-    soil, moss = np.array([(84, 66, 48), (78, 88, 46)], np.float32)
-    blend = np.clip(0.5 + 0.6 * _noise(rng, width, height, 160 * scale), 0, 1)[:, :, None]
-    ground: Floats = soil + (moss - soil) * blend
-    ground *= 1 + 0.28 * _noise(rng, width, height, 24 * scale)[:, :, None]
-    for _ in range(round(420 * width * height / (640 * 480 * scale**2))):
-        _add_leaf(rng, ground, scale)
-
-    x = np.linspace(-1, 1, width, dtype=np.float32)
-    y = np.linspace(-1, 1, height, dtype=np.float32)[:, None]
-    ground *= (1.02 - 0.16 * x - 0.10 * (x**2 + y**2))[:, :, None]
-    ground *= (1 + 0.14 * _noise(rng, width, height, 200 * scale))[:, :, None]
-    sharp = Image.fromarray(_to_bytes(ground))
-    depth = np.abs(y + 0.1 * x - 0.15)
-    for radius, start in ((2, 0.25), (6, 0.6)):
-        blurred = np.asarray(sharp.filter(ImageFilter.GaussianBlur(radius * scale)), np.float32)
-        ground += (blurred - ground) * np.clip((depth - start) / 0.3, 0, 1)[:, :, None]
-    return ground
-
-
-def _add_leaf(rng: np.random.Generator, ground: Floats, scale: float) -> None:
-    """Lay a leaf with its veins and its shadow somewhere on the ground."""
-    height, width = ground.shape[:2]
-    x, y, a = rng.uniform((0, 0, 10 * scale), (width, height, 52 * scale)).tolist()
-    leaf = Ellipse(x, y, a, a * rng.uniform(0.2, 0.5), rng.uniform(0, 2 * math.pi))
-    color = LEAVES[rng.integers(len(LEAVES))] * np.float32(rng.uniform(0.7, 1.1))
-    window, dx, dy = _window(leaf, 8 * scale, ground.shape)
-    part = ground[window]
-
-    def inside(shift: float, softness: float) -> tuple[Floats, Floats, Floats]:
-        u, v = _local(dx - shift, dy - 1.5 * shift, leaf)
-        return u, v, np.clip((1 - u * u - np.abs(v)) * (leaf.b / softness) + 0.5, 0, 1)
-
-    part *= 1 - 0.45 * inside(2.5 * scale, 4 * scale)[2][:, :, None]
-    u, v, alpha = inside(0, 1)
-    veins = 0.25 * np.exp(-((v / 0.06) ** 2))
-    veins += 0.10 * np.sin(16 * (u + 0.7 * np.abs(v))) * np.abs(v)
-    shade = 0.92 + 0.22 * v + 0.12 * np.sin(2.5 * u + 1) + veins
-    shade += 0.05 * rng.standard_normal(shade.shape, np.float32)
-    part += (color * shade[:, :, None] - part) * alpha[:, :, None]
-
-
-def _add_stem(rng: np.random.Generator, ground: Floats, cover: Floats, stem: Stem) -> None:
-    """Put a stem and its shadow on the ground, and mark in `cover` where it hides things."""
-    height, width = cover.shape
-    y, x = np.ogrid[:height, :width]
-    lean = stem.lean * (y - (height - 1) / 2)
-    across = ((x - stem.x - lean) / math.hypot(1, stem.lean)).astype(np.float32)
-    half = stem.width / 2
-    ground *= 1 - 0.5 * np.clip((1.5 - np.abs(across / half - 0.35)) / 0.8, 0, 1)[:, :, None]
-    alpha = np.clip(half + 0.5 - np.abs(across), 0, 1)
-    roundness = np.sqrt(np.clip(1 - (across / half) ** 2, 0, 1))
-    bark = 1 + 0.13 * _noise(rng, width, height, stem.width / 8, stretch=8)
-    shade = bark * (0.35 + 0.65 * roundness - 0.25 * across / half)
-    color = np.array((112, 104, 72), np.float32) * shade[:, :, None]
-    ground += (color - ground) * alpha[:, :, None]
-    np.maximum(cover, alpha, out=cover)
 
 
 def _texture(rng: np.random.Generator, target: Target) -> Image.Image:
@@ -435,6 +310,6 @@ def _texture(rng: np.random.Generator, target: Target) -> Image.Image:
     skin += (head - skin) * step(front, 0.05)
     skin += (stripe - skin) * step(0.13 - np.hypot(u - 0.72, np.abs(v) - 0.3), 0.05)
     shade = 0.45 + 0.6 * np.sqrt(np.clip(1 - 0.9 * (u * u + v * v), 0, 1))
-    shade *= 1 + 0.06 * _noise(rng, side, side, side / 12)
+    shade *= 1 + 0.06 * noise(rng, side, side, side / 12)
     shine = 90 * np.exp(-((u - 0.05) ** 2) / 0.12 - (v + 0.38) ** 2 / 0.015)
-    return Image.fromarray(_to_bytes(skin * shade[:, :, None] + shine[:, :, None]))
+    return Image.fromarray(to_bytes(skin * shade[:, :, None] + shine[:, :, None]))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.config import from_dict, to_dict
+from motes.detection import Detector, best
 from motes.errors import ConfigError, FormatError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
 from motes.geometry import region_within
@@ -72,6 +73,16 @@ class Tracker:
         picture = self._picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
         return self._take(picture, self.config.init(self._rng, picture, ellipse))
+
+    def detect(self, frame: Picture, detector: Detector) -> Track | None:
+        """Start afresh on the surest object that a detector finds in a frame; None without one.
+
+        A detector is any callable from a `Frame` to a list of `Detection`s.
+        """
+        self._restart()
+        picture = self._picture(frame)
+        found = best(detector(picture), picture)
+        return None if found is None else self.reinit(picture, found.box)
 
     def search(
         self,

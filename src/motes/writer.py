@@ -14,8 +14,8 @@ import numpy as np
 from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
+from motes.decoder import ONE_THREAD
 from motes.errors import ConfigError, FormatError
-from motes.video import ONE_THREAD
 
 ENDINGS = (".m4v", ".mkv", ".mov", ".mp4")
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from motes.detection import Detector, best
+from motes.detection import Detector
 from motes.frame import Frame
 from motes.particle_filter import Info
 from motes.target import Place, Target
@@ -69,10 +69,7 @@ def on_detection(detector: Detector) -> Begin:
     """Start on the surest detection, in the first frame that has one."""
 
     def begin(tracker: Tracker, frame: Frame) -> bool:
-        found = best(detector(frame), frame)
-        if found is not None:
-            tracker.init(frame, found.box)
-        return found is not None
+        return tracker.detect(frame, detector) is not None
 
     return begin
 

@@ -1,0 +1,279 @@
+"""Pictures from whatever FFmpeg reads: files, streams and cameras.
+
+What could not be read is counted in a `Report`, not hidden: a damaged packet is skipped and reading
+goes on, and a file that ends before its time is said to be cut off.
+"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import av
+import numpy as np
+from av.stream import Disposition
+from av.video.reformatter import VideoReformatter
+from numpy.typing import NDArray
+
+from motes.errors import SourceError
+from motes.frame import FRAME_INTERVAL, as_rgb
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
+    from av.packet import Packet
+    from av.video.frame import VideoFrame
+    from av.video.stream import VideoStream
+
+Picture = tuple[float | None, Callable[[], NDArray[np.uint8]]]
+"""Time stamp in seconds, if there is one, and how to get the pixels."""
+
+MAX_BAD_PACKETS = 64
+"""So many unreadable packets in a row are skipped; one more and the source is given up."""
+OPEN_TIMEOUT = 5.0
+READ_TIMEOUT = 5.0
+"""Seconds that a camera or server may take to answer, and to send the next packet."""
+REMEDY = "give a video, an image, or a folder of images."
+
+# Starting threads for each picture costs more than they save; PyAV 16 never starts any.
+ONE_THREAD: dict[str, Any] = {"threads": 1} if int(av.__version__.split(".")[0]) >= 17 else {}
+
+
+@dataclass(slots=True)
+class Report:
+    """What was read so far, and what was wrong with it.
+
+    Attributes
+    ----------
+    decoded
+        Pictures decoded, also those that `start` and `stride` pass over.
+    skipped
+        Packets that could not be decoded.
+    damaged
+        Pictures that were decoded with parts missing, which the decoder made up.
+    retimed
+        Pictures whose time stamp was missing or did not increase; they got the time of the one
+        before plus the nominal interval.
+    ended, expected
+        Where the source ended and where its header says it ends, seconds, if it was cut off.
+    """
+
+    decoded: int = 0
+    skipped: int = 0
+    damaged: int = 0
+    retimed: int = 0
+    ended: float | None = None
+    expected: float | None = None
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the source ended before its time."""
+        return self.ended is not None
+
+    @property
+    def problems(self) -> str | None:
+        """One line for people, or None if all was well."""
+        parts = []
+        if self.skipped:
+            parts.append(f"{self.skipped} unreadable packet(s) skipped")
+        if self.damaged:
+            parts.append(f"{self.damaged} picture(s) damaged")
+        if self.truncated:
+            parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
+        if self.retimed:
+            parts.append(f"{self.retimed} missing or wrong time stamp(s) replaced")
+        return "; ".join(parts) or None
+
+
+class Decoder:
+    """The first video of a file, a stream or a camera.
+
+    Parameters
+    ----------
+    address
+        As FFmpeg takes it.
+    name
+        What it is called in messages.
+    advice
+        What to do where it cannot be read.
+    form, options
+        FFmpeg's format and options, where it does not find them by itself.
+    remote
+        Whether to wait no longer than `OPEN_TIMEOUT` and `READ_TIMEOUT`.
+
+    Attributes
+    ----------
+    fps
+        Nominal frames per second, None if unknown.
+    duration
+        Seconds, None if unknown.
+    count
+        Estimate of how many pictures there are, None if unknown.
+    live
+        Whether pictures come at the pace of a camera, without an end.
+
+    Raises
+    ------
+    SourceError
+        Here, if there is no video to read; later, if it ends in an error or is too damaged.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        name: str,
+        advice: str,
+        *,
+        form: str | None = None,
+        options: dict[str, str] | None = None,
+        remote: bool = False,
+    ) -> None:
+        self._name, self._advice, self._remote = name, advice, remote
+        self._container = self._open(address, form, options)
+        self._stream = self._best_stream()
+        # Several threads are faster, but no two readings of a damaged file would be the same.
+        self._stream.thread_type = "NONE"
+        self._reformatter = VideoReformatter()
+        self._bad_in_row = 0
+
+        self.fps = _rate(self._stream)
+        # Without a start there are no time stamps, and the duration is guessed from the bit rate.
+        length, begin = self._container.duration, self._container.start_time
+        self.duration = length / av.time_base if length and begin is not None else None
+        self.live = remote and self.duration is None
+        self.count = self._stream.frames or None
+        if self.count is None and self.duration and self.fps:
+            self.count = round(self.duration * self.fps)
+
+    def _open(
+        self, address: str, form: str | None, options: dict[str, str] | None
+    ) -> InputContainer:
+        try:
+            container = av.open(
+                address,
+                format=form,
+                options=options,
+                metadata_errors="replace",
+                timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
+            )
+        except (av.FFmpegError, ValueError) as error:
+            raise self._failure(error) from error
+        if container.format.name == "tty":  # FFmpeg paints any text file
+            container.close()
+            raise SourceError(f"{self._name} is a text; {REMEDY}")
+        return container
+
+    def _failure(self, error: Exception) -> SourceError:
+        if isinstance(error, av.error.ExitError):
+            return SourceError(f"{self._name} does not answer; {self._advice}")
+        if isinstance(error, av.error.InvalidDataError):
+            return SourceError(f"{self._name} is not a video, or a badly damaged one; {REMEDY}")
+        reason = getattr(error, "strerror", None) or str(error)
+        return SourceError(f"{self._name} cannot be read: {reason}; {self._advice}")
+
+    def _best_stream(self) -> VideoStream:
+        """Return the first video stream that is not the cover of a record."""
+        streams = [
+            stream
+            for stream in self._container.streams.video
+            if not stream.disposition & Disposition.attached_pic
+        ]
+        if not streams or streams[0].codec_context is None:
+            self._container.close()
+            what = "holds a video of an unknown kind" if streams else "holds no video"
+            raise SourceError(f"{self._name} {what}; {REMEDY}")
+        return streams[0]
+
+    def close(self) -> None:
+        """Let go of the file or connection."""
+        self._container.close()
+
+    def pictures(self, report: Report) -> Iterator[Picture]:
+        """Yield the pictures in order, and count in `report` what could not be read."""
+        reached = 0.0
+        for packet in self._packets(report):
+            if packet.pts is not None and packet.time_base:
+                # Any stream counts: sound may well go on where the pictures end.
+                stop = (packet.pts + (packet.duration or 0)) * packet.time_base
+                reached = max(reached, float(stop))
+            if packet.stream.index != self._stream.index:
+                continue
+            try:
+                frames = packet.decode()
+            except av.FFmpegError as error:
+                self._bad(report, error)
+                continue
+            for frame in frames:
+                self._bad_in_row = 0
+                report.damaged += frame.is_corrupt
+                yield frame.time, partial(self._pixels, frame)
+        tolerance = 2 / self.fps if self.fps else 2 * FRAME_INTERVAL
+        if self.duration is not None and reached < self.duration - tolerance:
+            report.ended, report.expected = reached, self.duration
+
+    def _packets(self, report: Report) -> Iterator[Packet[Any]]:
+        """Yield the packets of all streams, going on after damaged ones."""
+        demux = self._container.demux()
+        while True:
+            try:
+                packet = next(demux)
+            except (StopIteration, IndexError):
+                # PyAV trips in the end over streams that turned up in a damaged file on the way.
+                return
+            except av.error.InvalidDataError as error:
+                self._bad(report, error)
+                demux = self._container.demux()
+                continue
+            except av.FFmpegError as error:
+                raise self._failure(error) from error
+            yield packet
+
+    def _bad(self, report: Report, error: Exception) -> None:
+        report.skipped += 1
+        self._bad_in_row += 1
+        if self._bad_in_row > MAX_BAD_PACKETS:
+            raise SourceError(
+                f"{self._name} is damaged: {self._bad_in_row} packets in a row cannot be read "
+                f"after frame {report.decoded - 1}; choose an end before that."
+            ) from error
+
+    def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:
+        try:
+            converted = self._reformatter.reformat(frame, format="rgb24", **ONE_THREAD)
+        except av.FFmpegError as error:
+            raise SourceError(
+                f"{self._name} has pixels in the form {frame.format.name}, which cannot be "
+                f"converted; convert the video."
+            ) from error
+        pixels = converted.to_ndarray()
+        if converted is frame:  # its memory is the decoder's, which may still need it
+            pixels = pixels.copy()
+        return as_rgb(np.rot90(pixels, round(frame.rotation / 90)))
+
+
+def camera(number: int) -> Decoder:
+    """Return the decoder of a camera of this machine, by its number from 0."""
+    system = platform.system()
+    name, options = f"camera {number}", {}
+    if system == "Windows":
+        found = [d.name for d in av.enumerate_input_devices("dshow") if "video" in d.media_types]
+        if number >= len(found):
+            raise SourceError(f"There is no camera {number}, only {len(found)}; connect it.")
+        form, address = "dshow", f"video={found[number]}"
+    elif system == "Darwin":
+        # Cameras refuse the 29.97 frames per second that FFmpeg asks of them.
+        form, address, options = "avfoundation", f"{number}:none", {"framerate": "30"}
+    else:
+        form, address = "v4l2", f"/dev/video{number}"
+    advice = "connect it, or choose another number."
+    return Decoder(address, name, advice, form=form, options=options, remote=True)
+
+
+def _rate(stream: VideoStream) -> float | None:
+    """Return the nominal rate: the round one that FFmpeg guesses, if it agrees with the average."""
+    guessed, average = stream.guessed_rate, stream.average_rate
+    if guessed and average and abs(guessed / average - 1) > 0.05:
+        guessed = average
+    return float(guessed) if guessed else None
