@@ -1,8 +1,8 @@
-"""Who follows a target whose regions of consecutive frames do not overlap?
+"""Follow a target whose regions of consecutive frames do not overlap.
 
     python benchmarks/leaps.py [--seeds 5] [--clips 3] [PRESET ...]
 
-Follows the target of `motes.synthetic.jumping` in several sceneries; mean and standard deviation over
+The target of `motes.synthetic.jumping` in several sceneries; mean and standard deviation over
 sceneries and seeds. A leap frame is one whose true box does not overlap the one before.
 """
 

@@ -51,8 +51,9 @@ def matrices(
 ) -> tuple[Floats, Floats]:
     """Return A and the covariance of w, written down as block matrices."""
     grown = NOISE.position * math.sqrt(steps), NOISE.aspect * math.sqrt(steps)
+    mean = math.sqrt(60 * 25)
     base = np.array(
-        [60 * grown[0], 25 * grown[0], 60 * grown[1], 25 * grown[1], 0.2 * math.sqrt(steps)]
+        [mean * grown[0], mean * grown[0], 60 * grown[1], 25 * grown[1], 0.2 * math.sqrt(steps)]
     )
     if isinstance(model, RandomWalk):
         return np.eye(5), np.diag(base**2)

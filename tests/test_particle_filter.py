@@ -99,7 +99,8 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
     """Return exact means (T, 2) and standard deviations (T, 2), and the log-likelihood."""
     means, deviations = np.empty((5, 2)), np.empty((5, 2))
     log_likelihood = 0.0
-    for axis, unit in enumerate((FIRST.a, FIRST.b)):
+    unit = math.sqrt(FIRST.a * FIRST.b)
+    for axis in range(2):
         m, p = np.array([FIRST[axis], 0.0]), np.zeros((2, 2))
         for t in range(1, len(TIMES)):
             steps = (TIMES[t] - TIMES[t - 1]) / FRAME_INTERVAL

@@ -51,7 +51,7 @@ class Noise(Config, frozen=True):
     Attributes
     ----------
     position
-        Of x and y, as a share of the first region's half-axes.
+        Of x and y, as a share of the first region's mean half-axis, sqrt(a b).
     size
         Of the logarithm of a factor common to both half-axes.
     size_return
@@ -62,7 +62,7 @@ class Noise(Config, frozen=True):
         Of theta, in radians.
     """
 
-    position: NonNegative = 0.5
+    position: NonNegative = 0.6
     size: NonNegative = 0.05
     size_return: Share = 0.05
     aspect: NonNegative = 0.003
@@ -201,4 +201,5 @@ def _spread(noise: Noise, first: Ellipse, dt: float) -> list[float]:
     grown = math.sqrt(dt / FRAME_INTERVAL)
     position, aspect = noise.position * grown, noise.aspect * grown
     a, b = first.a, first.b
-    return [a * position, b * position, a * aspect, b * aspect, noise.angle * grown]
+    mean = math.sqrt(a * b)  # a narrow target moves sideways as fast as any
+    return [mean * position, mean * position, a * aspect, b * aspect, noise.angle * grown]

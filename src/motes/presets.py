@@ -25,7 +25,7 @@ TrackerConfig = ParticleFilter | MeanShift
 NUMMIARO = ParticleFilter(
     particles=100,  # section VII
     motion=ConstantVelocity(  # equations 8 and 9
-        noise=Noise(position=0.5, size=0.05, size_return=0.05, aspect=0.003),
+        noise=Noise(position=0.6, size=0.05, size_return=0.05, aspect=0.003),
         velocity=0.5,
         persistence=0.8,
     ),

@@ -27,7 +27,7 @@ CONFIGURATION = Group("Configuration", sort_key=4)
 CONFIG_FLAGS = """\
   --particles 100
   --motion.type constant_velocity
-  --motion.noise.position 0.5
+  --motion.noise.position 0.6
   --motion.noise.size 0.05
   --motion.noise.size_return 0.05
   --motion.noise.aspect 0.003
