@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
 
-Picture = tuple[float | None, Callable[[], NDArray[np.uint8]]]
+Stamped = tuple[float | None, Callable[[], NDArray[np.uint8]]]
 """Time stamp in seconds, if there is one, and how to get the pixels."""
 
 MAX_BAD_PACKETS = 64
@@ -190,7 +190,7 @@ class Decoder:
         """Let go of the file or connection."""
         self._container.close()
 
-    def pictures(self, report: Report) -> Iterator[Picture]:
+    def pictures(self, report: Report) -> Iterator[Stamped]:
         """Yield the pictures in order, and count in `report` what could not be read."""
         reached = 0.0
         for packet in self._packets(report):

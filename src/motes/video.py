@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
-from motes.decoder import REMEDY, Decoder, Picture, Report, camera
+from motes.decoder import REMEDY, Decoder, Report, Stamped, camera
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
 
@@ -43,7 +43,7 @@ class _Reader(Protocol):
     count: int | None
     live: bool
 
-    def pictures(self, report: Report) -> Iterator[Picture]:
+    def pictures(self, report: Report) -> Iterator[Stamped]:
         """Yield the pictures in order; only those whose pixels are asked for are converted."""
 
     def close(self) -> None: ...
@@ -272,7 +272,7 @@ class _Images:
         self.count = len(self._paths)
         self.duration = len(self._paths) * FRAME_INTERVAL
 
-    def pictures(self, report: Report) -> Iterator[Picture]:
+    def pictures(self, report: Report) -> Iterator[Stamped]:
         for index, path in enumerate(self._paths):
             yield index * FRAME_INTERVAL, partial(read_image, path)
 
