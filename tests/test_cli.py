@@ -439,6 +439,13 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     assert set(os.listdir()) == before
 
 
+@pytest.mark.parametrize("line", ["bench --rounds 0", "bench --frames 2"])
+def test_a_bench_of_nothing_is_refused(go: Go, line: str) -> None:
+    code, _, error = go(line)
+    assert (code, error.count("\n")) == (2, 1)
+    assert "Medians need" in error
+
+
 def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ZeroDivisionError("two\nlines")

@@ -98,16 +98,13 @@ def test_kernels_stand_alone() -> None:
 
 def test_kernels_are_the_only_ones_compiled() -> None:
     for path in MODULES:
-        if path.name != "kernels.py" and place(path) != "cli":
+        if path.name not in ("kernels.py", "doctor.py"):
             assert "numba" not in {name.split(".")[0] for name in imported(path)}, path
 
 
 def test_public_names() -> None:
-    assert (
-        sorted(motes.__all__) == motes.__all__
-        or sorted(motes.__all__, key=lambda name: (not name.isupper(), not name[0].isupper(), name))
-        == motes.__all__
-    )
+    order = sorted(motes.__all__, key=lambda n: (not n.isupper(), not n[0].isupper(), n))
+    assert order == motes.__all__
     assert set(motes.__all__) == set(motes._HOMES)
     assert len(set(motes.__all__)) == len(motes.__all__)
     for name in motes.__all__:

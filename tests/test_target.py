@@ -26,6 +26,18 @@ def target() -> Target:
     return Target.learn(Color(space="hsv", bins=(8, 8, 4)), FRAME, region((40, 30)))
 
 
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The device is full for the new bytes, the old ones are untouched."""
+    path = tmp_path / "target.json"
+    target().save(path)
+    before = path.read_bytes()
+    (tmp_path / "target.json.partial").symlink_to("/dev/full")
+    with pytest.raises(FormatError, match="No space left"):
+        target().save(path)
+    assert [found.name for found in tmp_path.iterdir()] == ["target.json"]
+    assert path.read_bytes() == before
+
+
 def test_a_target_survives_its_file(tmp_path: Path) -> None:
     path = tmp_path / "target.json"
     first = target()

@@ -199,7 +199,7 @@ def test_images_of_every_kind(name: str, convert: Any) -> None:
         sound(tracker.update(convert(picture.pixels)), tracker.config)
     again = Tracker(CONFIGS[name])
     sound(again.init(Frame(0, 0.0, convert(FRAMES[0].pixels)), TARGET), again.config)
-    assert iou(again.update(Frame(1, 0.04, convert(FRAMES[1].pixels))).box, TARGET.box) >= 0
+    sound(again.update(Frame(1, 0.04, convert(FRAMES[1].pixels))), again.config)
 
 
 def flat(value: int, height: int = 40, width: int = 50) -> Any:
@@ -806,3 +806,50 @@ def test_any_callable_is_a_detector() -> None:
     assert track is not None
     assert track.box == pytest.approx(box)
     assert seen == [0, 1]
+
+
+def test_a_detector_that_finds_nothing_leaves_the_tracker_alone() -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=3)
+    tracker, alone = Tracker(), Tracker()
+    for each in (tracker, alone):
+        each.init(clip[0][0], clip[0][1][0].ellipse)
+    assert tracker.detect(clip[1][0], lambda frame: []) is None
+    assert tracker.update(clip[2][0]).ellipse == alone.update(clip[2][0]).ellipse
+
+
+def test_a_background_image_sets_the_appearance_rule() -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=2)
+    frame, truth = clip[0][0], clip[0][1][0].ellipse
+    target = Target.learn(Color(), frame, truth)
+    plain = Frame(0, 0.0, np.zeros_like(frame.pixels))
+    assert isinstance(preset("nummiaro"), ParticleFilter)
+    appearing = []
+    for background in (None, plain):
+        tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
+        tracker.search(frame, target, background=background)
+        appearing.append(tracker.info.appearing)
+    assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
+
+
+def test_a_target_saved_to_a_missing_folder(tmp_path: Path) -> None:
+    clip = synthetic.still((160, 120), target=(30, 40), frames=1)
+    target = Target.learn(Color(), clip[0][0], clip[0][1][0].ellipse)
+    with pytest.raises(FormatError, match="cannot be written"):
+        target.save(tmp_path / "none" / "target.json")
+
+
+@pytest.mark.parametrize("config", [None, 5, {}])
+def test_what_is_no_configuration_is_refused(config: Any) -> None:
+    with pytest.raises(ConfigError, match="Give a preset's name or a configuration; got"):
+        Tracker(config)
+
+
+def test_a_full_disk_leaves_the_tracker_saved_before(tmp_path: Path) -> None:
+    tracker = Tracker(CONFIGS["nummiaro"])
+    tracker.init(FRAMES[0], TARGET)
+    tracker.save(tmp_path / "saved")
+    before = (tmp_path / "saved").read_bytes()
+    (tmp_path / "saved.partial").symlink_to("/dev/full")
+    with pytest.raises(FormatError, match="No space left"):
+        tracker.save(tmp_path / "saved")
+    assert (tmp_path / "saved").read_bytes() == before

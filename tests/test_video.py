@@ -496,6 +496,15 @@ def test_a_16_bit_rgb_image_keeps_its_high_bytes(tmp_path: Path) -> None:
     assert np.abs(out - deep / 257).max() <= 1
 
 
+def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
+    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    (tmp_path / "deep.pgm").write_bytes(b"P5 9 7 65535\n" + gray.astype(">u2").tobytes())
+    Image.fromarray((gray / 65535).astype(np.float32)).save(tmp_path / "float.tif")
+    for name in ("deep.pgm", "float.tif"):
+        shades = read_image(tmp_path / name)[:, :, 0].astype(int)
+        assert np.abs(shades - gray / 257).max() <= 1
+
+
 def test_a_turned_photograph_is_upright(tmp_path: Path) -> None:
     image = Image.fromarray(picture(0))
     exif = image.getexif()

@@ -112,6 +112,14 @@ def test_strided_pictures_can_be_written(tmp_path: Path) -> None:
         assert np.abs(next(source).pixels - picture(0)[:, ::-1].astype(int)).mean() < 6
 
 
+@pytest.mark.parametrize("name", ["a:b.mp4", "http:b.mp4", "http:b.mkv"])
+def test_a_name_with_a_colon_is_no_address(tmp_path: Path, name: str, monkeypatch: Any) -> None:
+    monkeypatch.chdir(tmp_path)
+    with VideoWriter(name, 25) as writer:
+        writer.write(picture(0))
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
 def test_what_cannot_be_written_is_refused_at_once(tmp_path: Path) -> None:
     existing = tmp_path / "existing.mp4"
     existing.write_text("precious")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
-    from motes.presets import PRESETS, preset
+    from motes.presets import PRESETS, configure, preset
     from motes.target import Place, Target
     from motes.track import Status, Track
     from motes.tracker import OpenCVTracker, Tracker
@@ -38,6 +38,7 @@ _HOMES = {
     "Target": "target",
     "Track": "track",
     "Tracker": "tracker",
+    "configure": "presets",
     "open_source": "video",
     "preset": "presets",
 }
@@ -61,6 +62,7 @@ __all__ = [
     "Target",
     "Track",
     "Tracker",
+    "configure",
     "open_source",
     "preset",
 ]

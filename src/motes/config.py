@@ -88,13 +88,13 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         where = path.rstrip("`").lstrip(".")
         unknown = re.search(r"unknown field `(.+?)`", message)
         if unknown is None:
-            given = reduce(_item, where.split("."), values) if where else values
+            given = reduce(_item, re.findall(r"[^.\[\]]+", where), values)
             got = "" if re.search("got|nvalid", message) else f", got {given}"
             choices = _choices(kind, where.split("."))
             words = f"; known are {', '.join(choices)}" if choices else ""
             raise ConfigError(f"Config {where}: {message}{got}{words}.") from None
         name = unknown[1]
-        known = _keys(kind)
+        known = [key for key in _keys(kind) if key != name]  # it may well be one elsewhere
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
         raise ConfigError(
@@ -120,8 +120,10 @@ def _choices(kind: Any, path: list[str]) -> list[str]:
 
 
 def _item(values: Any, key: str) -> Any:
-    """Return an item of a mapping, or what is there instead."""
-    return values.get(key, values) if isinstance(values, Mapping) else values
+    """Return an item of a mapping or list, or what is there instead."""
+    if isinstance(values, Mapping):
+        return values.get(key, values)
+    return values[int(key)] if isinstance(values, list | tuple) else values
 
 
 def _keys(kind: Any) -> list[str]:

@@ -234,9 +234,14 @@ class Decoder:
         report.skipped += 1
         self._bad_in_row += 1
         if self._bad_in_row > MAX_BAD_PACKETS:
+            where = (
+                f"after frame {report.decoded - 1}; choose an end before that."
+                if report.decoded
+                else f"at its beginning; {REMEDY}"
+            )
             raise SourceError(
                 f"{self._name} is damaged: {self._bad_in_row} packets in a row cannot be read "
-                f"after frame {report.decoded - 1}; choose an end before that."
+                f"{where}"
             ) from error
 
     def _pixels(self, frame: VideoFrame) -> NDArray[np.uint8]:

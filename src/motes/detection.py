@@ -64,7 +64,11 @@ class FaceDetector:
 
 
 def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
-    """Return the surest detection whose center lies in the frame and that is no larger than it."""
+    """Return the surest detection that can start a tracker, or None.
+
+    Its center lies in the frame, it is no larger than the frame, and at least two pixels wide and
+    high.
+    """
     fitting = [
         found
         for found in detections

@@ -10,7 +10,7 @@ class SourceError(MotesError):
 
 
 class FormatError(MotesError):
-    """A file that motes reads or writes for results has the wrong form."""
+    """A file of results has the wrong form, exists already, or cannot be read or written."""
 
 
 class ConfigError(MotesError, ValueError):
@@ -18,4 +18,4 @@ class ConfigError(MotesError, ValueError):
 
 
 class LimitError(MotesError):
-    """A stated limit was passed, or an optional part is not installed."""
+    """An optional part is not installed."""

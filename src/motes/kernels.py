@@ -317,3 +317,9 @@ def mean_shift(
     if total > 0.0:
         center[0] = sum_x / total
         center[1] = sum_y / total
+
+
+def cache_folder() -> Path | None:
+    """Return the folder where compiled kernels are kept, None where there is none."""
+    folder = color_distances.stats.cache_path  # type: ignore[attr-defined]
+    return Path(folder) if CACHED and folder else None

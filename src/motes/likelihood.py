@@ -23,7 +23,7 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
         Standard deviation of the distance; the paper gives no value.
     """
 
-    sigma: Annotated[float, Meta(ge=1e-3)] = 0.1
+    sigma: Annotated[float, Meta(ge=1e-3, le=1e6)] = 0.1
 
     def log(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return log-likelihoods of distances (N,), up to a constant."""

@@ -106,7 +106,8 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     tolerance
         A shift below so many pixels ends the iterations.
     presence, calibration
-        The status and confidence of the single hypothesis, as in the particle filter.
+        The status and confidence of the single hypothesis, as in the particle filter. Reading every
+        pixel around every pixel of the background would take seconds; every fourth is looked at.
     """
 
     cue: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
@@ -114,8 +115,8 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     scale: Share = 0.05
     iterations: Count = 20
     tolerance: Positive = 0.5
-    presence: AppearanceRule = AppearanceRule()
-    calibration: Calibration = Calibration()
+    presence: AppearanceRule = AppearanceRule(step=4)
+    calibration: Calibration = Calibration(middle=0.245, width=0.066)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse

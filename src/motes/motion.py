@@ -1,9 +1,9 @@
 """How a target moves: p(x_t | x_{t-1}).
 
 A motion model keeps its own state columns and shows the rest of the program nothing but ellipses.
-All noise is proportional to the size of the target's first region and is given for one reference
-interval of 1/25 s: over dt seconds, positions and sizes wander with the square root of dt. Nummiaro
-et al., equations 8 and 9 and section VII.
+Noise of positions and sizes is proportional to the target's first region, and all of it is given
+for one reference interval of 1/25 s: over dt seconds, positions and sizes wander with the square
+root of dt. Nummiaro et al., equations 8 and 9 and section VII.
 
 Colors say little about size: a smaller ellipse inside the target has much the same histogram. So
 the two half-axes mostly grow and shrink together, and are drawn back, slowly, to their first size.
@@ -12,16 +12,19 @@ the two half-axes mostly grow and shrink together, and are drawn back, slowly, t
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.config import Config, NonNegative, Share
+from motes.config import Config, Share
 from motes.frame import FRAME_INTERVAL
 from motes.geometry import Ellipse
 
 Floats = NDArray[np.float64]
+Scale = Annotated[float, Meta(ge=0, le=1e6)]
+"""Large enough for any motion, small enough that nothing overflows."""
 
 LONGEST_INTERVAL = 1.0
 """Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
@@ -62,11 +65,11 @@ class Noise(Config, frozen=True):
         Of theta, in radians.
     """
 
-    position: NonNegative = 0.6
-    size: NonNegative = 0.05
+    position: Scale = 0.6
+    size: Share = 0.05
     size_return: Share = 0.05
-    aspect: NonNegative = 0.003
-    angle: NonNegative = 0.0
+    aspect: Scale = 0.003
+    angle: Scale = 0.0
 
 
 class RandomWalk(Config, frozen=True, tag="random_walk"):
@@ -107,7 +110,7 @@ class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
     """
 
     noise: Noise = Noise()
-    velocity: NonNegative = 0.5
+    velocity: Scale = 0.5
     persistence: Share = 1.0
 
     def initial(self, ellipses: Floats) -> Floats:
@@ -149,8 +152,8 @@ class SecondOrder(Config, frozen=True, tag="second_order"):
     """
 
     noise: Noise = Noise()
-    velocity: NonNegative = 0.5
-    acceleration: NonNegative = 0.2
+    velocity: Scale = 0.5
+    acceleration: Scale = 0.2
     persistence: Share = 0.9
 
     def initial(self, ellipses: Floats) -> Floats:

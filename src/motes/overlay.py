@@ -150,20 +150,21 @@ def _describe(track: Track) -> str:
 
 
 @lru_cache
-def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """Return Pillow's own font in a size in pixels."""
     return ImageFont.load_default(size)  # reading it takes longer than writing with it
 
 
 def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:
     """Write text in the upper left corner, on a dark panel over a bar of the confidence."""
     size = max(8, round(min(image.width / 40, image.height / 26)))
-    font = _font(size)
+    letters = font(size)
     pen = ImageDraw.Draw(image, "RGBA")
     pad = max(2, round(size / 2))
-    _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, font)
+    _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, letters)
     panel = (pad, pad, right + pad, bottom + 2 * pad)
     pen.rectangle(panel, (0, 0, 0, 165))
-    pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), font)
+    pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), letters)
     bar = panel[3] - max(2, round(pad / 2))
     end = panel[0] + (panel[2] - panel[0]) * min(max(confidence, 0), 1)
     pen.rectangle((panel[0], bar, end, panel[3]), (*color, 255))

@@ -19,6 +19,21 @@ from motes.frame import Frame
 from motes.geometry import Ellipse
 
 
+def write_whole(path: str | Path, data: bytes) -> None:
+    """Write a file, or leave what was there before if that fails, as on a full disk."""
+    path = Path(path).resolve()
+    if path.exists() and not path.is_file():  # a pipe or device must not be replaced
+        path.write_bytes(data)
+        return
+    partial = path.with_name(path.name + ".partial")
+    try:
+        partial.write_bytes(data)
+        partial.replace(path)
+    except OSError:
+        partial.unlink(missing_ok=True)
+        raise
+
+
 class _File(Config, frozen=True, tag="motes_histogram"):
     """What a histogram file holds: pairs of bin number and share, empty bins left out."""
 
@@ -53,12 +68,23 @@ class Target:
         return cls(cue, cue.learn(frame, region), region._replace(x=0.0, y=0.0))
 
     def save(self, path: str | Path) -> None:
-        """Write the target as JSON."""
+        """Write the target as JSON.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be written.
+        """
         occupied = np.flatnonzero(self.model.histogram)
         bins = tuple((int(u), float(self.model.histogram[u])) for u in occupied)
         a, b, theta = (float(value) for value in self.size[2:])
         file = _File(cue=self.cue, a=a, b=b, theta=theta, bins=bins)
-        Path(path).write_bytes(msgspec.json.format(msgspec.json.encode(file)) + b"\n")
+        try:
+            write_whole(path, msgspec.json.format(msgspec.json.encode(file)) + b"\n")
+        except OSError as error:
+            raise FormatError(
+                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+            ) from None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
@@ -144,7 +170,7 @@ def load_places(path: str | Path) -> tuple[Place, ...]:
         If the file cannot be read or has another form.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"Cannot read the places in {path}: {error}.") from None
     places: _Places = from_dict(from_toml(text, str(path)), _Places)

@@ -35,7 +35,8 @@ class Track:
     covariance
         (5, 5), of x, y, a, b, theta over the weighted particles; pixels and radians.
     confidence
-        0 to 1.
+        0 to 1: the estimated probability that `box` overlaps the target by more than half, times
+        the weight of the particles that fulfill the appearance rule.
     status
         See `Status`.
     distance

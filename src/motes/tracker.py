@@ -20,7 +20,7 @@ from motes.geometry import region_within
 from motes.meanshift import ShiftState
 from motes.particle_filter import FilterState, Info, ParticleFilter
 from motes.presets import TrackerConfig, preset
-from motes.target import Place, Target, boxes_of
+from motes.target import Place, Target, boxes_of, write_whole
 from motes.track import Status, Track
 
 Picture = Frame | NDArray[Any]
@@ -50,6 +50,8 @@ class Tracker:
 
     def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
         self.config = preset(config) if isinstance(config, str) else config
+        if not isinstance(self.config, TrackerConfig):
+            raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         if not isinstance(seed, int) or seed < 0:
             raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
         self._seed = seed
@@ -79,10 +81,12 @@ class Tracker:
 
         A detector is any callable from a `Frame` to a list of `Detection`s.
         """
-        self._restart()
         picture = self._picture(frame)
         found = best(detector(picture), picture)
-        return None if found is None else self.reinit(picture, found.box)
+        if found is None:
+            return None
+        self._restart()
+        return self.reinit(picture, found.box)
 
     def search(
         self,
@@ -117,10 +121,10 @@ class Tracker:
                 f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
                 f"{its.bins}; make it anew with the tracker's settings."
             )
-        self._restart()
         picture = self._picture(frame)
         boxes = boxes_of(tuple(places), picture) if places else None
         empty = None if background is None else self._picture(background)
+        self._restart()
         begun = self.config.search(self._rng, picture, target.model, target.size, boxes, empty)
         return self._take(picture, begun)
 
@@ -172,7 +176,7 @@ class Tracker:
             "state": state,
         }
         try:
-            Path(path).write_bytes(msgspec.msgpack.encode(saved, enc_hook=_pack))
+            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=_pack))
         except OSError as error:
             raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
@@ -214,8 +218,8 @@ class Tracker:
         if isinstance(frame, Frame):
             return frame
         if self._frame is None:
-            return Frame(0, 0.0, as_rgb(frame))
-        return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, as_rgb(frame))
+            return Frame(0, 0.0, frame)
+        return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
 
     def _take(self, frame: Frame, result: tuple[State, Info]) -> Track:
         self._state, self.info = result

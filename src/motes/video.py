@@ -193,7 +193,9 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
                 image = ImageOps.exif_transpose(opened)
                 if image.mode.startswith("I;16"):
                     return as_rgb(np.asarray(image).astype(np.uint16))
-                if image.mode == "RGB":
+                if image.mode == "I":  # 16 bits of gray in 32
+                    return as_rgb(np.asarray(image).clip(0, 65535).astype(np.uint16))
+                if image.mode in ("RGB", "F"):
                     return as_rgb(np.asarray(image))
                 # By way of RGBA, as the transparency of a palette has nowhere to go in RGB.
                 return as_rgb(np.asarray(image.convert("RGBA")))

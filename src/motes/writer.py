@@ -45,10 +45,9 @@ class VideoWriter:
     Raises
     ------
     FormatError
-        Here, if the target exists, cannot be written or has an unknown ending; later, if a
-        picture cannot be written.
+        Here, if the target exists or cannot be written; later, if a picture cannot be written.
     ConfigError
-        If the rate is not a positive number.
+        If the ending is unknown or the rate is not a positive number.
     """
 
     def __init__(self, path: str | Path, fps: float, overwrite: bool = False) -> None:
@@ -118,7 +117,7 @@ class VideoWriter:
         # A cluster is what a killed program leaves readable: many small ones, each written at once.
         options = {"cluster_time_limit": "200", "flush_packets": "1"}
         try:
-            self._container = av.open(str(self.partial), "w", format="matroska", options=options)
+            self._container = av.open(_local(self.partial), "w", format="matroska", options=options)
             # B-frames would hold back pictures and shuffle the times on their way to the target.
             self._stream = self._container.add_stream(
                 "libx264",
@@ -169,8 +168,8 @@ class VideoWriter:
         unnamed = self.path.with_name(self.path.name + ".partial" + self.path.suffix)
         try:
             with (
-                av.open(str(self.partial)) as partial,
-                av.open(str(unnamed), "w", options={"movflags": "+faststart"}) as whole,
+                av.open(_local(self.partial)) as partial,
+                av.open(_local(unnamed), "w", options={"movflags": "+faststart"}) as whole,
             ):
                 video = partial.streams.video[0]
                 stream = whole.add_stream_from_template(video)
@@ -193,3 +192,8 @@ class VideoWriter:
             # The exception on its way says more than one that would follow from it.
             with contextlib.suppress(av.FFmpegError):
                 self._finish()
+
+
+def _local(path: Path) -> str:
+    """Return a file's name for FFmpeg, which would take one with a colon for an address."""
+    return f"file:{path}"

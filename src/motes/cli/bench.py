@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from motes.cli.follow import follow, on_region, prefetch
-from motes.errors import LimitError
+from motes.errors import ConfigError, LimitError
 from motes.evaluate.peers import PEERS, peer
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -82,6 +82,8 @@ def bench(*, frames: int = 31, rounds: int = 3) -> int:
     rounds
         How often everything is run.
     """
+    if frames < 3 or rounds < 1:
+        raise ConfigError("Medians need --frames of 3 or more and --rounds of 1 or more.")
     console = Console()
     clips = {target: clip(target, frames) for target in TARGETS}
     jobs: dict[tuple[str, tuple[int, int]], Callable[[], list[float]]] = {}

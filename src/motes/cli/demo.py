@@ -5,13 +5,12 @@ from __future__ import annotations
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 from rich.console import Console
 from rich.progress import track as progress
 from rich.table import Table
@@ -22,8 +21,7 @@ from motes.figures import FIGURES, Recorder
 from motes.formats import TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse, iou
-from motes.overlay import draw
-from motes.presets import configure, preset
+from motes.overlay import draw, font
 from motes.synthetic import Truth
 from motes.track import Status
 from motes.tracker import Tracker
@@ -34,7 +32,7 @@ Pixels = NDArray[np.uint8]
 VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("nummiaro.csv", "mean_shift.csv")
 FILES = (*VIDEOS, "strip.png", *ROWS, "truth.csv", *FIGURES)
 MOMENTS = (40, 88, 150, 210)
-"""Frames in the strip: before the stem and behind it, grown, and after the jump."""
+"""Frames in the strip: before the stem and past it, grown, and after the jump."""
 STILL = (300, 240)
 """Width and height of each."""
 TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
@@ -66,8 +64,7 @@ def demo(
     clip = synthetic.demo(frames=frames, seed=seed)
     runs = [
         Run("particle filter", Tracker("nummiaro", seed)),
-        # Mean shift reads every pixel of a region: seconds, if at every place of the background.
-        Run("mean shift", Tracker(configure(preset("mean_shift"), {"presence": {"step": 4}}))),
+        Run("mean shift", Tracker("mean_shift")),
     ]
     recorder = Recorder(runs[0].tracker.config)
     _prepare(out, overwrite)
@@ -217,17 +214,12 @@ def _outline(image: Image.Image, ellipse: Ellipse) -> None:
     ImageDraw.Draw(image).polygon(points, outline=(255, 255, 255))
 
 
-@lru_cache
-def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    return ImageFont.load_default(size)  # reading it takes longer than writing with it
-
-
 def _note(image: Image.Image, text: str, place: tuple[int, int], size: int) -> None:
     """Write white text on a dark panel."""
-    pen, font = ImageDraw.Draw(image, "RGBA"), _font(size)
-    left, top, right, bottom = pen.textbbox(place, text, font)
+    pen, letters = ImageDraw.Draw(image, "RGBA"), font(size)
+    left, top, right, bottom = pen.textbbox(place, text, letters)
     pen.rectangle((left - 4, top - 4, right + 4, bottom + 4), (0, 0, 0, 165))
-    pen.text(place, text, (255, 255, 255, 255), font)
+    pen.text(place, text, (255, 255, 255, 255), letters)
 
 
 def _tell(out: Path, runs: list[Run]) -> None:

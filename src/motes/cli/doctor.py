@@ -95,11 +95,11 @@ def _cache() -> Iterator[Finding]:
     except Exception as error:
         yield Finding("kernels", f"{error}; install motes anew", good=False)
         return
-    folder = kernels.color_distances.stats.cache_path  # type: ignore[attr-defined]
-    if not kernels.CACHED or folder is None:
+    folder = kernels.cache_folder()
+    if folder is None:
         found = "nowhere: every start compiles; set NUMBA_CACHE_DIR to a folder you may write to"
     else:
-        kept = len(list(Path(folder).glob("*.nbc")))
+        kept = len(list(folder.glob("*.nbc")))
         found = f"kept in {folder} ({kept} compiled)"
     yield Finding("kernels", found)
 

@@ -24,7 +24,7 @@ from motes.cli.options import (
     say,
     tracker_config,
 )
-from motes.errors import ConfigError, FormatError
+from motes.errors import ConfigError
 
 app = App(name="histogram", help_epilogue=CONFIG_HELP, help_format="plaintext")
 
@@ -69,12 +69,7 @@ def histogram(
     place = region_within(region, picture.width, picture.height)
     announce_compiling()
     target = Target.learn(learning.cue, picture, place)
-    try:
-        target.save(output)
-    except OSError as error:
-        raise FormatError(
-            f"{output} cannot be written: {error.strerror}; make room, or choose another place."
-        ) from error
+    target.save(output)
     say(
         f"wrote {output}: {(target.model.histogram > 0).sum()} of {target.model.histogram.size} "
         f"bins are occupied."

@@ -160,7 +160,9 @@ def tracker_config(
         with named(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
     known = to_dict(base)
-    for key in settings.keys() - known if "type" not in settings else ():
+    unknown = [key for key in settings if key not in known]
+    if unknown and "type" not in settings:
+        key = unknown[0]
         options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
         near = difflib.get_close_matches(key, [*known, *options], n=1)
         hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
@@ -186,7 +188,7 @@ def read_text(path: Path) -> str:
         If it cannot be read.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except UnicodeDecodeError:
@@ -222,12 +224,12 @@ def announce_compiling() -> None:
     """Tell the user why the first start takes long, if this is one."""
     from motes import kernels
 
-    folder = kernels.color_distances.stats.cache_path  # type: ignore[attr-defined]
-    if not kernels.CACHED or folder is None:
+    folder = kernels.cache_folder()
+    if folder is None:
         say("Compiling kernels; there is no folder to keep them in (see motes doctor).")
         return
     version = f"py{sys.version_info.major}{sys.version_info.minor}"
-    kept = Path(folder).glob(f"kernels.color_distances-*.{version}*.nbi")
+    kept = folder.glob(f"kernels.color_distances-*.{version}*.nbi")
     changed = Path(kernels.__file__).stat().st_mtime
     if not any(index.stat().st_mtime >= changed for index in kept):
         say("Compiling kernels, once for this machine; later starts are quick.")

@@ -11,8 +11,10 @@ from motes.cli.follow import Companion, Step
 from motes.errors import FormatError
 from motes.formats import Form, TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL
+from motes.overlay import draw
 from motes.presets import TrackerConfig
 from motes.track import Status
+from motes.writer import VideoWriter
 
 if TYPE_CHECKING:
     from motes.video import Source
@@ -77,8 +79,6 @@ class Overlay:
     """An annotated video; checks on construction that it can be written."""
 
     def __init__(self, path: Path, source: Source, stride: int, *, overwrite: bool) -> None:
-        from motes.writer import VideoWriter
-
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
@@ -87,8 +87,6 @@ class Overlay:
 
     def write(self, step: Step) -> None:
         """Add a picture."""
-        from motes.overlay import draw
-
         pixels = step.frame.pixels
         if step.info is not None:
             track = step.info.track

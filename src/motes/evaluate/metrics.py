@@ -25,15 +25,13 @@ def detection_f1(said: NDArray[np.bool_], true: NDArray[np.bool_]) -> float:
     return 2 * np.count_nonzero(said & true) / together if together else 1.0
 
 
-def calibration_error(
-    confidence: Floats, correct: NDArray[np.bool_], weights: Floats, bins: int = 10
-) -> float:
+def calibration_error(confidence: Floats, correct: NDArray[np.bool_], weights: Floats) -> float:
     """Return the expected calibration error (ECE).
 
-    The mean, over equally wide bins of confidence and weighted by their share of the frames, of
+    The mean, over ten equally wide bins of confidence and weighted by their share of the frames, of
     the distance between the mean confidence and the share of correct frames. `weights` (frames,)
     let each sequence count the same however long it is.
     """
-    which = np.minimum((confidence * bins).astype(int), bins - 1)
-    gap = np.bincount(which, weights * (confidence - correct), bins)
+    which = np.minimum((confidence * 10).astype(int), 9)
+    gap = np.bincount(which, weights * (confidence - correct))
     return float(np.abs(gap).sum() / weights.sum())
