@@ -307,8 +307,11 @@ def test_frames_that_are_refused(name: str) -> None:
         one.update(FRAMES[1])
     with pytest.raises(SourceError, match=r"Frame 7 is 50x40, the ones before were 96x72"):
         tracker.update(Frame(7, 1.0, flat(0)))
-    for time in (FRAMES[1].time, 0.0, -1.0, math.nan):
+    for time in (FRAMES[1].time, 0.0, -1.0):
         with pytest.raises(SourceError, match=r"Frame 2 at .* does not come after 0\.04 s"):
+            tracker.update(Frame(2, time, FRAMES[2].pixels))
+    for time in (math.nan, math.inf):
+        with pytest.raises(SourceError, match="finite time"):
             tracker.update(Frame(2, time, FRAMES[2].pixels))
     with pytest.raises(SourceError, match="shape"):
         tracker.update(np.zeros(5, np.uint8))
@@ -769,7 +772,7 @@ def test_a_long_gap_keeps_particles_near_the_frame(preset_name: str) -> None:
     track = tracker.update(Frame(1, 3.0e7, clip[1][0].pixels))
     assert np.abs(tracker.info.ellipses[:, :4]).max() < 2000
     assert np.isfinite(track.ellipse).all()
-    with pytest.raises(SourceError, match="does not come after"):
+    with pytest.raises(SourceError, match="finite time"):
         tracker.update(Frame(2, float("inf"), clip[1][0].pixels))
 
 
@@ -853,3 +856,38 @@ def test_a_full_disk_leaves_the_tracker_saved_before(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="No space left"):
         tracker.save(tmp_path / "saved")
     assert (tmp_path / "saved").read_bytes() == before
+
+
+def test_a_large_frame_is_looked_at_around_fewer_places() -> None:
+    """A start at 4K takes as long as one at 640x480."""
+    seen: list[int] = []
+
+    class Counting(Color, frozen=True):
+        def distances(self, model: Any, frame: Frame, ellipses: Any) -> Any:
+            seen.append(len(ellipses))
+            return Color.distances(self, model, frame, ellipses)
+
+    cue = Counting()
+    frame = Frame(0, 0.0, np.zeros((300, 400, 3), np.uint8))
+    region = Ellipse(200, 150, 10, 10)
+    for places, most in ((400_000, 120_000), (5_000, 5_000)):
+        seen.clear()
+        rule = AppearanceRule(places=places)
+        rule.background(cue, cue.learn(frame, region), frame, region, target_in_frame=False)
+        assert most / 2 < sum(seen) <= most
+
+
+def test_a_known_target_larger_than_the_frame_is_refused() -> None:
+    large = scene(0, None).pixels
+    target = Target.learn(Color(), Frame(0, 0.0, large), Ellipse(40, 30, 30, 30))
+    with pytest.raises(ConfigError, match="larger than the frame"):
+        Tracker().search(np.zeros((20, 20, 3), np.uint8), target)
+
+
+def test_a_failed_start_leaves_the_tracker_alone() -> None:
+    tracker, alone = Tracker(), Tracker()
+    for each in (tracker, alone):
+        each.init(FRAMES[0], TARGET)
+    with pytest.raises(ConfigError):
+        tracker.init(FRAMES[1], (500, 500, 9, 9))
+    assert same(tracker.update(FRAMES[1]), alone.update(FRAMES[1]))

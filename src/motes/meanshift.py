@@ -107,7 +107,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         A shift below so many pixels ends the iterations.
     presence, calibration
         The status and confidence of the single hypothesis, as in the particle filter. Reading every
-        pixel around every pixel of the background would take seconds; every fourth is looked at.
+        pixel around every pixel of the background would take seconds; fewer places are looked at.
     """
 
     cue: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
@@ -115,7 +115,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     scale: Share = 0.05
     iterations: Count = 20
     tolerance: Positive = 0.5
-    presence: AppearanceRule = AppearanceRule(step=4)
+    presence: AppearanceRule = AppearanceRule(places=5000)
     calibration: Calibration = Calibration(middle=0.245, width=0.066)
 
     def init(

@@ -57,6 +57,8 @@ class AppearanceRule(Config, frozen=True):
         as in gray or dim film, mu + 2 sigma may lie above 1, where no target could fulfill it.
     step
         The background is looked at every so many pixels in x and y; 1 is every pixel.
+    places
+        It is looked at around no more places than this; in a larger frame, `step` is larger.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -65,6 +67,7 @@ class AppearanceRule(Config, frozen=True):
     margin: Share = 0.0
     ceiling: Share = 0.9
     step: Count = 1
+    places: Count = 400_000
 
     def background(
         self, cue: Comparing, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
@@ -83,7 +86,8 @@ class AppearanceRule(Config, frozen=True):
             Whether the frame shows the target in `region`; pixels where the moved region would
             overlap it are then left out, unless there are no others.
         """
-        y, x = np.mgrid[: frame.height : self.step, : frame.width : self.step]
+        step = max(self.step, math.ceil(math.sqrt(frame.width * frame.height / self.places)))
+        y, x = np.mgrid[: frame.height : step, : frame.width : step]
         moved = np.empty((x.size, 5))
         moved[:, 0], moved[:, 1], moved[:, 2:] = x.ravel(), y.ravel(), region[2:]
         if target_in_frame:

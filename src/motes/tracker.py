@@ -16,7 +16,7 @@ from motes.config import from_dict, to_dict
 from motes.detection import Detector, best
 from motes.errors import ConfigError, FormatError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
-from motes.geometry import region_within
+from motes.geometry import as_ellipse, region_within
 from motes.meanshift import ShiftState
 from motes.particle_filter import FilterState, Info, ParticleFilter
 from motes.presets import TrackerConfig, preset
@@ -52,10 +52,10 @@ class Tracker:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
-        if not isinstance(seed, int) or seed < 0:
+        if not isinstance(seed, int | np.integer) or seed < 0:
             raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
-        self._seed = seed
-        self._rng = np.random.Generator(np.random.PCG64(seed))
+        self._seed = int(seed)
+        self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: State | None = None
         self._frame: Frame | None = None
 
@@ -67,8 +67,10 @@ class Tracker:
         ConfigError
             If the region is not one, or does not fit the frame.
         """
+        picture = _first(frame)
+        region_within(region, picture.width, picture.height)
         self._restart()
-        return self.reinit(frame, region)
+        return self.reinit(picture, region)
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video."""
@@ -81,7 +83,7 @@ class Tracker:
 
         A detector is any callable from a `Frame` to a list of `Detection`s.
         """
-        picture = self._picture(frame)
+        picture = _first(frame)
         found = best(detector(picture), picture)
         if found is None:
             return None
@@ -121,11 +123,13 @@ class Tracker:
                 f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
                 f"{its.bins}; make it anew with the tracker's settings."
             )
-        picture = self._picture(frame)
+        picture = _first(frame)
+        middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
+        size = region_within(middle, picture.width, picture.height)
         boxes = boxes_of(tuple(places), picture) if places else None
-        empty = None if background is None else self._picture(background)
+        empty = None if background is None else _first(background)
         self._restart()
-        begun = self.config.search(self._rng, picture, target.model, target.size, boxes, empty)
+        begun = self.config.search(self._rng, picture, target.model, size, boxes, empty)
         return self._take(picture, begun)
 
     def update(self, frame: Picture) -> Track:
@@ -145,7 +149,7 @@ class Tracker:
                 f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
                 f"{last.width}x{last.height}; start anew with init."
             )
-        if not last.time < picture.time < math.inf:
+        if not picture.time > last.time:
             raise SourceError(
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
@@ -215,16 +219,23 @@ class Tracker:
         return self._state, self._frame
 
     def _picture(self, frame: Picture) -> Frame:
-        if isinstance(frame, Frame):
-            return frame
-        if self._frame is None:
-            return Frame(0, 0.0, frame)
+        if isinstance(frame, Frame) or self._frame is None:
+            return _first(frame)
         return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
 
     def _take(self, frame: Frame, result: tuple[State, Info]) -> Track:
         self._state, self.info = result
         self._frame = frame
         return self.info.track
+
+
+def _first(frame: Picture) -> Frame:
+    """Return a picture as the first frame of a video, unless it says which one it is."""
+    if not isinstance(frame, Frame):
+        return Frame(0, 0.0, frame)
+    if not math.isfinite(frame.time):
+        raise SourceError(f"Frame {frame.index} is at {frame.time} s; give it a finite time.")
+    return frame
 
 
 FORMAT = 1
@@ -257,6 +268,7 @@ class OpenCVTracker:
 
     def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:
         """Start on the object in a box."""
+        as_ellipse(box)  # refuses what is no region at all
         if len(box) != 4:
             raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
         self.tracker.init(_from_bgr(image), box)

@@ -48,6 +48,7 @@ CONFIG_FLAGS = """\
   --presence.margin 0.7
   --presence.ceiling 0.9
   --presence.step 1
+  --presence.places 400000
   --calibration.middle 0.33
   --calibration.width 0.09
   --adaptation.rate 0.0

@@ -102,7 +102,8 @@ def track(
             negative=(),
             show_default=False,
             help="Continue the rows of an interrupted run. Give the same source, options and seed: "
-            "the run is repeated, at its usual speed, and rows that are there are kept.",
+            "the run is repeated, at its usual speed; rows that are there are kept, overlay and "
+            "figures are made anew.",
         ),
     ] = False,
     preset: Preset = "nummiaro",
@@ -156,9 +157,9 @@ def track(
             raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
         outputs: list[Output] = []
         if overlay is not None:
-            outputs.append(Overlay(overlay, film, stride, overwrite=overwrite))
+            outputs.append(Overlay(overlay, film, stride, overwrite=overwrite or resume))
         if figures is not None:
-            outputs.append(Figures(figures, tracking, overwrite=overwrite))
+            outputs.append(Figures(figures, tracking, overwrite=overwrite or resume))
         if output is not None:
             outputs.append(Rows(output, format, overwrite=overwrite, resume=resume))
         return _run(film, tracking, seed, begin, outputs, quiet=output == "-")
@@ -245,9 +246,7 @@ def _run(
                             tally.add(step)
                         progress.update(step)
                 except KeyboardInterrupt:
-                    interrupted = True
-                    if not film.live:  # which only ever ends so
-                        raise
+                    interrupted = True  # and all files are closed as at the end
     except KeyboardInterrupt:
         interrupted = True
     except MotesError:
