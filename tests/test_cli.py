@@ -34,6 +34,7 @@ from motes.figures import FIGURES
 from motes.formats import COLUMNS
 from motes.presets import PRESETS, preset
 from motes.track import Status
+from motes.video import Source
 from motes.writer import VideoWriter
 
 FRAMES = 60
