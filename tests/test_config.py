@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 
 from motes.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.cues.color import Color
+from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
+from motes.fusion import Adaptive, Fixed
 from motes.likelihood import Gaussian
 from motes.meanshift import Kalman, MeanShift
-from motes.motion import ConstantVelocity, Noise, RandomWalk, SecondOrder
+from motes.motion import ConstantVelocity, EllipseWalk, Noise, RandomWalk, SecondOrder
 from motes.particle_filter import Adaptation, ParticleFilter
 from motes.presence import AppearanceRule, Calibration
 from motes.presets import PRESETS, TrackerConfig, configure, preset
@@ -45,7 +47,7 @@ presets = pytest.mark.parametrize("name", PRESETS)
         (Lattice, "points", [0, 7, 65537, 10.5, math.nan]),
         (ParticleFilter, "particles", [0, -1, 1.5, "100", math.inf]),
         (ParticleFilter, "motion", ["random_walk", Noise(), None]),
-        (ParticleFilter, "cue", [Gaussian()]),
+        (ParticleFilter, "color", [Gaussian()]),
         (AppearanceRule, "fraction", [1, -0.1, math.nan]),
         (AppearanceRule, "frames", [0]),
         (AppearanceRule, "step", [0]),
@@ -95,8 +97,9 @@ def test_presets_survive_toml(name: str) -> None:
             st.builds(RandomWalk, noise=st.builds(Noise, position=st.floats(0, 1e6))),
             st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
             st.builds(SecondOrder, acceleration=st.floats(0, 10)),
+            st.builds(EllipseWalk, position=st.floats(0, 10)),
         ),
-        cue=st.builds(
+        color=st.builds(
             Color,
             space=st.sampled_from(["rgb", "hsv"]),
             bins=st.tuples(*[st.integers(1, 64)] * 3),
@@ -104,7 +107,14 @@ def test_presets_survive_toml(name: str) -> None:
                 st.just(EveryPixel()), st.builds(Lattice, points=st.integers(8, 65536))
             ),
         ),
-        likelihood=st.builds(Gaussian, sigma=st.floats(1e-3, 1e3)),
+        orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
+        fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
+        | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9))),
+        likelihood=st.builds(
+            Gaussian,
+            sigma=st.floats(1e-3, 1e3),
+            cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
+        ),
     )
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
@@ -123,8 +133,8 @@ def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
         ({"motion": {"noise": {"size": "x"}}}, "Config motion.noise.size: Expected `float`"),
         ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
         ({"type": "magic"}, "type: Invalid value 'magic'"),
-        ({"cue": {"bins": [8, 8]}}, "Config cue.bins: Expected `array` of length 3"),
-        ({"cue": {"bins": [8, 0, 8]}}, "Config cue.bins[1]: Expected `int` >= 1, got 0."),
+        ({"color": {"bins": [8, 8]}}, "Config color.bins: Expected `array` of length 3"),
+        ({"color": {"bins": [8, 0, 8]}}, "Config color.bins[1]: Expected `int` >= 1, got 0."),
         ({"motion": {"type": "random_walk", "velocity": 1}}, "'motion.velocity'; known keys: "),
         (
             {"likelihood": {"sigma": math.nan}},
@@ -159,8 +169,10 @@ def test_changes() -> None:
     assert isinstance(config, ParticleFilter)
     assert isinstance(base, ParticleFilter)
     assert config.particles == 9
+    assert isinstance(config.motion, ConstantVelocity)
+    assert isinstance(base.motion, ConstantVelocity)
     assert config.motion.noise == msgspec.structs.replace(base.motion.noise, angle=0.5)
-    assert config.cue == base.cue
+    assert config.color == base.color
     assert base == PRESETS["nummiaro"]
 
 
@@ -176,8 +188,9 @@ def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     assert isinstance(base, ParticleFilter)
     assert isinstance(base.motion, ConstantVelocity)
     assert same.motion.persistence == base.motion.persistence
-    sampling = configure(preset("nummiaro"), {"cue": {"sampling": {"type": "every_pixel"}}})
-    assert sampling.cue.sampling == EveryPixel()
+    sampling = configure(preset("nummiaro"), {"color": {"sampling": {"type": "every_pixel"}}})
+    assert sampling.color is not None
+    assert sampling.color.sampling == EveryPixel()
     assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
     kalman = configure(preset("mean_shift"), {"prediction": {"type": "kalman"}})
     assert kalman == preset("mean_shift:kalman")
@@ -220,11 +233,13 @@ def test_flags(text: str, value: Any) -> None:
 
 
 def test_flags_lead_to_a_configuration() -> None:
-    flags = [("motion.noise.position", "0.7"), ("cue.bins", "4,4,4"), ("cue.space", "hsv")]
+    flags = [("motion.noise.position", "0.7"), ("color.bins", "4,4,4"), ("color.space", "hsv")]
     config = configure(preset("nummiaro"), *(from_flag(*flag) for flag in flags))
     assert isinstance(config, ParticleFilter)
+    assert isinstance(config.motion, ConstantVelocity)
     assert config.motion.noise.position == 0.7
-    assert (config.cue.space, config.cue.bins) == ("hsv", (4, 4, 4))
+    assert config.color is not None
+    assert (config.color.space, config.color.bins) == ("hsv", (4, 4, 4))
 
 
 def test_text_that_is_no_toml() -> None:
@@ -243,7 +258,7 @@ def test_numbers_of_the_paper() -> None:
     config = preset("nummiaro")
     assert isinstance(config, ParticleFilter)
     assert config.particles == 100
-    assert (config.cue.space, config.cue.bins, config.cue.kernel) == ("rgb", (8, 8, 8), "radial")
+    assert config.color == Color(space="rgb", bins=(8, 8, 8), kernel="radial")
     assert isinstance(config.motion, ConstantVelocity)
     assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
     assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)

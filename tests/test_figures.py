@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes import synthetic
+from motes.charts import Series
+from motes.cues.color import Color
 from motes.errors import FormatError, LimitError
-from motes.figures import FIGURES, Recorder, Series
+from motes.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.particle_filter import Info
@@ -24,7 +26,7 @@ from motes.tracker import Tracker
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
     """Return the recorder of a run on a small clip, and what it should hold."""
     config = configure(preset(name), {"presence": {"step": 4}})
-    recorder, tracker, rows = Recorder(config), Tracker(config, seed=1), []
+    recorder, tracker, rows, shares = Recorder(config), Tracker(config, seed=1), [], []
     for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
         seconds, shift_seconds = (
@@ -32,6 +34,7 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
             2.0 * frame.index if name == "nummiaro" else None,
         )
         recorder.add(frame, tracker.info, seconds, shift_seconds)
+        shares.append(list(tracker.info.shares.values()))
         rows.append(
             (
                 *(frame.index, *track.ellipse[:4], tracker.info.appearing),
@@ -42,16 +45,17 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
                 ),
             )
         )
-    return recorder, Series(*np.array(rows, float).T)
+    return recorder, Series(*[*np.array(rows, float).T, np.array(shares)])
 
 
 def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, Info]:
     """Return a gray frame and what a tracker says about it."""
-    model = preset("nummiaro").cue.learn(
-        frame := Frame(index, index / 25, gray()), Ellipse(40, 30, 8, 6)
-    )
+    frame = Frame(index, index / 25, gray())
+    model = Color().learn(frame, Ellipse(40, 30, 8, 6))
     track = Track(index, index / 25, Ellipse(x, 30, 8, 6), np.eye(5), 0.5, status, 0.1, 50.0)
-    return frame, Info(track, np.array([track.ellipse]), np.ones(1), np.full(1, 0.1), 1, model)
+    return frame, Info(track, np.array([track.ellipse]), np.ones(1), np.full(1, 0.1), 1,
+        {"color": model}, {"color": 1.0},
+    )  # fmt: skip
 
 
 def gray() -> NDArray[np.uint8]:
@@ -72,7 +76,7 @@ def ink(path: Path) -> float:
     return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
 
 
-@pytest.mark.parametrize("name", ["nummiaro", "mean_shift"])
+@pytest.mark.parametrize("name", ["nummiaro", "mean_shift", "maggio", "maggio:O-FOH"])
 def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     name: str, tmp_path: Path
 ) -> None:
@@ -80,14 +84,63 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     for kept, right in zip(recorder.series, expected, strict=True):
         np.testing.assert_array_equal(kept, right)
     folder = tmp_path / "new" / "folder"
-    assert recorder.save(folder) == [folder / name for name in FIGURES]
-    for file in FIGURES:
+    more = {"maggio": [CUE_WEIGHTS, ORIENTATION], "maggio:O-FOH": [ORIENTATION]}.get(name, [])
+    files = [*FIGURES, *more]
+    assert recorder.save(folder) == [folder / file for file in files]
+    for file in files:
         path = folder / file
         with Image.open(path) as image:
             assert image.width >= 800
         assert 0.01 < ink(path) < 0.9, file
         assert path.stat().st_size < 200_000, file
-    assert recorder.save(folder) == [folder / name for name in FIGURES]  # again, over the old ones
+    assert recorder.save(folder) == [folder / file for file in files]  # again, over the old ones
+
+
+def test_the_shares_of_the_cues_sum_to_one() -> None:
+    recorder, _ = recorded("maggio", 6)
+    shares = recorder.series.shares
+    assert shares.shape == (6, 2)
+    assert (shares > 0).all()
+    np.testing.assert_allclose(shares.sum(axis=1), 1)
+
+
+@pytest.mark.parametrize(("name", "bins"), [("maggio", 36), ("maggio:O-FOH", 19)])
+def test_the_region_has_two_orientation_histograms(name: str, bins: int) -> None:
+    """What the tracker compares is among the two, and like the model where it just learned it."""
+    recorder, _ = recorded(name, 1)
+    edges = recorder.edges()
+    assert edges is not None
+    assert (edges.frame, edges.rotated.size, edges.spectrum.size) == (0, 36, 19)
+    assert edges.rotated.sum() == pytest.approx(1)
+    magnitudes = np.abs(np.fft.rfft(edges.rotated))
+    np.testing.assert_allclose(edges.spectrum, magnitudes / magnitudes.sum(), atol=0.04)
+    mine = edges.rotated if bins == 36 else edges.spectrum
+    np.testing.assert_allclose(edges.model, mine, atol=1e-9)
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    left, top = edges.corner
+    height, width = edges.picture.shape[:2]
+    np.testing.assert_array_equal(
+        edges.picture, frame.pixels[top : top + height, left : left + width]
+    )
+    assert left < truth.ellipse.box.x < left + width
+    assert recorded("nummiaro", 1)[0].edges() is None
+
+
+def test_the_surface_of_two_cues_is_their_mean() -> None:
+    recorder, _ = recorded("maggio", 1)
+    surface = recorder.surface()
+    assert surface is not None
+    frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
+    tracker = Tracker(recorder._config, seed=1)
+    tracker.init(frame, truth.ellipse)
+    center = tracker.info.track.ellipse
+    place = np.array([center._replace(x=surface.x[40], y=surface.y[20])])
+    rho = sum(
+        tracker.info.shares[name]
+        * (1 - cue.distances(tracker.info.models[name], frame, place)[0] ** 2)
+        for name, cue in recorder._config.cues.items()
+    )
+    assert surface.rho[20, 40] == pytest.approx(float(rho), abs=1e-6)
 
 
 def test_the_surface_has_its_maximum_at_the_target() -> None:
@@ -115,7 +168,8 @@ def test_the_surface_is_rho_at_each_place() -> None:
     surface = recorder.surface()
     assert surface is not None
     frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
-    cue = preset("nummiaro").cue
+    cue = preset("nummiaro").color
+    assert cue is not None
     model = cue.learn(frame, truth.ellipse)
     for row, column in ((0, 60), (17, 42), (60, 0)):
         place = truth.ellipse._replace(x=surface.x[column], y=surface.y[row])

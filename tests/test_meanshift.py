@@ -28,7 +28,7 @@ FAST = MeanShift(presence=AppearanceRule(step=4))
 
 
 def rho(config: MeanShift, state: Any, picture: Any, ellipse: Ellipse) -> float:
-    distance = config.cue.distances(state.model, picture, np.array([ellipse]))[0]
+    distance = config.color.distances(state.model, picture, np.array([ellipse]))[0]
     return float(1 - distance**2)
 
 
@@ -61,7 +61,7 @@ def test_rho_never_falls_along_a_climb(start: tuple[float, float]) -> None:
 
 @given(st.integers(0, 40), st.floats(5, 30), st.floats(5, 30))
 def test_rho_never_falls_in_any_picture(seed: int, x: float, y: float) -> None:
-    config = replace(FAST, cue=replace(FAST.cue, bins=(3, 3, 3)))
+    config = replace(FAST, color=replace(FAST.color, bins=(3, 3, 3)))
     state, _ = config.init(RNG, frame(mosaic(seed, 36, 36)), Ellipse(x, y, 6, 5))
     picture = frame(mosaic(seed + 1, 36, 36), 1)
     _, info = config.step(RNG, state, picture)
@@ -74,7 +74,7 @@ def test_one_iteration_is_the_mean_shift_vector() -> None:
     state, _ = config.init(RNG, scene(0, (40, 36)), region((40, 36)))
     picture = scene(1, (43, 37))
     _, info = config.step(RNG, state, picture)
-    expected = config.cue.shift(state.model, picture, region((40, 36)))
+    expected = config.color.shift(state.model, picture, region((40, 36)))
     np.testing.assert_allclose(info.track.ellipse[:2], expected)
     assert expected[0] > 41
 

@@ -44,6 +44,10 @@ class Measuring:
         out: Floats = np.hypot(*(ellipses[:, :2] - self.points[frame.index]).T)
         return out
 
+    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model itself."""
+        return model
+
 
 SIGMA = 2.5
 FIRST = Ellipse(30, 40, 10, 20)
@@ -66,11 +70,12 @@ def linear_gaussian(
         particles=particles,
         motion=motion,
         likelihood=Gaussian(sigma=SIGMA),
+        color=Color(),
         resampling=msgspec.convert({"scheme": scheme, "threshold": threshold}, Resampling),
         presence=AppearanceRule(frames=10**9, step=8),
         calibration=Calibration(width=1e3),
     )
-    msgspec.structs.force_setattr(config, "cue", Measuring(POINTS))
+    msgspec.structs.force_setattr(config, "color", Measuring(POINTS))
     return config
 
 
@@ -208,7 +213,7 @@ def test_half_a_turn_changes_no_ellipse() -> None:
 
 
 def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:
-    config = msgspec.structs.replace(ParticleFilter(), **changes)
+    config = msgspec.structs.replace(ParticleFilter(color=Color()), **changes)
     state, _ = config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
     return config, state
 
@@ -226,7 +231,7 @@ def test_a_step_is_figure_2() -> None:
         r = twin.random(config.particles)
         chosen = state.states[[int(np.argmax(cumulative > value)) for value in r]]
         moved = config.motion.propagate(twin, chosen, FRAME_INTERVAL, region((40, 30)))
-        d = config.cue.distances(state.model, picture, moved[:, :5])
+        d = config.cues["color"].distances(state.models["color"], picture, moved[:, :5])
         pi = np.exp(-(d**2) / (2 * config.likelihood.sigma**2))
         pi /= pi.sum()
         state, info = config.step(rng, state, picture)
@@ -239,14 +244,14 @@ def test_a_step_is_figure_2() -> None:
 
 def test_a_step_changes_nothing_that_it_is_given() -> None:
     config, state = begun(adaptation=Adaptation(rate=0.5))
-    before = [state.states.copy(), state.weights.log.copy(), state.model.histogram.copy()]
+    before = [state.states.copy(), state.weights.log.copy(), state.models["color"].histogram.copy()]
     picture = scene(1, (41, 30))
     pixels = picture.pixels.copy()
     first, _ = config.step(np.random.default_rng(1), state, picture)
     again, _ = config.step(np.random.default_rng(1), state, picture)
     np.testing.assert_array_equal(first.states, again.states)
     for old, new in zip(
-        before, [state.states, state.weights.log, state.model.histogram], strict=True
+        before, [state.states, state.weights.log, state.models["color"].histogram], strict=True
     ):
         np.testing.assert_array_equal(old, new)
     np.testing.assert_array_equal(pixels, picture.pixels)
@@ -258,7 +263,7 @@ def test_without_selection_weights_accumulate() -> None:
     rng = np.random.default_rng(0)
     for index in range(1, 5):
         state, info = config.step(rng, state, scene(index, (40, 30)))
-        expected = expected + config.likelihood.log(info.distances)
+        expected = expected + config.likelihood.log(["color"], info.distances[None])[0]
     np.testing.assert_allclose(state.weights.log, expected)
     np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
 
@@ -329,24 +334,24 @@ def learned(adaptation: Adaptation, hidden: bool) -> tuple[ParticleFilter, list[
 
 def test_a_fixed_model_stays_fixed() -> None:
     _, states = learned(Adaptation(rate=0.0, anchor=0.5), hidden=False)
-    assert all(state.model is states[0].model for state in states)
+    assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
     _, states = learned(Adaptation(rate=0.5), hidden=True)
     assert states[-1].status is Status.LOST
-    assert all(state.model is states[0].model for state in states)
+    assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_follows_the_estimate() -> None:
     config, state = begun(adaptation=Adaptation(rate=0.3, anchor=0.2))
-    first = state.model.histogram
+    first = state.models["color"].histogram
     picture = scene(1, (42, 31))
     after, info = config.step(np.random.default_rng(0), state, picture)
     seen = Color().learn(picture, info.track.ellipse).histogram
     expected = 0.7 * first + 0.3 * (0.2 * first + 0.8 * seen)
-    np.testing.assert_allclose(after.model.histogram, expected, atol=1e-12)
-    np.testing.assert_allclose(info.model.histogram, first)
+    np.testing.assert_allclose(after.models["color"].histogram, expected, atol=1e-12)
+    np.testing.assert_allclose(info.models["color"].histogram, first)
 
 
 def test_the_rule_counts_particles() -> None:
@@ -356,7 +361,7 @@ def test_the_rule_counts_particles() -> None:
         presence=AppearanceRule(fraction=0.3, frames=1), resampling=Resampling(threshold=0.0),
         likelihood=Gaussian(sigma=2.0), calibration=Calibration(width=1.0),
     )  # fmt: skip
-    state = replace(state, background=Background(0.5, 0.0))
+    state = replace(state, backgrounds={"color": Background(0.5, 0.0)})
     for count in range(11):
         states = np.tile(np.array(region((80, 60))), (10, 1))
         states[:count] = region((40, 30))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,14 @@ FRAME_INTERVAL = 1 / 25
 class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
-    Pixels may be given in any form that `as_rgb` takes.
+    Pixels may be given in any form that `as_rgb` takes. `planes` holds what cues have computed from
+    them, each under a key of its own, for as long as the frame lives.
     """
 
     index: int
     time: float
     pixels: NDArray[np.uint8]
+    planes: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pixels", as_rgb(self.pixels))

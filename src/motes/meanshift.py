@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.config import Config, Count, Positive, Share
+from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
@@ -95,7 +96,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     Attributes
     ----------
-    cue
+    color
         The color histogram; the shift reads the same pixels.
     prediction
         Start from a Kalman filter's prediction; without, from the last position.
@@ -110,7 +111,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         pixel around every pixel of the background would take seconds; fewer places are looked at.
     """
 
-    cue: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
+    color: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
     prediction: Kalman | None = None
     scale: Share = 0.05
     iterations: Count = 20
@@ -118,18 +119,23 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     presence: AppearanceRule = AppearanceRule(places=5000)
     calibration: Calibration = Calibration(middle=0.245, width=0.066)
 
+    @property
+    def cues(self) -> dict[str, Cue]:
+        """The only cue, by name."""
+        return {"color": self.color}
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[ShiftState, Info]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
-        model = self.cue.learn(frame, region)
+        model = self.color.learn(frame, region)
         unit = math.sqrt(region.a * region.b)
         state = ShiftState(
             time=frame.time,
             ellipse=region,
             model=model,
             background=self.presence.background(
-                self.cue, model, frame, region, target_in_frame=True
+                self.color, model, frame, region, target_in_frame=True
             ),
             unit=unit,
             mean=np.array([[region.x, region.y], [0.0, 0.0]]),
@@ -154,7 +160,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             for size in (1.0, 1 - self.scale, 1 + self.scale)
             if min(start.a, start.b) * size >= 1
         ]
-        distances = self.cue.distances(state.model, frame, np.array(found))
+        distances = self.color.distances(state.model, frame, np.array(found))
         ellipse = found[int(np.argmin(distances))]
         if self.prediction:
             mean, covariance = self.prediction.update(
@@ -178,7 +184,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
         distance = self._distance(model, frame, ellipse)
         for _ in range(self.iterations):
-            x, y = self.cue.shift(model, frame, ellipse)
+            x, y = self.color.shift(model, frame, ellipse)
             moved = ellipse._replace(x=x, y=y)
             step = math.hypot(x - ellipse.x, y - ellipse.y)
             after = self._distance(model, frame, moved)
@@ -194,14 +200,14 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         return ellipse
 
     def _distance(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> float:
-        return float(self.cue.distances(model, frame, np.array([ellipse]))[0])
+        return float(self.color.distances(model, frame, np.array([ellipse]))[0])
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, Info]:
         """Judge whether the target is there."""
-        distances = self.cue.distances(state.model, frame, np.array([ellipse]))
-        appears = bool(self.presence.holds(state.background, distances)[0])
+        distances = self.color.distances(state.model, frame, np.array([ellipse]))
+        appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.missed)
         track = Track(
             frame=frame.index,
@@ -213,5 +219,13 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             distance=float(distances[0]),
             effective_sample_size=1.0,
         )
-        info = Info(track, np.array([ellipse]), np.ones(1), distances, int(appears), state.model)
+        info = Info(
+            track,
+            np.array([ellipse]),
+            np.ones(1),
+            distances,
+            int(appears),
+            {"color": state.model},
+            {"color": 1.0},
+        )
         return replace(state, ellipse=ellipse, status=status, missed=missed), info

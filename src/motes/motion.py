@@ -184,6 +184,60 @@ class SecondOrder(Config, frozen=True, tag="second_order"):
         return states[:, :5]
 
 
+class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
+    """Zero order in the state of Maggio et al.: x, y, h, e, theta, each plus Gaussian noise.
+
+    h is the half-length of the minor axis, e the eccentricity sqrt(1 - (minor / major)²), theta the
+    angle of the major axis. Section 5 gives the noise.
+
+    Attributes
+    ----------
+    position
+        Standard deviation of x and y, in pixels: 5.5.
+    size
+        Of h, relative to h: 0.05.
+    eccentricity
+        Of e: 0.021.
+    angle
+        Of theta, in radians: 10 degrees.
+    """
+
+    position: Scale = 5.5
+    size: Share = 0.05
+    eccentricity: Share = 0.021
+    angle: Scale = math.radians(10)
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return x, y, h, e, theta of ellipses, (N, 5)."""
+        states = ellipses.copy()
+        a, b = ellipses[:, 2], ellipses[:, 3]
+        minor, major = np.minimum(a, b), np.maximum(a, b)
+        states[:, 2], states[:, 3] = minor, np.sqrt(1 - (minor / major) ** 2)
+        states[:, 4] += np.where(a < b, np.pi / 2, 0.0)
+        return states
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return states plus noise; e stays within [0, 0.995], h at one pixel or more."""
+        grown = math.sqrt(dt / FRAME_INTERVAL)
+        out = rng.standard_normal(states.shape)
+        out *= [self.position * grown] * 2 + [
+            self.size * grown, self.eccentricity * grown, self.angle * grown
+        ]  # fmt: skip
+        out[:, 2] = np.maximum(np.exp(out[:, 2]) * states[:, 2], 1.0)
+        out[:, :2] += states[:, :2]
+        out[:, 3:] += states[:, 3:]
+        out[:, 3] = np.minimum(np.abs(out[:, 3]), 0.995)
+        return out
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses, a being the major half-axis."""
+        out = states.copy()
+        out[:, 2], out[:, 3] = states[:, 2] / np.sqrt(1 - states[:, 3] ** 2), states[:, 2]
+        return out
+
+
 def _resized(
     rng: np.random.Generator, states: Floats, noise: Noise, first: Ellipse, dt: float
 ) -> Floats:

@@ -1,24 +1,34 @@
-"""The particle filter: one pure step, after Nummiaro et al., figure 2."""
+"""The particle filter: one pure step, after Nummiaro et al., figure 2.
+
+With several cues, after Maggio et al., section 4.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.config import Config, Count, Share
+from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
+from motes.cues.orientation import Orientation, OrientationModel
+from motes.errors import ConfigError
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
+from motes.fusion import Adaptive, Fixed
 from motes.geometry import Ellipse
 from motes.likelihood import Gaussian
-from motes.motion import LONGEST_INTERVAL, ConstantVelocity, RandomWalk, SecondOrder
+from motes.motion import LONGEST_INTERVAL, ConstantVelocity, EllipseWalk, RandomWalk, SecondOrder
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.resampling import Resampling, Weights
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
+Model = ColorModel | OrientationModel
 
 
 class Adaptation(Config, frozen=True):
@@ -50,10 +60,10 @@ class FilterState:
         (N, d) the particles, in the motion model's columns.
     weights
         Theirs, after the last frame.
-    model
-        The target model.
-    background
-        What the appearance rule compares with.
+    models
+        The target model of each cue.
+    backgrounds
+        What the appearance rule compares with, for each cue.
     first
         The target's first region; all noise is proportional to its size.
     places
@@ -65,8 +75,8 @@ class FilterState:
     time: float
     states: Floats
     weights: Weights
-    model: ColorModel
-    background: Background
+    models: dict[str, Model]
+    backgrounds: dict[str, Background]
     first: Ellipse
     places: Floats
     status: Status
@@ -86,11 +96,13 @@ class Info:
     weights
         (N,) their probabilities after this frame.
     distances
-        (N,) to the target model.
+        (N,) to the target model, over all cues.
     appearing
         Number of particles that fulfill the appearance rule.
-    model
-        The target model that this frame was compared with.
+    models
+        The target model of each cue that this frame was compared with.
+    shares
+        The weight of each cue; they sum to 1.
     """
 
     track: Track
@@ -98,7 +110,8 @@ class Info:
     weights: Floats
     distances: Floats
     appearing: int
-    model: ColorModel
+    models: Mapping[str, Model]
+    shares: Mapping[str, float]
 
 
 class ParticleFilter(Config, frozen=True, tag="particle_filter"):
@@ -110,10 +123,12 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         How many: N.
     motion
         How the target moves.
-    cue
-        What pixels say about an ellipse.
+    color, orientation
+        The cues: what pixels say about an ellipse. At least one.
+    fusion
+        How several cues become one.
     likelihood
-        From the cue's distance to a log-likelihood.
+        From a cue's distance to a log-likelihood.
     resampling
         When and how particles are selected.
     presence
@@ -125,29 +140,53 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
     """
 
     particles: Count = 100
-    motion: RandomWalk | ConstantVelocity | SecondOrder = ConstantVelocity()
-    cue: Color = Color()
+    motion: RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk = ConstantVelocity()
+    color: Color | None = None
+    orientation: Orientation | None = None
+    fusion: Adaptive | Fixed = Adaptive()
     likelihood: Gaussian = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
     adaptation: Adaptation = Adaptation()
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.cues:
+            raise ConfigError("A particle filter needs a cue: color, orientation or both.")
+        named = {"likelihood.cues": self.likelihood.cues}
+        if isinstance(self.fusion, Fixed):
+            named["fusion.weights"] = self.fusion.weights
+        for key, values in named.items():
+            for name in values:
+                if name not in self.cues:
+                    raise ConfigError(
+                        f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
+                    )
+
+    @property
+    def cues(self) -> dict[str, Cue]:
+        """The cues in use, by name."""
+        cues: dict[str, Cue | None] = {"color": self.color, "orientation": self.orientation}
+        return {name: cue for name, cue in cues.items() if cue is not None}
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, Info]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
-        model = self.cue.learn(frame, region)
-        background = self.presence.background(self.cue, model, frame, region, target_in_frame=True)
+        # As the motion model has it: a turned by half a turn, b being the longer half-axis.
+        region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
+        models = {name: cue.learn(frame, region) for name, cue in self.cues.items()}
+        backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
         places = np.array([[0.0, 0.0, frame.width, frame.height]])
         start = np.tile(np.array(region), (self.particles, 1))
-        return self._begin(frame, start, model, background, region, places, Status.TRACKING)
+        return self._begin(frame, start, models, backgrounds, region, places, Status.TRACKING)
 
     def search(
         self,
         rng: np.random.Generator,
         frame: Frame,
-        model: ColorModel,
+        models: dict[str, Model],
         size: Ellipse,
         places: Floats | None = None,
         background: Frame | None = None,
@@ -160,8 +199,8 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             Source of randomness.
         frame
             The first frame.
-        model, size
-            The target's model, and an ellipse of its size; the center does not matter.
+        models, size
+            The target's model for each cue, and an ellipse of its size, wherever its center.
         places
             (R, 4) boxes where it may appear, such as doors and borders; else the whole frame.
         background
@@ -169,11 +208,9 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         """
         if places is None:
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
-        rule = self.presence.background(
-            self.cue, model, background or frame, size, target_in_frame=False
-        )
+        backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
         start = spread(rng, places, size, self.particles)
-        return self._begin(frame, start, model, rule, size, places, Status.SEARCHING)
+        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
     def step(
         self, rng: np.random.Generator, state: FilterState, frame: Frame
@@ -206,14 +243,24 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         state = replace(state, status=Status.TRACKING, missed=0)
         weights = Weights.uniform(self.particles)
         after, info = self._observe(state, frame, states, weights)
-        return replace(after, model=state.model), info
+        return replace(after, models=state.models), info
+
+    def _backgrounds(
+        self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
+    ) -> dict[str, Background]:
+        return {
+            name: self.presence.background(
+                cue, models[name], frame, region, target_in_frame=target_in_frame
+            )
+            for name, cue in self.cues.items()
+        }
 
     def _begin(
         self,
         frame: Frame,
         ellipses: Floats,
-        model: ColorModel,
-        background: Background,
+        models: dict[str, Model],
+        backgrounds: dict[str, Background],
         first: Ellipse,
         places: Floats,
         status: Status,
@@ -222,8 +269,8 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             time=frame.time,
             states=self.motion.initial(ellipses),
             weights=Weights.uniform(self.particles),
-            model=model,
-            background=background,
+            models=models,
+            backgrounds=backgrounds,
             first=first,
             places=places,
             status=status,
@@ -236,19 +283,34 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
     ) -> tuple[FilterState, Info]:
         """Weigh the new states by the frame, estimate, judge whether the target is there, learn."""
         ellipses = self.motion.ellipses(states)
-        distances = self.cue.distances(state.model, frame, ellipses)
-        weights = Weights.from_log(weights.log + self.likelihood.log(distances))
+        names = list(self.cues)
+        distances = self._distances(state.models, frame, ellipses)
+        by_cue = [
+            Weights.from_log(weights.log + log) for log in self.likelihood.log(names, distances)
+        ]
+        likelihoods = np.stack([each.values for each in by_cue])
+        shares = self.fusion.shares(names, likelihoods, ellipses, state.first)
+        if len(names) == 1:
+            weights = by_cue[0]
+        else:
+            with np.errstate(divide="ignore"):  # no likelihood at all is -inf
+                weights = Weights.from_log(np.log(shares @ likelihoods))
         estimate, covariance = mean_ellipse(ellipses, weights.values)
-        distance = float(self.cue.distances(state.model, frame, np.array([estimate]))[0])
-        appears = self.presence.holds(state.background, distances)
+        # Over all cues, 1 - d² is the mean of their coefficients rho.
+        overall = np.sqrt(shares @ distances**2)
+        seen = self._distances(state.models, frame, np.array([estimate]))[:, 0]
+        distance = math.sqrt(shares @ seen**2)
+        thresholds = [self.presence.threshold(state.backgrounds[name]) for name in names]
+        appears = 1 - overall**2 > shares @ thresholds
         appearing = int(np.count_nonzero(appears))
         there = appearing > self.presence.fraction * self.particles
         status, missed = self.presence.next_status(state.status, there, state.missed)
-        model = state.model
-        if there and self.adaptation.rate > 0:
-            model = self.cue.adapt(
-                model, frame, estimate, self.adaptation.rate, self.adaptation.anchor
-            )
+        models = state.models
+        if there:
+            models = {
+                name: self._learned(cue, models[name], frame, estimate)
+                for name, cue in self.cues.items()
+            }
         track = Track(
             frame=frame.index,
             time=frame.time,
@@ -260,17 +322,39 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             distance=distance,
             effective_sample_size=weights.effective_sample_size,
         )
-        info = Info(track, ellipses, weights.values, distances, appearing, state.model)
+        info = Info(
+            track,
+            ellipses,
+            weights.values,
+            overall,
+            appearing,
+            state.models,
+            dict(zip(names, shares.tolist(), strict=True)),
+        )
         after = replace(
             state,
             time=frame.time,
             states=states,
             weights=weights,
-            model=model,
+            models=models,
             status=status,
             missed=missed,
         )
         return after, info
+
+    def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances (J, N) of ellipses (N, 5) by each cue."""
+        return np.stack(
+            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
+        )
+
+    def _learned(self, cue: Cue, model: Model, frame: Frame, estimate: Ellipse) -> Model:
+        """Return a cue's model after a frame in which the target is there."""
+        rate, anchor = self.adaptation.rate, self.adaptation.anchor
+        if rate > 0:
+            model = cue.adapt(model, frame, estimate, rate, anchor)
+        settled: Model = cue.settle(model, frame, estimate)
+        return settled
 
 
 def spread(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:

@@ -7,26 +7,19 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.config import Config, Count, NonNegative, Positive, Share
+from motes.cues import Cue
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.track import Status
 
 Floats = NDArray[np.float64]
-
-
-class Comparing(Protocol):
-    """The part of a cue that compares regions with a target model."""
-
-    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-        """Return the distances (N,) of ellipses (N, 5) to the model."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +63,7 @@ class AppearanceRule(Config, frozen=True):
     places: Count = 400_000
 
     def background(
-        self, cue: Comparing, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
+        self, cue: Cue, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
     ) -> Background:
         """Return mean and standard deviation of rho over every pixel (equations 11 and 12).
 
@@ -103,13 +96,13 @@ class AppearanceRule(Config, frozen=True):
             rho = 1 - np.concatenate(list(parts)) ** 2
         return Background(float(rho.mean()), float(rho.std()))
 
-    def holds(self, background: Background, distances: Floats) -> NDArray[np.bool_]:
-        """Tell for each particle whether it fulfills equation 13."""
+    def threshold(self, background: Background) -> float:
+        """Return the rho above which a particle shows the target (equation 13)."""
         threshold = max(
             background.mean + self.deviations * background.deviation,
             background.mean + self.margin * (1 - background.mean),
         )
-        return 1 - distances**2 > min(threshold, self.ceiling)
+        return min(threshold, self.ceiling)
 
     def next_status(self, before: Status, there: bool, missed: int) -> tuple[Status, int]:
         """Return the status after a frame, and for how many frames in a row the rule has failed.

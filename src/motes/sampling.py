@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config
+
+Profile = Literal["epanechnikov", "radial", "uniform"]
+"""How a pixel's weight falls with its distance from the center.
+
+`radial`: Nummiaro et al., equation 2, 1 - r² with r the distance over sqrt(a² + b²); only pixels
+inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's own half-axes, so
+that weights fall to zero at its border. `uniform`: all the same.
+"""
+
+PROFILES: dict[str, int] = {
+    "epanechnikov": kernels.EPANECHNIKOV,
+    "radial": kernels.RADIAL,
+    "uniform": kernels.UNIFORM,
+}
 
 
 class EveryPixel(Config, frozen=True, tag="every_pixel"):

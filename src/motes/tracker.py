@@ -115,9 +115,12 @@ class Tracker:
         ConfigError
             If the tracker cannot search, or reads colors differently than the target.
         """
-        if not isinstance(self.config, ParticleFilter):
-            raise ConfigError("Only a particle filter can search; choose preset nummiaro.")
-        mine, its = self.config.cue, target.cue
+        config = self.config
+        if not isinstance(config, ParticleFilter) or not config.color or len(config.cues) > 1:
+            raise ConfigError(
+                "Only a particle filter on color alone can search; choose preset nummiaro."
+            )
+        mine, its = config.color, target.cue
         if (mine.space, mine.bins) != (its.space, its.bins):
             raise ConfigError(
                 f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
@@ -129,7 +132,7 @@ class Tracker:
         boxes = boxes_of(tuple(places), picture) if places else None
         empty = None if background is None else _first(background)
         self._restart()
-        begun = self.config.search(self._rng, picture, target.model, size, boxes, empty)
+        begun = config.search(self._rng, picture, {"color": target.model}, size, boxes, empty)
         return self._take(picture, begun)
 
     def update(self, frame: Picture) -> Track:

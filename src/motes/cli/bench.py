@@ -87,10 +87,9 @@ def bench(*, frames: int = 31, rounds: int = 3) -> int:
     console = Console()
     clips = {target: clip(target, frames) for target in TARGETS}
     jobs: dict[tuple[str, tuple[int, int]], Callable[[], list[float]]] = {}
-    for target in TARGETS:
-        jobs["nummiaro", target] = partial(
-            ours, started("nummiaro", *clips[target]), clips[target][0]
-        )
+    for preset in ("nummiaro", "maggio"):
+        for target in TARGETS:
+            jobs[preset, target] = partial(ours, started(preset, *clips[target]), clips[target][0])
     for preset in ("nummiaro:adaptive", "mean_shift"):
         jobs[preset, MAIN] = partial(ours, started(preset, *clips[MAIN]), clips[MAIN][0])
     missing = ""

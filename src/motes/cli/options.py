@@ -34,11 +34,13 @@ CONFIG_FLAGS = """\
   --motion.noise.angle 0.0
   --motion.velocity 0.5
   --motion.persistence 0.8
-  --cue.space rgb
-  --cue.bins 8,8,8
-  --cue.kernel radial
-  --cue.sampling.type lattice
-  --cue.sampling.points 256
+  --color.space rgb
+  --color.bins 8,8,8
+  --color.kernel radial
+  --color.sampling.type lattice
+  --color.sampling.points 256
+  --fusion.type adaptive
+  --fusion.floor 0.5
   --likelihood.sigma 0.1
   --resampling.scheme multinomial
   --resampling.threshold 1.0
@@ -61,7 +63,8 @@ Every key of the configuration is an option too. The preset comes first, then th
 --config, then these options. Preset nummiaro has
 
 {CONFIG_FLAGS}
---motion.type may also be random_walk or second_order, --cue.sampling.type every_pixel. \
+--motion.type may also be random_walk, second_order or ellipse_walk, --color.sampling.type \
+every_pixel, --fusion.type fixed. A cue is added by naming a key of it, as --orientation.bins 36. \
 --dump-config shows all keys and values of a preset, as a file for --config.
 """
 
@@ -92,7 +95,9 @@ Preset = Annotated[
     str,
     Parameter(
         group=CONFIGURATION,
-        help="nummiaro, nummiaro:adaptive, mean_shift or mean_shift:kalman.",
+        help="nummiaro, nummiaro:adaptive, maggio, mean_shift or mean_shift:kalman; or a variant "
+        "of maggio: maggio:C, maggio:O-FOH, maggio:O-ROH, maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
+        "maggio:C+O-A-FOH, maggio:C+O-A-ROH, maggio:C+O-A&SS-FOH, maggio:C+O-A&SS-ROH.",
     ),
 ]
 ConfigFile = Annotated[
@@ -156,7 +161,7 @@ def tracker_config(
 
     base = presets.preset(preset)
     if target is not None:
-        base = presets.configure(base, {"cue": to_dict(target.cue)})
+        base = presets.configure(base, {"color": to_dict(target.cue)})
     if file is not None:
         with named(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))

@@ -121,17 +121,17 @@ class Figures:
     """The figures of the papers, drawn at the end, also after an interruption."""
 
     def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
-        from motes.figures import FIGURES, Recorder
+        from motes.figures import Recorder
 
         if folder.exists() and not folder.is_dir():
             raise FormatError(f"{folder} is not a folder; choose another name.")
-        there = [name for name in FIGURES if (folder / name).exists()]
+        self._recorder = Recorder(config)
+        there = [name for name in self._recorder.files if (folder / name).exists()]
         if there and not overwrite:
             raise FormatError(
                 f"{folder / there[0]} exists; choose another folder, or overwrite it (--overwrite)."
             )
         self._folder = folder
-        self._recorder = Recorder(config)
         self._companion = Companion()
         self._files: list[Path] = []
 

@@ -1,1 +1,33 @@
-"""What pixels say about an ellipse: one file per cue."""
+"""What pixels say about an ellipse: one cue a file."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.frame import Frame
+from motes.geometry import Ellipse
+
+
+class Cue(Protocol):
+    """What a cue must offer; its models are its own affair."""
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the target model of the region in `ellipse`."""
+        ...
+
+    def distances(
+        self, model: Any, frame: Frame, ellipses: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return how far each ellipse (N, 5) is from the model: 0 the same … 1, shape (N,)."""
+        ...
+
+    def adapt(self, model: Any, frame: Frame, ellipse: Ellipse, rate: float, anchor: float) -> Any:
+        """Return the model moved towards the region in `ellipse`, as `Adaptation` says."""
+        ...
+
+    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model with what the next frame's reading takes from where the target is."""
+        ...

@@ -6,10 +6,10 @@ Nummiaro et al., section III.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Literal
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
@@ -18,14 +18,13 @@ from motes import kernels
 from motes.config import Config
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.sampling import Lattice, Sampling
+from motes.sampling import PROFILES, Lattice, Profile, Sampling
 
 Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
 
-@dataclass(frozen=True, eq=False)
-class ColorModel:
+class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
     """A target's color histogram.
 
     Attributes
@@ -54,7 +53,7 @@ class ColorModel:
         return slots
 
 
-class Color(Config, frozen=True, tag="color"):
+class Color(Config, frozen=True):
     """Weighted color histogram of an ellipse (equations 2 to 7).
 
     Attributes
@@ -64,16 +63,14 @@ class Color(Config, frozen=True, tag="color"):
     bins
         Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV.
     kernel
-        `radial`: equation 2, 1 - r² with r the distance from the center over sqrt(a² + b²); only
-        pixels inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's
-        own half-axes, so that weights fall to zero at its border.
+        How pixels are weighted: `radial` is equation 2; see `sampling.Profile`.
     sampling
         Which pixels are read.
     """
 
     space: Literal["rgb", "hsv"] = "rgb"
     bins: tuple[Bins, Bins, Bins] = (8, 8, 8)
-    kernel: Literal["radial", "epanechnikov"] = "radial"
+    kernel: Profile = "radial"
     sampling: Sampling = Lattice()
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
@@ -148,9 +145,13 @@ class Color(Config, frozen=True, tag="color"):
         towards = anchor * model.anchor + (1 - anchor) * seen
         return ColorModel((1 - rate) * model.histogram + rate * towards, model.anchor)
 
+    def settle(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> ColorModel:
+        """Return the model itself: how colors are read does not depend on the last frame."""
+        return model
+
     @property
-    def _reading(self) -> tuple[Floats, bool]:
-        return self.sampling.lattice, self.kernel == "radial"
+    def _reading(self) -> tuple[Floats, int]:
+        return self.sampling.lattice, PROFILES[self.kernel]
 
     @property
     def _space(self) -> tuple[int, int, int, int]:

@@ -1,0 +1,91 @@
+"""Several cues, one log-likelihood for each particle: a mixture of the cues' likelihoods.
+
+Maggio et al., section 4.2: p(z | x) is proportional to the sum of w_j l_j(x) over the cues j, with
+weights w_j that sum to 1 (equation 10). "Suppose that each feature has a comparable measure": here
+each l_j is divided by its sum over the particles, since the distances of one cue may all be larger
+than those of another, which would leave the first one without any say.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.config import Config, Positive
+from motes.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+
+
+class Fixed(Config, frozen=True, tag="fixed"):
+    """The same weights in every frame.
+
+    Attributes
+    ----------
+    weights
+        By cue; they need not sum to 1, and a cue that is not named has 1.
+    """
+
+    weights: dict[str, Positive] = {}  # noqa: RUF012  (msgspec copies it)
+
+    def shares(
+        self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
+    ) -> Floats:
+        """Return each cue's weight (J,); sum 1."""
+        weights = np.array([self.weights.get(name, 1.0) for name in names])
+        shares: Floats = weights / weights.sum()
+        return shares
+
+
+class Adaptive(Config, frozen=True, tag="adaptive"):
+    """Weights inversely proportional to each cue's uncertainty (equations 8 to 10).
+
+    Attributes
+    ----------
+    floor
+        Standard deviation that every dimension has in addition: differences below it do not matter.
+        Without it, a cue that gives one particle all the weight would have no uncertainty at all.
+    """
+
+    floor: Positive = 0.5
+
+    def shares(
+        self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
+    ) -> Floats:
+        """Return each cue's weight (J,); sum 1.
+
+        A cue's uncertainty is the determinant of the particles' covariance under its likelihood
+        (equation 9). The paper has it over unlike units; here positions count in mean half-axes of
+        the first region, half-axes relative to that region's, the angle in radians.
+
+        Parameters
+        ----------
+        names
+            Of the cues.
+        likelihoods
+            (J, N) by cue, each normalized over the particles.
+        ellipses
+            (N, 5) the particles.
+        first
+            The target's first region.
+        """
+        if len(names) == 1:
+            return np.ones(1)
+        mean = math.sqrt(first.a * first.b)
+        units = np.array([mean, mean, first.a, first.b, 1.0])
+        volumes = np.empty(len(names))
+        center, covariance = np.empty(5), np.empty((5, 5))
+        for j, likelihood in enumerate(likelihoods):
+            kernels.moments(ellipses, likelihood, center, covariance)  # equation 8
+            scaled = covariance / np.outer(units, units) + self.floor**2 * np.eye(5)
+            volumes[j] = np.linalg.slogdet(scaled)[1]  # equation 9
+        certainties = np.exp(volumes.min() - volumes)
+        shares: Floats = certainties / certainties.sum()
+        return shares
+
+
+Fusion = Adaptive | Fixed
