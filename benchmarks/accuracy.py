@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from motes import PRESETS, Frame, Status, Tracker, open_source
 from motes.evaluate.metrics import calibration_error, detection_f1, success_auc
-from motes.evaluate.sequences import Sequence, load_otb
+from motes.evaluate.sequences import Sequence, load_dataset
 from motes.geometry import iou
 
 HERE = Path(__file__).resolve().parent
@@ -44,7 +44,10 @@ class Run:
 
 @cache
 def load(folder: Path) -> tuple[Sequence, list[Frame]]:
-    sequence = load_otb(folder, first_pixel=0 if folder.name.startswith("seg-") else 1)
+    first_pixel = {"*": 0} if folder.name.startswith("seg-") else {}
+    sequences, problems = load_dataset(folder, first_pixel)
+    assert not problems, problems
+    sequence = sequences[0]
     with open_source(sequence.source) as source:
         return sequence, list(source)
 

@@ -2,8 +2,10 @@
 
     python benchmarks/calibration.py [--seeds 2] [--data FOLDER] [PRESET ...]
 
-Logistic regression of "IoU > 0.5" on the estimate's distance, each sequence counting the same. The
-error for left-out sequences comes from fits that have not seen the sequence they are tested on.
+The confidence is a logistic function of the estimate's distance times the weight of the particles
+that fulfill the appearance rule. Middle and width are chosen on a grid for the least log loss of
+"IoU > 0.5", each sequence counting the same. The error for left-out sequences comes from choices
+that have not seen the sequence they are tested on.
 """
 
 from __future__ import annotations
@@ -19,28 +21,29 @@ from numpy.typing import NDArray
 from accuracy import DATA, Run, follow
 from motes import PRESETS
 from motes.evaluate.metrics import calibration_error
+from motes.presence import Calibration
+from motes.presets import preset
 
 Floats = NDArray[np.float64]
 
 
-def fit(distances: Floats, correct: NDArray[np.bool_], weights: Floats) -> Floats:
-    """Return the weighted logistic regression's intercept and slope, by Newton's method."""
-    design = np.stack([np.ones_like(distances), distances], axis=1)
-    beta = np.zeros(2)
-    for _ in range(50):
-        p = 1 / (1 + np.exp(-design @ beta))
-        gradient = design.T @ (weights * (correct - p))
-        hessian = (design * (weights * p * (1 - p))[:, None]).T @ design
-        beta = beta + np.linalg.solve(hessian, gradient)
-    return beta
+MIDDLES, WIDTHS = np.arange(0, 0.81, 0.01), np.arange(0.02, 0.21, 0.01)
 
 
-def gather(runs: list[Run]) -> tuple[Floats, NDArray[np.bool_], Floats, Floats]:
-    """Return distances, whether the box was right, weights and confidences of all frames."""
-    weights = np.concatenate([np.full(run.lost.size, 1 / run.lost.size) for run in runs])
-    overlaps = np.nan_to_num(np.concatenate([run.overlaps for run in runs]))
-    distances = np.concatenate([run.distances for run in runs])
-    return distances, overlaps > 0.5, weights, np.concatenate([run.confidence for run in runs])
+def confidences(run: Run, shipped: Calibration) -> Floats:
+    """Return the confidence of each frame for all settings, (middles, widths, frames)."""
+    shares = run.confidence / [shipped.probability(d) for d in run.distances]
+    steps = (run.distances - MIDDLES[:, None, None]) / WIDTHS[:, None]
+    out: Floats = shares / (1 + np.exp(steps))
+    return out
+
+
+def loss(run: Run, shipped: Calibration) -> Floats:
+    """Return the mean log loss of a run for all settings, (middles, widths)."""
+    sure = np.clip(confidences(run, shipped), 1e-3, 1 - 1e-3)
+    right = np.nan_to_num(run.overlaps) > 0.5
+    mean: Floats = -np.log(np.where(right, sure, 1 - sure)).mean(axis=-1)
+    return mean
 
 
 def main() -> None:
@@ -53,23 +56,24 @@ def main() -> None:
     print("| preset | middle | width | ECE, left-out fits | ECE as shipped |")
     print("|---|---|---|---|---|")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for preset in options.presets:
-            jobs = [(preset, folder, seed) for folder in folders for seed in range(options.seeds)]
+        for name in options.presets:
+            shipped = preset(name).calibration
+            jobs = [(name, folder, seed) for folder in folders for seed in range(options.seeds)]
             runs = list(pool.map(follow, *zip(*jobs, strict=True), chunksize=options.seeds))
-            named = list(zip((folder for _, folder, _ in jobs), runs, strict=True))
-            distances, correct, weights, confidence = gather(runs)
-            beta = fit(distances, correct, weights)
+            losses = np.array([loss(run, shipped) for run in runs])
+            best = np.unravel_index(losses.sum(axis=0).argmin(), losses.shape[1:])
             left_out = []
-            for folder in folders:
-                seen = gather([run for name, run in named if name != folder])
-                held, *_ = gather([run for name, run in named if name == folder])
-                b = fit(*seen[:3])
-                left_out.append(1 / (1 + np.exp(-(b[0] + b[1] * held))))
-            error = calibration_error(np.concatenate(left_out), correct, weights)
-            shipped = calibration_error(confidence, correct, weights)
+            for (_, folder, _), run in zip(jobs, runs, strict=True):
+                others = [other != folder for _, other, _ in jobs]
+                choice = np.unravel_index(losses[others].sum(axis=0).argmin(), losses.shape[1:])
+                left_out.append(confidences(run, shipped)[choice])
+            right = np.nan_to_num(np.concatenate([run.overlaps for run in runs])) > 0.5
+            weights = np.concatenate([np.full(run.lost.size, 1 / run.lost.size) for run in runs])
+            as_shipped = np.concatenate([run.confidence for run in runs])
             print(
-                f"| {preset} | {-beta[0] / beta[1]:.3f} | {-1 / beta[1]:.3f} "
-                f"| {error:.3f} | {shipped:.3f} |",
+                f"| {name} | {MIDDLES[best[0]]:.2f} | {WIDTHS[best[1]]:.2f} "
+                f"| {calibration_error(np.concatenate(left_out), right, weights):.3f} "
+                f"| {calibration_error(as_shipped, right, weights):.3f} |",
                 flush=True,
             )
 

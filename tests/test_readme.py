@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
-from motes import Status, synthetic
+from motes import Status, open_source, synthetic
 from motes.cli import main
 from motes.writer import VideoWriter
 
@@ -48,6 +49,13 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def folder(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "video.mp4").symlink_to(video)
+    pictures = tmp_path / "sequences" / "beetle" / "img"
+    pictures.mkdir(parents=True)
+    with open_source(video, end=6) as film:
+        for frame in film:
+            Image.fromarray(frame.pixels).save(pictures / f"{frame.index + 1:04}.png")
+    rows = "".join(f"{301 + i},201,40,60\n" for i in range(6))
+    (pictures.parent / "groundtruth_rect.txt").write_text(rows)
     (tmp_path / "places.toml").write_text(blocks("toml")[0])
     monkeypatch.chdir(tmp_path)
     return tmp_path

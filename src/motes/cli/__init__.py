@@ -19,9 +19,10 @@ Exit codes:
   3    an input cannot be read
   4    the target was never found
   5    an output exists or cannot be written
+  6    evaluated, but some sequences or trackers failed
   130  interrupted; what was written is kept
 """
-DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, INTERRUPTED = 0, 1, 2, 3, 4, 5, 130
+DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, PARTIAL, INTERRUPTED = *range(7), 130
 
 app = App(
     name="motes",
@@ -36,6 +37,7 @@ app = App(
 )
 app.command("motes.cli.track:app", name="track", help="Follow one object through a video.")
 app.command("motes.cli.histogram:app", name="histogram", help="Save what a target looks like.")
+app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
 app.command("motes.cli.demo:demo", name="demo", help="Show it all on a rendered clip.")
 app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")

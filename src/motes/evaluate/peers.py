@@ -5,6 +5,8 @@ The only module that imports cv2, and only when a peer is asked for.
 
 from __future__ import annotations
 
+import ctypes
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -62,19 +64,25 @@ class CamShift:
 PEERS: dict[str, Callable[[Any], Peer]] = {
     "cv2:csrt": lambda cv2: cv2.TrackerCSRT_create(),
     "cv2:kcf": lambda cv2: cv2.TrackerKCF_create(),
+    "cv2:mil": lambda cv2: cv2.TrackerMIL_create(),
+    "cv2:mosse": lambda cv2: cv2.legacy.TrackerMOSSE_create(),
+    "cv2:medianflow": lambda cv2: cv2.legacy.TrackerMedianFlow_create(),
     "cv2:camshift": CamShift,
 }
 
+STOCHASTIC = frozenset({"cv2:mil"})
+"""Peers that draw random numbers; the others do the same every time."""
 
-def peer(name: str) -> Peer:
-    """Return a fresh tracker of OpenCV's, on one thread.
+
+def opencv(name: str) -> Any:
+    """Return the module cv2, on one thread, if it has a peer.
 
     Raises
     ------
     ConfigError
         For an unknown name.
     LimitError
-        If OpenCV is not installed.
+        If OpenCV is not installed, or without this tracker.
     """
     if name not in PEERS:
         raise ConfigError(f"No peer {name!r}; known are {', '.join(PEERS)}.")
@@ -85,4 +93,28 @@ def peer(name: str) -> Peer:
             "Comparing with OpenCV needs it; install it with: pip install 'motes[opencv]'."
         ) from None
     cv2.setNumThreads(1)
-    return PEERS[name](cv2)
+    return cv2
+
+
+def peer(name: str, seed: int = 0) -> Peer:
+    """Return a fresh tracker of OpenCV's, on one thread.
+
+    Start it before the next one is made: a stochastic one takes its random numbers from those of
+    the whole process, which are seeded here, when it starts.
+
+    Raises
+    ------
+    ConfigError, LimitError
+        As `opencv` does.
+    """
+    cv2 = opencv(name)
+    if name in STOCHASTIC:
+        cv2.setRNGSeed(seed)
+        # Its features come from the C library's generator.
+        ctypes.CDLL("ucrtbase" if os.name == "nt" else None).srand(seed)
+    try:
+        return PEERS[name](cv2)
+    except AttributeError:
+        raise LimitError(
+            f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
+        ) from None

@@ -1,0 +1,301 @@
+"""`motes evaluate`: measure trackers on sequences whose truth is known."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from cyclopts import App, Group, Parameter
+
+from motes.cli import DONE, INTERRUPTED, PARTIAL
+from motes.cli.options import OUTPUT, Overwrite, announce_compiling, say
+from motes.errors import ConfigError, FormatError, LimitError, SourceError
+from motes.evaluate import contents, plots, runs
+from motes.evaluate.contestants import Own
+from motes.evaluate.entries import Entry, enter
+from motes.evaluate.folder import prepare, record
+from motes.evaluate.protocols import load_trace
+from motes.evaluate.reference import Reference
+from motes.evaluate.report import write_report
+from motes.evaluate.results import PROTOCOL_NAMES, Outcome, write_results
+from motes.evaluate.runs import Job, Pass
+from motes.evaluate.sequences import Problem, load_dataset
+from motes.evaluate.sequences import Sequence as Film
+from motes.evaluate.summaries import Evaluation
+
+TRACKERS = """\
+Trackers:
+  nummiaro, mean_shift:kalman   presets
+  FILE.toml                     a configuration, over the preset that it names
+  cv2:csrt, cv2:kcf, cv2:mil, cv2:mosse, cv2:medianflow, cv2:camshift
+  module:factory                a Python callable; it returns an object with
+                                init(image, box) and update(image)
+  "trax:COMMAND ARGUMENTS"      a program that speaks TraX
+"""
+
+RUN = Group("Run", sort_key=2)
+DATASET = Group("Dataset", sort_key=1)
+
+app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
+
+
+@app.default
+def evaluate(
+    dataset: Path,
+    /,
+    *,
+    tracker: Annotated[
+        list[str] | None,
+        Parameter(group=RUN, negative=(), help="Who is measured, again for each; else nummiaro."),
+    ] = None,
+    protocol: Annotated[
+        list[Literal["ope", "sre", "tre", "reset"]] | None,
+        Parameter(
+            group=RUN,
+            negative=(),
+            help="One pass, perturbed starts, perturbed times, started anew after failures; again "
+            "for each; else ope.",
+        ),
+    ] = None,
+    seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
+    workers: Annotated[
+        int | None, Parameter(group=RUN, help="Processes; one for each core by default.")
+    ] = None,
+    time_limit: Annotated[
+        float, Parameter(group=RUN, help="Seconds for a tracker on a sequence in a protocol.")
+    ] = 1800.0,
+    sequence: Annotated[
+        list[str] | None,
+        Parameter(group=DATASET, negative=(), help="Only these, as in 'seg-*'; again for each."),
+    ] = None,
+    annotation: Annotated[
+        Path | None, Parameter(group=DATASET, help="The truth, if DATASET is one video.")
+    ] = None,
+    first_pixel: Annotated[
+        list[str] | None,
+        Parameter(
+            group=DATASET,
+            negative=(),
+            help="What the truth calls the first pixel, 0 or 1, or 'GLOB=0' for some sequences; by "
+            "default as the layout has it.",
+        ),
+    ] = None,
+    out: Annotated[Path, Parameter(group=OUTPUT, help="Folder for everything.")] = Path(
+        "evaluation"
+    ),
+    reference: Annotated[
+        Path | None,
+        Parameter(group=OUTPUT, help="CSV file of other people's numbers, for the report."),
+    ] = None,
+    resume: Annotated[
+        bool,
+        Parameter(
+            group=OUTPUT,
+            negative=(),
+            show_default=False,
+            help="Keep the tracks that are there already, and run what is missing. Trackers, "
+            "protocols, sequences and seeds may be added.",
+        ),
+    ] = False,
+    overwrite: Overwrite = False,
+) -> int:
+    """Measure trackers on sequences whose truth is known.
+
+    Writes results.csv, summary.md, report.html and each track (tracks/) into a folder. A sequence
+    or tracker that fails is named, and the others go on.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences in the layouts of OTB, VOT or GOT-10k, or a video with --annotation.
+    """
+    if seeds < 1:
+        raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
+    if workers is not None and workers < 1:
+        raise ConfigError(f"--workers is {workers}; give 1 or more.")
+    if not 0 < time_limit < float("inf"):
+        raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
+    if not plots.available():
+        raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
+    published = None if reference is None else _load(reference)
+
+    films, problems = load_dataset(dataset, _first_pixels(first_pixel or []), annotation)
+    films, problems = _chosen(films, problems, sequence or ["*"])
+    entries, unusable = enter(tracker or ["nummiaro"])
+    if not entries:
+        raise ConfigError("There is no tracker to run. " + _lines(unusable))
+    protocols = list(dict.fromkeys(protocol or ["ope"]))
+    jobs, unreadable = runs.plan(entries, films, protocols, seeds)
+    problems += unreadable
+    if not jobs:
+        raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
+    problems += unusable
+    now = record(dataset, jobs, entries, protocols, seeds, time_limit)
+    prepare(out, now, resume=resume, overwrite=overwrite)
+
+    if any(entry.make.func is Own for entry in entries):
+        announce_compiling()
+    errors: dict[Pass, str] = {}
+    interrupted = False
+    try:
+        _run(jobs, out, workers or os.cpu_count() or 1, time_limit, errors)
+    except KeyboardInterrupt:
+        interrupted = True
+    outcomes = _outcomes(jobs, entries, out, errors)
+    write_results(out, outcomes)
+    write_report(out, outcomes, problems, published, f"Trackers on {dataset.resolve().name}")
+    problems = contents.problems(problems, outcomes)
+    _summarize(outcomes, problems, out, interrupted=interrupted)
+    if interrupted:
+        return INTERRUPTED
+    return PARTIAL if problems else DONE
+
+
+def _load(reference: Path) -> Reference:
+    try:
+        return Reference.load(reference)
+    except FormatError as error:
+        raise SourceError(str(error)) from None
+
+
+def _first_pixels(texts: Sequence[str]) -> dict[str, int]:
+    pixels = {}
+    for text in texts:
+        pattern, _, number = text.rpartition("=")
+        if number not in ("0", "1"):
+            raise ConfigError(f"--first-pixel takes 0, 1 or GLOB=0, as in 'seg-*=0'; got {text!r}.")
+        pixels[pattern or "*"] = int(number)
+    return pixels
+
+
+def _chosen(
+    films: list[Film], problems: list[Problem], patterns: Sequence[str]
+) -> tuple[list[Film], list[Problem]]:
+    """Return the sequences that fit one of the patterns, and their problems."""
+    names = {film.name for film in films}
+    names |= {problem.where.removeprefix("sequence ") for problem in problems}
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            raise ConfigError(
+                f"--sequence {pattern} fits none of {', '.join(sorted(names)[:9])}"
+                + " …." * (len(names) > 9)
+            )
+    chosen = {name for name in names for pattern in patterns if fnmatchcase(name, pattern)}
+    return (
+        [film for film in films if film.name in chosen],
+        [problem for problem in problems if problem.where.removeprefix("sequence ") in chosen],
+    )
+
+
+def _lines(problems: Iterable[Problem]) -> str:
+    return " ".join(f"{problem.where}: {problem.what}" for problem in problems)
+
+
+def _run(
+    jobs: list[Job], out: Path, workers: int, time_limit: float, errors: dict[Pass, str]
+) -> None:
+    """Do what is not done yet; `errors` gets those of the passes that failed."""
+    left = runs.unfinished(jobs, out)
+    total, missing = (sum(len(job.passes) for job in each) for each in (jobs, left))
+    steps = runs.run(left, out, workers, time_limit)
+    with Progress(total, total - missing) as progress, contextlib.closing(steps):
+        for job, failed in steps:
+            if failed is None:
+                progress.begin(job)
+            else:
+                errors |= failed
+                progress.end(job, len(failed))
+
+
+class Progress:
+    """A progress bar on standard error; nothing at all where that is no terminal."""
+
+    def __init__(self, total: int, done: int) -> None:
+        self._bar: Any = None
+        self._failures = 0
+        if not sys.stderr.isatty():
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        self._bar = Bar(
+            TextColumn("{task.completed:.0f}/{task.total:.0f} passes"),
+            BarColumn(),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[failures]} failed"),
+            TextColumn("{task.description}", markup=False),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=total, completed=done, failures=0)
+
+    def begin(self, job: Job) -> None:
+        """Show what is being done."""
+        if self._bar is not None:
+            self._bar.update(self._task, description=job.name)
+
+    def end(self, job: Job, failures: int) -> None:
+        """Count a job's passes, and those that failed."""
+        self._failures += failures
+        if self._bar is not None:
+            self._bar.update(self._task, advance=len(job.passes), failures=self._failures)
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+
+def _outcomes(
+    jobs: list[Job], entries: Sequence[Entry], out: Path, errors: dict[Pass, str]
+) -> list[Outcome]:
+    """Return what came of all passes that are over, the first tracker first."""
+    outcomes = []
+    for entry in entries:
+        for job in jobs:
+            if job.entry is entry:
+                for item in job.passes:
+                    if item in errors:
+                        outcomes.append(Outcome(job.sequence, item, None, errors[item]))
+                    elif (path := item.path(out)).exists():
+                        outcomes.append(_read(job.sequence, item, path))
+    return outcomes
+
+
+def _read(film: Film, item: Pass, path: Path) -> Outcome:
+    try:
+        return Outcome(film, item, load_trace(path))
+    except FormatError as error:
+        return Outcome(film, item, None, f"{error} Delete it and --resume.")
+
+
+def _summarize(
+    outcomes: list[Outcome], problems: list[Problem], out: Path, *, interrupted: bool
+) -> None:
+    """Print a table for each protocol on standard output, and problems on standard error."""
+    evaluation = Evaluation(outcomes)
+    for protocol in evaluation.protocols:
+        table = contents.overall(evaluation, protocol)
+        rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        print(f"{PROTOCOL_NAMES[protocol]}:")
+        for first, *others in rows:
+            cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+            print("  ".join(["", first.ljust(widths[0]), *cells]))
+    for problem in problems:
+        say(f"{problem.where}: {problem.what}")
+    failed = sum(outcome.trace is None for outcome in outcomes)
+    say(
+        "interrupted after " * interrupted
+        + f"{len(outcomes)} passes, {failed} failed; wrote {out / 'report.html'}."
+    )

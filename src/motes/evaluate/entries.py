@@ -1,0 +1,163 @@
+"""From the names of trackers to those who take part in an evaluation.
+
+A name is one of
+
+| name | is |
+|---|---|
+| `nummiaro`, `mean_shift:kalman` … | a preset of ours |
+| `PATH.toml` | a configuration of ours, over the preset of its key `preset`, else `nummiaro` |
+| `cv2:csrt` … | a tracker of OpenCV's (`peers.PEERS`) |
+| `trax:COMMAND ARGUMENTS` | a program that speaks the TraX protocol |
+| `module:factory` | a Python callable |
+
+The callable is called without arguments, or with `seed=` if it has a parameter of this name; it is
+then run once for each seed. What it returns has `init(image, box)` and `update(image)`, and is used
+for one start only. Images are RGB uint8 (H, W, 3), the box is x, y, width, height, 0-based.
+`update` returns a region, or `(found, region)`, or a `motes.Track`, or None if it has lost the
+target; a region is a box or an ellipse x, y, a, b, theta. Modules are also looked for in the
+current folder.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import inspect
+import shlex
+import shutil
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from motes import presets
+from motes.config import from_toml, to_toml
+from motes.errors import ConfigError, MotesError, SourceError
+from motes.evaluate.contestants import Contestant, External, Made, OpenCV, Own, import_factory
+from motes.evaluate.peers import PEERS, STOCHASTIC, opencv
+from motes.evaluate.sequences import Problem
+from motes.meanshift import MeanShift
+from motes.presets import TrackerConfig
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A tracker that takes part; can be sent to another process.
+
+    Attributes
+    ----------
+    name
+        What the user calls it.
+    configuration
+        A text; as long as it stays the same, so do the tracks.
+    stochastic
+        Whether different seeds may give different tracks.
+    make
+        Makes a contestant, with a seed if it is stochastic.
+    """
+
+    name: str
+    configuration: str
+    stochastic: bool
+    make: partial[Own] | partial[OpenCV] | partial[Made] | partial[External]
+
+    def begin(self, seed: int) -> Contestant:
+        """Return a fresh contestant."""
+        return self.make(seed) if self.stochastic else self.make()
+
+
+def enter(names: Iterable[str]) -> tuple[list[Entry], list[Problem]]:
+    """Return the trackers of these names, each once, and what is wrong with the others."""
+    entries: list[Entry] = []
+    problems: list[Problem] = []
+    for name in dict.fromkeys(names):
+        try:
+            entries.append(entry(name))
+        except MotesError as error:
+            problems.append(Problem(f"tracker {name}", str(error)))
+    return entries, problems
+
+
+def entry(name: str) -> Entry:
+    """Return the tracker of a name.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, or its configuration or callable makes no sense.
+    SourceError
+        If its configuration cannot be read.
+    LimitError
+        If its package is not installed.
+    """
+    if name in presets.PRESETS:
+        return _own(name, presets.PRESETS[name])
+    if name in PEERS:
+        version = f"OpenCV {opencv(name).__version__}"
+        return Entry(name, version, name in STOCHASTIC, partial(OpenCV, name))
+    kind, colon, rest = name.partition(":")
+    if kind == "trax":
+        return _program(name, rest)
+    if name.endswith(".toml"):
+        return _own(name, _from_file(Path(name)))
+    if colon and rest and kind != "cv2":
+        return _callable(name)
+    raise ConfigError(f"There is no tracker of this name; {_hint(name)}")
+
+
+def _hint(name: str) -> str:
+    known = [*presets.PRESETS, *PEERS]
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
+
+
+def _own(name: str, config: TrackerConfig) -> Entry:
+    return Entry(name, to_toml(config), not isinstance(config, MeanShift), partial(Own, config))
+
+
+def _from_file(path: Path) -> TrackerConfig:
+    try:
+        values = from_toml(path.read_text(encoding="utf-8-sig"), "this file")
+    except OSError as error:
+        raise SourceError(f"It cannot be read: {error.strerror}; check the name.") from None
+    except UnicodeDecodeError:
+        raise SourceError("It is not a text; save it as UTF-8.") from None
+    base = values.pop("preset", "nummiaro")
+    if not isinstance(base, str):
+        raise ConfigError(f"preset is {base!r}; give the name of one, such as 'nummiaro'.")
+    return presets.configure(presets.preset(base), values)
+
+
+def _program(name: str, command: str) -> Entry:
+    try:
+        words = tuple(shlex.split(command))
+    except ValueError as error:
+        raise ConfigError(f"Its command makes no sense: {error}.") from None
+    if not words:
+        raise ConfigError("It has no command; write trax:COMMAND ARGUMENTS.")
+    if shutil.which(words[0]) is None:
+        raise ConfigError(f"There is no program {words[0]}; check the name.")
+    return Entry(name, shlex.join(words), False, partial(External, words))
+
+
+def _callable(name: str) -> Entry:
+    module = name.partition(":")[0]
+    try:
+        seeded = "seed" in inspect.signature(import_factory(name)).parameters
+        # With the module's text, so that a changed tracker is not taken for the one before.
+        source = sys.modules[module].__file__
+        digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
+    except ModuleNotFoundError as error:
+        if error.name != module.partition(".")[0]:
+            raise ConfigError(f"It cannot be imported: {error}; install it.") from None
+        raise ConfigError(
+            f"There is neither such a tracker nor a module {error.name}; {_hint(name)}"
+        ) from None
+    except ConfigError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever the module does
+        raise ConfigError(
+            f"It cannot be imported: {type(error).__name__}: {error}; correct it."
+        ) from None
+    return Entry(name, f"{name} {digest}".strip(), seeded, partial(Made, name))

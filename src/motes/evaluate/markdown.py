@@ -1,0 +1,53 @@
+"""The summary of an evaluation as Markdown."""
+
+from __future__ import annotations
+
+import re
+
+from motes.evaluate import contents
+from motes.evaluate.reference import Reference
+from motes.evaluate.results import PROTOCOL_NAMES
+from motes.evaluate.sequences import Problem
+from motes.evaluate.summaries import Evaluation
+from motes.evaluate.tables import Cell, Table
+
+
+def summary(
+    evaluation: Evaluation, problems: list[Problem], reference: Reference | None, title: str
+) -> str:
+    """Return the contents of summary.md: the tables of each protocol, references and problems."""
+    parts = [f"# {_literal(title)}", _literal(contents.described(evaluation))]
+    for protocol in evaluation.protocols:
+        parts.append(f"## {_literal(PROTOCOL_NAMES[protocol])}")
+        parts.append(_table(contents.overall(evaluation, protocol)))
+        if len(evaluation.trackers) > 1:
+            parts.append(_table(contents.comparisons(evaluation, protocol)))
+        for make in (contents.per_sequence, contents.lost_status, contents.times):
+            parts.append(_table(make(evaluation, protocol)))
+    if reference is not None:
+        parts += ["## Other people's results", _table(contents.reference(evaluation, reference))]
+    if problems:
+        parts += ["## What went wrong", _table(contents.problem_table(problems))]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(table: Table) -> str:
+    """Return a table under its title; what cannot be sorted needs no more than that."""
+    lines = [
+        tuple(map(_literal, table.head)),
+        tuple("---" for _ in table.head),
+        *(tuple(map(_cell, row)) for row in (*table.rows, *table.foot)),
+    ]
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines) if table.rows else ""
+    parts = (f"### {_literal(table.title)}", rows, _literal(table.note))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _cell(cell: Cell) -> str:
+    text = _literal(cell.text)
+    return f"**{text}**" if cell.best else text
+
+
+def _literal(text: str) -> str:
+    """Return text in one line that means itself, not headings, links or columns."""
+    return re.sub(r"[\\`*|<>\[\]#$]|\b_|_\b", r"\\\g<0>", " ".join(text.split()))

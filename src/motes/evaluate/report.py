@@ -1,0 +1,222 @@
+"""The report of an evaluation, for people: summary.md, and report.html with plots and pictures."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Callable, Iterable
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.evaluate import contents, metrics, page, pictures, plots
+from motes.evaluate.markdown import summary
+from motes.evaluate.reference import Reference
+from motes.evaluate.results import PROTOCOL_NAMES, Outcome, write_text
+from motes.evaluate.sequences import Problem
+from motes.evaluate.summaries import Evaluation, precision_curve, success_curve
+from motes.evaluate.tables import counted, number
+
+Floats = NDArray[np.float64]
+
+
+def write_report(
+    out: Path,
+    outcomes: Iterable[Outcome],
+    problems: list[Problem],
+    reference: Reference | None,
+    title: str,
+) -> None:
+    """Write summary.md and report.html into a folder.
+
+    The page needs neither a network nor other files. Plots need matplotlib; without it the page
+    says so in their place.
+
+    Parameters
+    ----------
+    out
+        The folder.
+    outcomes
+        Of all passes; the others are compared with the tracker of the first one.
+    problems
+        What went wrong. Passes that failed are added where they are not named.
+    reference
+        Other people's results.
+    title
+        For people.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be written.
+    """
+    evaluation = Evaluation(outcomes)
+    problems = contents.problems(problems, evaluation.outcomes)
+    write_text(out / "summary.md", summary(evaluation, problems, reference, title))
+    body = "\n".join(_body(evaluation, problems, reference))
+    write_text(out / "report.html", page.page(title, body))
+
+
+def _body(
+    evaluation: Evaluation, problems: list[Problem], reference: Reference | None
+) -> Iterable[str]:
+    yield f"<p>{escape(contents.described(evaluation))}</p>"
+    if problems:
+        count = counted(len(problems), "problem")
+        yield f'<p class="alarm">{count}: see the <a href="#problems">list at the end</a>.</p>'
+    if not plots.available():
+        yield (
+            '<p class="alarm">There are no plots, as matplotlib is not installed. Install it with '
+            "<code>pip install 'motes[report]'</code> and make the report again.</p>"
+        )
+    for protocol in evaluation.protocols:
+        yield _headed(PROTOCOL_NAMES[protocol], page.table(contents.overall(evaluation, protocol)))
+        if protocol != "reset":
+            yield _plots(evaluation, protocol)
+        if len(evaluation.trackers) > 1:
+            compared = contents.comparisons(evaluation, protocol)
+            yield f"<h3>{escape(compared.title)}</h3>{page.table(compared)}"
+    if evaluation.protocols:
+        yield from _closer(evaluation, evaluation.protocols[0])
+    if "ope" in evaluation.protocols:
+        yield _headed("Where they fail", _failures(evaluation))
+    if reference is not None:
+        table = contents.reference(evaluation, reference)
+        yield _headed(table.title, page.table(table, _columns(len(evaluation.trackers))))
+    for protocol in evaluation.protocols:
+        table = contents.details(evaluation, protocol)
+        head = f"{table.title}: {PROTOCOL_NAMES[protocol]}"
+        yield f"<details><summary>{escape(head)}</summary>{page.table(table)}</details>"
+    yield _headed("What the numbers mean", page.glossary())
+    if problems:
+        yield _headed("Problems", page.table(contents.problem_table(problems)), "problems")
+
+
+def _headed(title: str, content: str, name: str = "") -> str:
+    anchor = f' id="{name}"' if name else ""
+    return f"<h2{anchor}>{escape(title)}</h2>\n{content}"
+
+
+def _closer(evaluation: Evaluation, protocol: str) -> Iterable[str]:
+    """Yield what the page shows of a single protocol, the first one."""
+    aside = "" if len(evaluation.protocols) == 1 else f" ({protocol})"
+    for table, tint in (
+        (contents.per_sequence(evaluation, protocol), _columns(len(evaluation.trackers))),
+        (contents.times(evaluation, protocol), lambda row, _: _tint(row)),
+        (contents.lost_status(evaluation, protocol), page.no_tint),
+    ):
+        yield _headed(table.title + aside, page.table(table, tint))
+    yield _headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))
+
+
+def _tint(tracker: int) -> str:
+    return plots.style(tracker)[0] + "4d"
+
+
+def _columns(trackers: int) -> Callable[[int, int], str]:
+    """Return the tints of a table with a column for each tracker, and maybe more."""
+    return lambda row, column: (
+        _tint(column - 1) if column <= trackers else page.no_tint(row, column)
+    )
+
+
+def _plots(evaluation: Evaluation, protocol: str) -> str:
+    """Return the success and precision plots of a protocol."""
+    success = _plot(
+        evaluation, protocol, success_curve, metrics.THRESHOLDS, np.mean,
+        ("Success", "overlap threshold (IoU)", "share of frames above it", "AUC"),
+    )  # fmt: skip
+    precision = _plot(
+        evaluation, protocol, precision_curve, metrics.PIXELS.astype(float), lambda y: float(y[20]),
+        ("Precision", "distance threshold (pixels)", "share of frames within it", "at 20 pixels"),
+    )  # fmt: skip
+    return f'<div class="plots">{success}{precision}</div>'
+
+
+def _plot(
+    evaluation: Evaluation,
+    protocol: str,
+    of: Callable[[Outcome], Floats],
+    x: Floats,
+    worth: Callable[[Floats], float],
+    words: tuple[str, str, str, str],
+) -> str:
+    """Return a figure with a line for each tracker, and a legend with what the lines are worth."""
+    title, horizontal, vertical, measured = words
+    lines = {}
+    for i, tracker in enumerate(evaluation.trackers):
+        curves = evaluation.per_seed(tracker, protocol, of)
+        if known := [curve for curve in curves if np.isfinite(curve).all()]:
+            lines[i] = np.mean(known, axis=0)
+    if not lines or not plots.available():
+        return ""
+    legend = "".join(
+        f"<li>{plots.swatch(i)}{escape(evaluation.trackers[i])}: {worth(lines[i]):.3f}</li>"
+        for i in sorted(lines, key=lambda i: -worth(lines[i]))
+    )
+    drawn = plots.curves(f"{title.lower()}-{protocol}", x, lines, (horizontal, vertical))
+    return (
+        f"<figure><h3>{title}</h3>{drawn}<figcaption>{measured}:"
+        f'<ul class="legend">{legend}</ul></figcaption></figure>\n'
+    )
+
+
+def _diagrams(evaluation: Evaluation, protocol: str) -> str:
+    """Return the reliability diagrams of the trackers that have a confidence."""
+    figures, silent = [], []
+    for i, tracker in enumerate(evaluation.trackers):
+        found = evaluation.reliability(tracker, protocol)
+        if found is None:
+            silent.append(tracker)
+        elif plots.available():
+            error = number(evaluation.calibration(tracker, protocol)).text
+            figures.append(
+                f"<figure>{plots.diagram(f'reliability-{i}', i, found)}<figcaption>"
+                f"<strong>{escape(tracker)}</strong>: ECE {error}, {found.frames.sum()} frames"
+                f"</figcaption></figure>\n"
+            )
+    parts = []
+    if figures:
+        parts.append(
+            '<p class="note">A bar and a dot for each tenth of confidence: the share of frames '
+            "that were right (IoU above 0.5). On the dashed line, confidence is what it says; "
+            "below, the tracker is too sure. Under it, the number of frames.</p>"
+            f'<div class="plots diagrams">{"".join(figures)}</div>'
+        )
+    if silent:
+        parts.append(f'<p class="note">Without a confidence: {escape(", ".join(silent))}.</p>')
+    return "".join(parts)
+
+
+def _failures(evaluation: Evaluation) -> str:
+    """Return pictures of frames in which trackers began to fail."""
+    found = pictures.failures(evaluation)
+    chosen = pictures.choose(found)
+    drawn, reasons = pictures.draw(chosen)
+    parts = [
+        f'<p class="note">The first frame from which the IoU stays below 0.1 for at least '
+        f"{pictures.FRAMES} frames, in one pass with the lowest seed: "
+        f"{counted(len(found), 'failure')}, {len(drawn)} shown. "
+        '<span class="truth"></span> truth, <span class="estimate"></span> estimate.</p>'
+    ]
+    parts += [f'<p class="alarm">{escape(reason)}</p>' for reason in reasons]
+    parts.append(f'<div class="pictures">{"".join(map(_picture, drawn))}</div>')
+    return "\n".join(parts)
+
+
+def _picture(picture: pictures.Picture) -> str:
+    failure = picture.failure
+    sure = "none" if math.isnan(failure.confidence) else f"{failure.confidence:.2f}"
+    said = "yes" if failure.lost else "no"
+    caption = escape(
+        f"{failure.sequence.name}, {failure.tracker}, frame {failure.frame}: "
+        f"confidence {sure}, said lost: {said}"
+        + ("" if np.isfinite(failure.estimate).all() else ", no estimate")
+    )
+    return (
+        f'<figure><img width="{picture.width}" height="{picture.height}" loading="lazy" '
+        f'alt="{caption}" src="data:image/jpeg;base64,{base64.b64encode(picture.jpeg).decode()}">'
+        f"<figcaption>{caption}</figcaption></figure>\n"
+    )

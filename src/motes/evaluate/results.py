@@ -1,0 +1,252 @@
+"""What a pass over a sequence is worth, in numbers, and the files that hold such numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.errors import FormatError
+from motes.evaluate import metrics
+from motes.evaluate.protocols import FAILED, SKIPPED, STARTED, TRACKED, Trace
+from motes.evaluate.runs import Pass
+from motes.evaluate.sequences import Sequence
+from motes.geometry import iou
+from motes.target import write_whole
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Scores = dict[str, float | int | None]
+
+MISSED = 0.1
+"""With an overlap (IoU) below this, a tracker does not have the target."""
+
+CORRECT = 0.5
+"""With an overlap above this, it does; its confidence is measured against that."""
+
+PROTOCOL_NAMES = {
+    "ope": "One pass (OPE)",
+    "sre": "Perturbed starts (SRE)",
+    "tre": "Perturbed times (TRE)",
+    "reset": "Started anew after failures (VOT)",
+}
+"""Their names for people, in the order of reports."""
+
+COLUMNS = (
+    *("tracker", "sequence", "protocol", "start", "seed", "frames"),
+    *("auc", "precision_20", "iou", "od", "lost_frame"),
+    *("lost_recall", "lost_precision", "lost_f1", "ece"),
+    *("accuracy", "robustness", "failures"),
+    *("ms_median", "ms_95", "fps", "error"),
+)
+"""Of results.csv; see `score`."""
+
+
+class Fit(NamedTuple):
+    """How a trace fits the truth, for the frames in which that can be judged.
+
+    Attributes
+    ----------
+    rows
+        (n,), which rows of the trace these are: not those of a tracker that waits for its next
+        start.
+    overlaps
+        (n,), IoU of the boxes; NaN where there is no target.
+    distances
+        (n,), between the boxes' centers, in pixels; NaN where there is no target, infinite where
+        the tracker gave no region.
+    """
+
+    rows: NDArray[np.int64]
+    overlaps: Floats
+    distances: Floats
+
+    @property
+    def present(self) -> Flags:
+        """Whether there is a target, (n,)."""
+        return np.isfinite(self.overlaps)
+
+    @property
+    def missed(self) -> Flags:
+        """Whether the tracker does not have it, or there is none, (n,)."""
+        return ~(self.overlaps >= MISSED)
+
+    @property
+    def correct(self) -> Flags:
+        """Whether it has the target well enough, (n,)."""
+        flags: Flags = self.overlaps > CORRECT
+        return flags
+
+
+def fit(trace: Trace, sequence: Sequence) -> Fit:
+    """Compare a trace with the truth."""
+    rows = np.flatnonzero(trace.events != SKIPPED)
+    truths = sequence.boxes[trace.frames[rows]]
+    boxes = metrics.enclosing_boxes(trace.ellipses[rows])
+    given = np.isfinite(boxes).all(axis=1)
+    gaps = (boxes[:, :2] + boxes[:, 2:] / 2) - (truths[:, :2] + truths[:, 2:] / 2)
+    present = np.isfinite(truths).all(axis=1)
+    overlaps = iou(np.nan_to_num(boxes), np.nan_to_num(truths))
+    return Fit(
+        rows,
+        np.where(present, np.where(given, overlaps, 0), np.nan),
+        np.where(present, np.where(given, np.hypot(*gaps.T), np.inf), np.nan),
+    )
+
+
+def updates(trace: Trace) -> Floats:
+    """Return the running times of a trace's updates, in seconds; starts are none."""
+    measured = (trace.events != STARTED) & (trace.events != SKIPPED) & np.isfinite(trace.seconds)
+    seconds: Floats = trace.seconds[measured]
+    return seconds
+
+
+def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
+    """Return the numbers of results.csv by column, without those that name the pass.
+
+    None stands for what makes no sense: `auc`, `precision_20`, `iou`, `od` and `lost_frame` after
+    a restart, so that the protocol `reset` has `accuracy`, `robustness` and `failures` instead;
+    `lost_frame` of a target that is never lost; `lost_recall` where it would be a share of no
+    frames, and `lost_precision` likewise; `ece` without a confidence; times without an update.
+
+    Frames without a target count for the lost status and the confidence only: there, to be lost is
+    right, and no confidence is. The frame of the start counts like any other, but for the times.
+    """
+    found, present = (judged := fit(trace, sequence)).overlaps, judged.present
+    lost, confidence = trace.lost[judged.rows], trace.confidence[judged.rows]
+    sure, seconds = np.isfinite(confidence), updates(trace)
+    values: Scores = dict.fromkeys(COLUMNS[5:-1])
+    values["frames"] = len(trace.frames)
+    if protocol == "reset":
+        failures, tracked = int((trace.events == FAILED).sum()), trace.events == TRACKED
+        started = trace.events == STARTED
+        overlaps = np.full(len(trace.frames), np.nan)
+        overlaps[judged.rows] = found
+        values["accuracy"] = metrics.reset_accuracy(overlaps, started, tracked)
+        values["robustness"] = metrics.reset_robustness(failures, len(trace.frames))
+        values["failures"] = failures
+    elif present.any():
+        rows = judged.rows[present]
+        distances = metrics.overlap_distances(
+            trace.ellipses[rows], sequence.ellipses[trace.frames[rows]]
+        )
+        values["auc"] = metrics.success_auc(found[present])
+        values["precision_20"] = float(metrics.precision_curve(judged.distances[present])[20])
+        values["iou"] = float(found[present].mean())
+        values["od"] = float(distances.mean())
+        if (first := metrics.first_lost(distances)) is not None:
+            values["lost_frame"] = int(trace.frames[rows[first]])
+    if judged.rows.size:
+        values["lost_recall"] = metrics.detection_recall(lost, judged.missed)
+        values["lost_precision"] = metrics.detection_precision(lost, judged.missed)
+        values["lost_f1"] = metrics.detection_f1(lost, judged.missed)
+    if sure.any():
+        values["ece"] = metrics.calibration_error(
+            confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
+        )
+    if seconds.size:
+        values["ms_median"], values["ms_95"] = metrics.time_quantiles(seconds)
+        values["fps"] = float(seconds.size / seconds.sum()) if seconds.sum() else None
+    return {name: None if _is_nan(value) else value for name, value in values.items()}
+
+
+def _is_nan(value: float | int | None) -> bool:
+    return value is not None and math.isnan(value)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a pass.
+
+    Attributes
+    ----------
+    sequence, item
+        The sequence, and the pass over it.
+    trace
+        What the tracker said; None if it failed.
+    error
+        Why it failed, in one line.
+    """
+
+    sequence: Sequence
+    item: Pass
+    trace: Trace | None
+    error: str = ""
+
+    @cached_property
+    def fit(self) -> Fit | None:
+        """How the trace fits the truth."""
+        return None if self.trace is None else fit(self.trace, self.sequence)
+
+    @cached_property
+    def scores(self) -> Scores:
+        """As `score` returns them; nothing if the pass failed."""
+        if self.trace is None:
+            return dict.fromkeys(COLUMNS[5:-1])
+        return score(self.trace, self.sequence, self.item.start.protocol)
+
+
+def in_order(outcomes: Iterable[Outcome]) -> list[Outcome]:
+    """Return outcomes by tracker and sequence as they come first, protocol, start and seed."""
+    outcomes = list(outcomes)
+    trackers = {name: i for i, name in enumerate(dict.fromkeys(o.item.tracker for o in outcomes))}
+    sequences = {name: i for i, name in enumerate(dict.fromkeys(o.item.sequence for o in outcomes))}
+    protocols = list(PROTOCOL_NAMES)
+
+    def place(outcome: Outcome) -> tuple[int, int, int, int, str, int]:
+        item = outcome.item
+        start = protocols.index(item.start.protocol), item.start.frame, item.start.label
+        return trackers[item.tracker], sequences[item.sequence], *start, item.seed
+
+    return sorted(outcomes, key=place)
+
+
+def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
+    """Write results.csv into a folder: a row for each pass, with the `COLUMNS`.
+
+    Numbers have six significant digits; what makes no sense is empty.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for outcome in in_order(outcomes):
+        item = outcome.item
+        names = [item.tracker, item.sequence, item.start.protocol, item.start.label, item.seed]
+        numbers = [_number(value) for value in outcome.scores.values()]
+        writer.writerow([*names, *numbers, " ".join(outcome.error.split())])
+    write_text(out / "results.csv", text.getvalue())
+
+
+def _number(value: float | int | None) -> str:
+    if value is None:
+        return ""
+    return str(value) if isinstance(value, int) else f"{value:.6g}"
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file as a whole, as UTF-8.
+
+    Raises
+    ------
+    FormatError
+        If it cannot be written.
+    """
+    try:
+        write_whole(path, text.encode())
+    except OSError as error:
+        raise FormatError(
+            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from None

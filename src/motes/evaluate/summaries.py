@@ -1,0 +1,257 @@
+"""Means over sequences and seeds, and trackers compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from motes.evaluate import metrics
+from motes.evaluate.results import PROTOCOL_NAMES, Outcome, in_order, updates
+
+Floats = NDArray[np.float64]
+Of = Callable[[Outcome], ArrayLike]
+"""What is averaged: a number or an array of a pass that finished."""
+
+
+class Mean(NamedTuple):
+    """Mean and standard deviation (of a sample) over seeds; the latter is NaN for one seed."""
+
+    mean: float
+    deviation: float = np.nan
+
+    @classmethod
+    def over(cls, values: Floats) -> Mean:
+        """Return the mean of those values (seeds,) that are not NaN; NaN if all are."""
+        known = values[np.isfinite(values)]
+        mean = float(known.mean()) if known.size else np.nan
+        return cls(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
+
+
+class Comparison(NamedTuple):
+    """A tracker compared with the first one.
+
+    Attributes
+    ----------
+    tracker
+        Its name.
+    sequences
+        Number of sequences that both finished.
+    difference
+        Of the means over these, this tracker's less the first one's.
+    won, drawn
+        Number of sequences on which it is better, and as good.
+    """
+
+    tracker: str
+    sequences: int
+    difference: metrics.Difference
+    won: int
+    drawn: int
+
+
+class LostStatus(NamedTuple):
+    """Whether a tracker knows that it failed, over the frames of all sequences."""
+
+    missed: Mean
+    said: Mean
+    recall: Mean
+    precision: Mean
+    f1: Mean
+
+
+def measure(protocol: str) -> str:
+    """Return the column of results.csv by which trackers are ranked in a protocol."""
+    return "accuracy" if protocol == "reset" else "auc"
+
+
+class Evaluation:
+    """Outcomes by tracker, protocol and sequence.
+
+    Numbers of a tracker are over the sequences that it finished: those with no pass that failed. A
+    mean is over the sequences first, each of them the mean over its starts, and then over seeds.
+
+    Attributes
+    ----------
+    outcomes
+        In order.
+    trackers, sequences, protocols
+        Their names; trackers and sequences as they come first among the outcomes.
+    """
+
+    def __init__(self, outcomes: Iterable[Outcome]) -> None:
+        self.outcomes = in_order(outcomes)
+        self.trackers = list(dict.fromkeys(o.item.tracker for o in self.outcomes))
+        self.sequences = list(dict.fromkeys(o.item.sequence for o in self.outcomes))
+        used = {o.item.start.protocol for o in self.outcomes}
+        self.protocols = [protocol for protocol in PROTOCOL_NAMES if protocol in used]
+        self._outcomes: dict[tuple[str, str], dict[str, list[Outcome]]] = {
+            (tracker, protocol): {} for tracker in self.trackers for protocol in self.protocols
+        }
+        for outcome in self.outcomes:
+            item = outcome.item
+            by_sequence = self._outcomes[item.tracker, item.start.protocol]
+            by_sequence.setdefault(item.sequence, []).append(outcome)
+
+    def tried(self, tracker: str, protocol: str) -> list[str]:
+        """Return the sequences that a tracker was to be run on."""
+        return list(self._outcomes[tracker, protocol])
+
+    def finished(self, tracker: str, protocol: str) -> list[str]:
+        """Return the sequences that a tracker finished."""
+        return [
+            name
+            for name, outcomes in self._outcomes[tracker, protocol].items()
+            if all(outcome.trace is not None for outcome in outcomes)
+        ]
+
+    def passes(self, tracker: str, protocol: str) -> list[Outcome]:
+        """Return the passes over the sequences that a tracker finished."""
+        by_sequence = self._outcomes[tracker, protocol]
+        return [o for name in self.finished(tracker, protocol) for o in by_sequence[name]]
+
+    def seeds(self, tracker: str, protocol: str) -> dict[int, list[Outcome]]:
+        """Return those passes by seed."""
+        by_seed: dict[int, list[Outcome]] = {}
+        for outcome in self.passes(tracker, protocol):
+            by_seed.setdefault(outcome.item.seed, []).append(outcome)
+        return dict(sorted(by_seed.items()))
+
+    def per_seed(
+        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
+
+        Parameters
+        ----------
+        tracker, protocol
+            Whose, and where.
+        of
+            What: a column of results.csv, or a function of the outcome of a pass.
+        sequences
+            Only over these, of those that the tracker finished.
+        """
+        wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
+        means = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            values: dict[str, list[ArrayLike]] = {}
+            for outcome in outcomes:
+                if outcome.item.sequence in wanted:
+                    value = _column(outcome, of) if isinstance(of, str) else of(outcome)
+                    values.setdefault(outcome.item.sequence, []).append(value)
+            if values:
+                means.append(_mean([_mean(starts) for starts in values.values()]))
+        return np.array(means)
+
+    def mean(
+        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+    ) -> Mean:
+        """Return mean and standard deviation over seeds of what `per_seed` gives."""
+        return Mean.over(self.per_seed(tracker, protocol, of, sequences))
+
+    def comparisons(self, protocol: str) -> list[Comparison]:
+        """Compare each tracker with the first one, by `measure`, on sequences that both finished.
+
+        The value of a sequence is its mean over seeds; the interval of 95 % is over sequences.
+        """
+        return [self._compare(tracker, protocol) for tracker in self.trackers[1:]]
+
+    def _compare(self, tracker: str, protocol: str) -> Comparison:
+        first, column = self.trackers[0], measure(protocol)
+        pairs = []
+        for name in self.finished(tracker, protocol):
+            pair = [self.mean(who, protocol, column, [name]).mean for who in (tracker, first)]
+            if np.isfinite(pair).all():
+                pairs.append(pair)
+        ours, theirs = np.array(pairs, np.float64).reshape(-1, 2).T
+        return Comparison(
+            tracker,
+            len(pairs),
+            # A generator of its own, so that a row does not depend on the rows before.
+            metrics.paired_difference(np.random.default_rng(0), ours, theirs),
+            int(np.count_nonzero(ours > theirs)),
+            int(np.count_nonzero(ours == theirs)),
+        )
+
+    def lost_status(self, tracker: str, protocol: str) -> LostStatus:
+        """Return how well a tracker says that it is lost; each seed over the frames of all passes.
+
+        `missed` is the share of frames in which it should say so, `said` in which it does.
+        """
+        rows = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            lost, missed = [], []
+            for outcome in outcomes:
+                assert outcome.fit is not None
+                assert outcome.trace is not None
+                lost.append(outcome.trace.lost[outcome.fit.rows])
+                missed.append(outcome.fit.missed)
+            said, true = np.concatenate(lost), np.concatenate(missed)
+            if said.size:
+                scores = (
+                    metrics.detection_recall(said, true),
+                    metrics.detection_precision(said, true),
+                    metrics.detection_f1(said, true),
+                )
+                rows.append((true.mean(), said.mean(), *scores))
+        return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
+
+    def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
+        """Return a tracker's reliability over all passes; None if it has no confidence.
+
+        Each pass counts the same, however long it is.
+        """
+        return _reliability(self.passes(tracker, protocol))
+
+    def calibration(self, tracker: str, protocol: str) -> Mean:
+        """Return the calibration error, each seed's over all sequences; NaN without confidence."""
+        found = map(_reliability, self.seeds(tracker, protocol).values())
+        return Mean.over(np.array([seed.error for seed in found if seed is not None]))
+
+    def seconds(self, tracker: str, protocol: str) -> Floats:
+        """Return the running times of all updates."""
+        passes = self.passes(tracker, protocol)
+        return np.concatenate([[], *(updates(o.trace) for o in passes if o.trace is not None)])
+
+
+def success_curve(outcome: Outcome) -> Floats:
+    """Return the success curve of a pass, (21,)."""
+    assert outcome.fit is not None
+    return metrics.success_curve(outcome.fit.overlaps[outcome.fit.present])
+
+
+def precision_curve(outcome: Outcome) -> Floats:
+    """Return the precision curve of a pass, (51,)."""
+    assert outcome.fit is not None
+    return metrics.precision_curve(outcome.fit.distances[outcome.fit.present])
+
+
+def _column(outcome: Outcome, name: str) -> float:
+    value = outcome.scores[name]
+    return np.nan if value is None else float(value)
+
+
+def _mean(values: list[ArrayLike]) -> Floats:
+    """Return the mean of arrays of one shape, each number over those that are not NaN."""
+    table = np.array(values, np.float64)
+    known = np.isfinite(table)
+    count = np.maximum(known.sum(axis=0), 1)
+    mean: Floats = np.where(known, table, 0).sum(axis=0) / count
+    return np.where(known.any(axis=0), mean, np.nan)
+
+
+def _reliability(outcomes: list[Outcome]) -> metrics.Reliability | None:
+    columns: list[tuple[Floats, NDArray[np.bool_], Floats]] = []
+    for outcome in outcomes:
+        assert outcome.fit is not None
+        assert outcome.trace is not None
+        confidence = outcome.trace.confidence[outcome.fit.rows]
+        if (sure := np.isfinite(confidence)).any():
+            weights = np.full(np.count_nonzero(sure), 1 / np.count_nonzero(sure))
+            columns.append((confidence[sure], outcome.fit.correct[sure], weights))
+    if not columns:
+        return None
+    confidence, correct, weights = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return metrics.reliability(confidence, correct.astype(bool), weights)

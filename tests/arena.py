@@ -1,0 +1,187 @@
+"""Sequences and trackers for tests of evaluations: on disk, tiny, good and bad."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+
+from motes import synthetic
+from motes.synthetic import Clip
+
+SIZE = (160, 120)
+FRAMES = 20
+
+TRACKERS = '''
+"""Trackers that a test evaluates."""
+
+import os
+import time
+
+
+class Still:
+    """Stays where it is put, or `step` pixels further in every frame."""
+
+    step = 0.0
+
+    def init(self, image, box):
+        assert image.shape == (120, 160, 3) and image.dtype == "uint8"
+        self.box, self.frames = box, 0
+
+    def update(self, image):
+        assert image.any()
+        image[:] = 0  # as some do; the next pass shall not see it
+        self.frames += 1
+        x, y, width, height = self.box
+        return x + self.frames * self.step, y, width, height
+
+
+class Seeded(Still):
+    def __init__(self, seed):
+        self.step = 0.1 * seed
+
+
+class Raises(Still):
+    def update(self, image):
+        if self.frames == 6:
+            raise ValueError("no more\\nof this")
+        return super().update(image)
+
+
+class Exits(Raises):
+    def update(self, image):
+        if self.frames == 6:
+            raise SystemExit(3)
+        return super().update(image)
+
+
+class Dies(Still):
+    def update(self, image):
+        os._exit(7)
+
+
+class Slow(Still):
+    """Says who it is, and takes its time."""
+
+    pause = 0.1
+
+    def init(self, image, box):
+        super().init(image, box)
+        with open("processes", "a") as file:
+            print(os.getpid(), file=file)
+
+    def update(self, image):
+        time.sleep(self.pause)
+        return super().update(image)
+
+
+class Hangs(Slow):
+    pause = 1000
+
+
+nothing = 3
+'''
+
+SERVER = r'''
+"""A tracker that speaks TraX: stays where it is put, one pixel to the right in each frame."""
+
+import os
+import re
+import sys
+import time
+
+version, fault = int(sys.argv[1]), sys.argv[2]
+print("warming up", flush=True)
+if fault == "polygon":
+    print('@@TRAX:hello "trax.version=1" "trax.region=polygon;" "trax.image=path;"', flush=True)
+elif version == 1:
+    print("@@TRAX:hello", flush=True)
+else:
+    print(
+        f'@@TRAX:hello "trax.version={version}" "trax.name=a \\"still\\" one" '
+        '"trax.region=polygon;rectangle;" "trax.image=path;memory;" "trax.channels=color;" ',
+        flush=True,
+    )
+if fault == "ends":
+    print("out of", "memory", file=sys.stderr)
+    sys.exit(9)
+box, frames = None, 0
+for line in sys.stdin:
+    name, rest = re.fullmatch(r"@@TRAX:(\w+) ?(.*)\n", line).groups()
+    arguments = re.findall('"(.*?)"', rest)
+    if name == "quit":
+        break
+    if name == "initialize":
+        assert box is None, "it can be started only once"
+        box = [float(number) for number in arguments.pop().split(",")]
+        frames = -1
+    if arguments:
+        path = arguments[0].removeprefix("file://")
+        assert os.path.isabs(path) and os.path.getsize(path) > 0
+        frames += 1
+        answer = ",".join(str(number) for number in [box[0] + frames, *box[1:]])
+        print("at work", flush=True)
+        if frames == 2 and fault == "lost":
+            answer = "0"
+        if frames == 2 and fault == "hangs":
+            with open("processes", "a") as file:
+                print(os.getpid(), file=file)
+            time.sleep(1000)
+        if frames == 2 and fault == "quits":
+            print('@@TRAX:quit "trax.reason=no more"', flush=True)
+        if frames == 2 and fault == "nonsense":
+            answer = "here"
+        if frames == 2 and fault == "hello":
+            print("@@TRAX:hello", flush=True)
+        word = "status" if version == 1 else "state"
+        print(f'@@TRAX:{word} "{answer}" "confidence=0.5"', flush=True)
+'''
+
+
+def still() -> Clip:
+    """Return a clip whose target hardly moves."""
+    return synthetic.still(SIZE, target=(30, 40), frames=FRAMES)
+
+
+def write_sequence(folder: Path, clip: Clip) -> None:
+    """Write a clip as OTB has its sequences."""
+    (folder / "img").mkdir(parents=True)
+    rows = []
+    for frame, truths in clip:
+        Image.fromarray(frame.pixels).save(folder / "img" / f"{frame.index + 1:04d}.png")
+        x, y, width, height = truths[0].ellipse.box
+        rows.append(f"{x + 1},{y + 1},{width},{height}\n")
+    (folder / "groundtruth_rect.txt").write_text("".join(rows))
+
+
+def tracks(out: Path) -> dict[str, list[str]]:
+    """Return the tracks of an evaluation without their running times."""
+    return {
+        str(path.relative_to(out)): [
+            ",".join(field for i, field in enumerate(line.split(",")) if i != 8)
+            for line in path.read_text().splitlines()
+        ]
+        for path in sorted(out.glob("tracks/*/*/*.csv"))
+    }
+
+
+def all_gone(processes: Path) -> bool:
+    """Return whether all processes have ended that told a file their numbers."""
+    return all(_gone(int(number)) for number in processes.read_text().split())
+
+
+def _gone(number: int) -> bool:
+    try:
+        return "\nState:\tZ" in Path(f"/proc/{number}/status").read_text()
+    except OSError:
+        return True
+
+
+def wait_for(done: Callable[[], bool]) -> None:
+    """Wait until something is done."""
+    end = time.monotonic() + 60
+    while not done():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
