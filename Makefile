@@ -3,6 +3,12 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+# What `make accuracy` measures, and on what: sequences in OTB's layout.
+DATA := $(or $(MOTES_DATA),../shared/data)/sot
+TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C+O-SS-ROH \
+	maggio:C+O-A-FOH maggio:C+O-A-ROH maggio:C+O-A&SS-FOH \
+	nummiaro nummiaro:adaptive mean_shift mean_shift:kalman \
+	cv2:csrt cv2:kcf cv2:mil cv2:mosse cv2:medianflow cv2:camshift
 
 .PHONY: demo test lint bench accuracy clean
 
@@ -22,7 +28,8 @@ bench: $(READY)
 	$(BIN)/motes bench
 
 accuracy: $(READY)
-	$(BIN)/python benchmarks/accuracy.py
+	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
+		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
@@ -32,4 +39,4 @@ $(READY): pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo
+	rm -rf $(VENV) demo accuracy

@@ -6,6 +6,9 @@ The confidence is a logistic function of the estimate's distance times the weigh
 that fulfill the appearance rule. Middle and width are chosen on a grid for the least log loss of
 "IoU > 0.5", each sequence counting the same. The error for left-out sequences comes from choices
 that have not seen the sequence they are tested on.
+
+FOLDER holds sequences in OTB's layout (those that begin with seg- are 0-based); the default is
+$MOTES_DATA/sot or ../shared/data/sot.
 """
 
 from __future__ import annotations
@@ -13,21 +16,56 @@ from __future__ import annotations
 import argparse
 import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from accuracy import DATA, Run, follow
-from motes import PRESETS
+from motes import PRESETS, Frame, Tracker, open_source
 from motes.evaluate.metrics import calibration_error
+from motes.evaluate.sequences import Sequence, load_dataset
+from motes.geometry import iou
 from motes.presence import Calibration
 from motes.presets import preset
 
 Floats = NDArray[np.float64]
 
-
+HERE = Path(__file__).resolve().parent
+DATA = Path(os.environ.get("MOTES_DATA", HERE.parent.parent / "shared" / "data")) / "sot"
 MIDDLES, WIDTHS = np.arange(0, 0.81, 0.01), np.arange(0.02, 0.21, 0.01)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One tracker on one sequence with one seed, frame by frame."""
+
+    correct: NDArray[np.bool_]
+    confidence: Floats
+    distances: Floats
+
+
+@cache
+def load(folder: Path) -> tuple[Sequence, list[Frame]]:
+    first_pixel = {"*": 0} if folder.name.startswith("seg-") else {}
+    sequences, problems = load_dataset(folder, first_pixel)
+    assert not problems, problems
+    with open_source(sequences[0].source) as source:
+        return sequences[0], list(source)
+
+
+def follow(name: str, folder: Path, seed: int) -> Run:
+    sequence, frames = load(folder)
+    tracker = Tracker(name, seed)
+    tracks = [tracker.init(frames[0], sequence.boxes[0].tolist())]
+    tracks += [tracker.update(frame) for frame in frames[1:]]
+    overlaps = iou(np.array([track.box for track in tracks]), np.nan_to_num(sequence.boxes))
+    return Run(
+        overlaps > 0.5,
+        np.array([track.confidence for track in tracks]),
+        np.array([track.distance for track in tracks]),
+    )
 
 
 def confidences(run: Run, shipped: Calibration) -> Floats:
@@ -41,8 +79,7 @@ def confidences(run: Run, shipped: Calibration) -> Floats:
 def loss(run: Run, shipped: Calibration) -> Floats:
     """Return the mean log loss of a run for all settings, (middles, widths)."""
     sure = np.clip(confidences(run, shipped), 1e-3, 1 - 1e-3)
-    right = np.nan_to_num(run.overlaps) > 0.5
-    mean: Floats = -np.log(np.where(right, sure, 1 - sure)).mean(axis=-1)
+    mean: Floats = -np.log(np.where(run.correct, sure, 1 - sure)).mean(axis=-1)
     return mean
 
 
@@ -67,8 +104,9 @@ def main() -> None:
                 others = [other != folder for _, other, _ in jobs]
                 choice = np.unravel_index(losses[others].sum(axis=0).argmin(), losses.shape[1:])
                 left_out.append(confidences(run, shipped)[choice])
-            right = np.nan_to_num(np.concatenate([run.overlaps for run in runs])) > 0.5
-            weights = np.concatenate([np.full(run.lost.size, 1 / run.lost.size) for run in runs])
+            right = np.concatenate([run.correct for run in runs])
+            sizes = np.array([run.correct.size for run in runs])
+            weights = np.repeat(1 / sizes, sizes)
             as_shipped = np.concatenate([run.confidence for run in runs])
             print(
                 f"| {name} | {MIDDLES[best[0]]:.2f} | {WIDTHS[best[1]]:.2f} "

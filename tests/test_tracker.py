@@ -580,6 +580,24 @@ def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
     assert confidence[visible == 0].max() < 0.5
 
 
+# A turning target
+
+
+@pytest.mark.parametrize(
+    ("name", "follows"), [("maggio", True), ("maggio:O-ROH", True), ("maggio:O-FOH", False)]
+)
+def test_the_angle_of_a_full_turn(name: str, follows: bool) -> None:
+    """ROH knows the target's angle, FOH is blind to it on purpose."""
+    tracker = Tracker(name)
+    errors: list[float] = []
+    for picture, (truth,) in synthetic.turning((320, 240), 80):
+        track = tracker.update(picture) if errors else tracker.init(picture, truth.ellipse)
+        off = np.degrees(track.ellipse.theta - truth.ellipse.theta)
+        errors.append(abs((off + 90) % 180 - 90))
+    assert bool(max(errors) < 20) is follows
+    assert bool(np.mean(errors) < 10) is follows
+
+
 # A known histogram
 
 
