@@ -283,24 +283,14 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
     ) -> tuple[FilterState, Info]:
         """Weigh the new states by the frame, estimate, judge whether the target is there, learn."""
         ellipses = self.motion.ellipses(states)
-        names = list(self.cues)
         distances = self._distances(state.models, frame, ellipses)
-        by_cue = [
-            Weights.from_log(weights.log + log) for log in self.likelihood.log(names, distances)
-        ]
-        likelihoods = np.stack([each.values for each in by_cue])
-        shares = self.fusion.shares(names, likelihoods, ellipses, state.first)
-        if len(names) == 1:
-            weights = by_cue[0]
-        else:
-            with np.errstate(divide="ignore"):  # no likelihood at all is -inf
-                weights = Weights.from_log(np.log(shares @ likelihoods))
+        weights, shares = self._weigh(weights, distances, ellipses, state.first)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         # Over all cues, 1 - d² is the mean of their coefficients rho.
         overall = np.sqrt(shares @ distances**2)
         seen = self._distances(state.models, frame, np.array([estimate]))[:, 0]
         distance = math.sqrt(shares @ seen**2)
-        thresholds = [self.presence.threshold(state.backgrounds[name]) for name in names]
+        thresholds = [self.presence.threshold(state.backgrounds[name]) for name in self.cues]
         appears = 1 - overall**2 > shares @ thresholds
         appearing = int(np.count_nonzero(appears))
         there = appearing > self.presence.fraction * self.particles
@@ -329,7 +319,7 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             overall,
             appearing,
             state.models,
-            dict(zip(names, shares.tolist(), strict=True)),
+            dict(zip(self.cues, shares.tolist(), strict=True)),
         )
         after = replace(
             state,
@@ -341,6 +331,21 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
             missed=missed,
         )
         return after, info
+
+    def _weigh(
+        self, weights: Weights, distances: Floats, ellipses: Floats, first: Ellipse
+    ) -> tuple[Weights, Floats]:
+        """Return new weights by distances (J, N) of each cue, and the cues' shares (J,)."""
+        names = list(self.cues)
+        by_cue = [
+            Weights.from_log(weights.log + log) for log in self.likelihood.log(names, distances)
+        ]
+        likelihoods = np.stack([each.values for each in by_cue])
+        shares = self.fusion.shares(names, likelihoods, ellipses, first)
+        if len(names) == 1:
+            return by_cue[0], shares
+        with np.errstate(divide="ignore"):  # no likelihood at all is -inf
+            return Weights.from_log(np.log(shares @ likelihoods)), shares
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""

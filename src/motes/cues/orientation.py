@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from typing import Annotated, Literal, NamedTuple
 
 import msgspec
@@ -17,7 +17,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config, Positive, Share
+from motes.config import Config, Share
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -143,7 +143,7 @@ class Orientation(Config, frozen=True):
     bins: Annotated[int, Meta(ge=4, le=180)] = 36
     form: Literal["rotated", "fourier"] = "rotated"
     scale: Annotated[float, Meta(gt=0, le=1)] = 0.05
-    window: Positive = 1.0
+    window: Annotated[float, Meta(gt=0, le=8)] = 1.0
     scale_selection: bool = True
     kept: Share = 0.5
     kernel: Profile = "epanechnikov"
@@ -253,7 +253,7 @@ class Orientation(Config, frozen=True):
         return plane
 
 
-@cache
+@lru_cache(maxsize=64)
 def filters_of(scale: float, window: float) -> Filters:
     """Return the filters of a scale in pixels; `window` is the averaging's scale over it.
 
