@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,7 +115,7 @@ class Info:
     shares: Mapping[str, float]
 
 
-class ParticleFilter(Config, frozen=True, tag="particle_filter"):
+class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     """A tracker with many hypotheses.
 
     Attributes
@@ -164,7 +165,7 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
                         f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
                     )
 
-    @property
+    @cached_property
     def cues(self) -> dict[str, Cue]:
         """The cues in use, by name."""
         cues: dict[str, Cue | None] = {"color": self.color, "orientation": self.orientation}
@@ -288,10 +289,13 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         # Over all cues, 1 - d² is the mean of their coefficients rho.
         overall = np.sqrt(shares @ distances**2)
-        seen = self._distances(state.models, frame, np.array([estimate]))[:, 0]
-        distance = math.sqrt(shares @ seen**2)
-        thresholds = [self.presence.threshold(state.backgrounds[name]) for name in self.cues]
-        appears = 1 - overall**2 > shares @ thresholds
+        seen = self._distances(state.models, frame, np.array([estimate]))
+        distance = math.sqrt(float(shares @ seen[:, 0] ** 2))
+        threshold = sum(
+            share * self.presence.threshold(background)
+            for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True)
+        )
+        appears = 1 - overall**2 > threshold
         appearing = int(np.count_nonzero(appears))
         there = appearing > self.presence.fraction * self.particles
         status, missed = self.presence.next_status(state.status, there, state.missed)
@@ -337,19 +341,17 @@ class ParticleFilter(Config, frozen=True, tag="particle_filter"):
     ) -> tuple[Weights, Floats]:
         """Return new weights by distances (J, N) of each cue, and the cues' shares (J,)."""
         names = list(self.cues)
-        by_cue = [
-            Weights.from_log(weights.log + log) for log in self.likelihood.log(names, distances)
-        ]
-        likelihoods = np.stack([each.values for each in by_cue])
-        shares = self.fusion.shares(names, likelihoods, ellipses, first)
+        logs = self.likelihood.log(names, distances)
         if len(names) == 1:
-            return by_cue[0], shares
+            return Weights.from_log(weights.log + logs[0]), np.ones(1)
+        likelihoods = np.array([Weights.from_log(weights.log + log).values for log in logs])
+        shares = self.fusion.shares(names, likelihoods, ellipses, first)
         with np.errstate(divide="ignore"):  # no likelihood at all is -inf
             return Weights.from_log(np.log(shares @ likelihoods)), shares
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""
-        return np.stack(
+        return np.array(
             [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
         )
 
