@@ -57,6 +57,13 @@ class Exits(Raises):
         return super().update(image)
 
 
+class Interrupts(Raises):
+    def update(self, image):
+        if self.frames == 6:
+            raise KeyboardInterrupt
+        return super().update(image)
+
+
 class Dies(Still):
     def update(self, image):
         os._exit(7)

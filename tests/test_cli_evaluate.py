@@ -163,6 +163,33 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
         assert "no more of this" in Path("failing", name).read_text()
 
 
+def test_a_terminal_that_knows_few_characters(home: Path) -> None:
+    line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
+    done = subprocess.run(
+        [*PROGRAM, "evaluate", *line.split()],
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (
+        0,
+        "motes: 1 pass, 0 failed; wrote plain/report.html.\n",
+    )
+    assert "mine:Still" in done.stdout
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
+def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
+    folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
+    shutil.copytree("data/a", folder / "a")
+    shutil.copytree("data/a", Path(os.fsdecode(os.fsencode(folder) + b"/caf\xe9")))
+    (folder / "a/img/0007.png").write_text("nothing")
+    assert go(f"{folder} --tracker mine:Still --workers 1 --out bytes")[0] == 6
+    bad, good = table("bytes")
+    assert "0007.png cannot be read" in bad["error"]
+    assert (good["sequence"], good["error"]) == ("caf\\udce9", "")
+
+
 @pytest.mark.parametrize(
     ("line", "code", "error"),
     [
@@ -268,10 +295,15 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert table("nothing") == []
 
 
-def test_workers_end_with_a_killed_program(home: Path) -> None:
+def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scratch = home / "scratch"
+    scratch.mkdir()
+    monkeypatch.setenv("TMPDIR", str(scratch))
     line = "data --tracker mine:Still --tracker mine:Hangs --workers 2 --out left"
     with started(line, home) as process:
+        assert list(scratch.glob("motes-*"))
         process.kill()
+    wait_for(lambda: not list(scratch.glob("motes-*")))
 
 
 def test_a_killed_run_is_resumed(go: Go, home: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import re
 import sys
+import types
 from pathlib import Path
 from typing import Any
 
@@ -346,6 +347,26 @@ def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "motes[opencv]" in problems[0].what
 
 
+def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = types.SimpleNamespace(__version__="4.9", setNumThreads=lambda _: None)
+    monkeypatch.setitem(sys.modules, "cv2", other)
+    entries, problems = enter(["cv2:csrt", "cv2:mosse"])
+    assert not entries
+    for problem in problems:
+        assert "4.9 has no cv2:" in problem.what
+
+
+def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("loud.py").write_text("print('hello')\nraise ValueError('two\\nlines')")
+    _, problems = enter(["loud:Tracker"])
+    assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
+    assert capfd.readouterr() == ("", "hello\n")
+
+
+def test_a_callable_of_no_file() -> None:
+    assert entry("builtins:object").configuration == "builtins:object"
+
+
 def test_a_changed_callable_is_another_configuration(home: Path) -> None:
     before = entry("mine:Still").configuration
     assert entry("mine:Still").configuration == before
@@ -383,12 +404,35 @@ def test_what_callables_return(
 
 
 @pytest.mark.parametrize(
-    "value", [3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)]
+    "value",
+    [
+        *(3, "box", (1, 2, 3), (True, None), (1, 2, 0, 4), (np.nan, 2, 3, 4), {}, (True, 1)),
+        *((1e308, 2, 3, 4), (1, 2, 1e10, 4), (1, 2, 3, 1e-300)),
+    ],
 )
 def test_what_callables_must_not_return(value: Any, home: Path) -> None:
     Path("odd.py").write_text(ODD)
     with pytest.raises(ConfigError, match="update of odd:Odd returned"):
         _odd(value)
+
+
+@pytest.mark.parametrize(
+    ("region", "confidence", "error"),
+    [
+        (REGION, 1.1, "confidence is from 0 to 1; got 1.1"),
+        (REGION, -0.1, "confidence"),
+        (REGION, np.inf, "confidence"),
+        (REGION._replace(x=np.nan), 0.5, "not finite"),
+        (REGION._replace(a=1e200), 0.5, r"No region is 1\.9.*e\+200"),
+        (REGION._replace(a=-1.0), 0.5, "no area"),
+    ],
+)
+def test_tracks_that_make_no_sense(
+    region: Ellipse, confidence: float, error: str, home: Path
+) -> None:
+    Path("odd.py").write_text(ODD)
+    with pytest.raises(ConfigError, match=error):
+        _odd(Track(1, 0.1, region, np.eye(5), confidence, Status.TRACKING, 0.1, 9))
 
 
 ODD = """
@@ -656,7 +700,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
         patch.chdir(home)
         patch.setattr(sys, "path", sys.path[:])
         patch.delitem(sys.modules, "mine", raising=False)
-        names = ["Hangs", "Dies", "Raises", "Exits", "Still", "Seeded"]
+        names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
         entries, problems = enter([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
         assert not problems
         sequences, _ = load_dataset(home / "data")
@@ -682,6 +726,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
         ("mine:Dies on a", "process ended with exit code 7"),
         ("mine:Raises on a", "^At frame 7: ValueError: no more of this$"),
         ("mine:Exits on a", "At frame 7: SystemExit: 3"),
+        ("mine:Interrupts on a", "At frame 7: KeyboardInterrupt$"),
         ("mine:Still on video-19", "has more frames than its truth, which has 19"),
         ("mine:Still on video-21", "has 20 frames, but its truth has 21"),
     ],
@@ -721,6 +766,12 @@ def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> 
     ]
     moved = load_trace(out / "tracks" / "mine%3ASeeded" / "a" / "ope-2.csv").ellipses[:, 0]
     np.testing.assert_allclose(np.diff(moved), 0.2)
+
+
+def test_a_time_limit_of_years(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:
+    jobs, _ = plan(dataset[0], dataset[1], ["ope"], 1)
+    steps = list(run(jobs[:1], tmp_path, workers=1, time_limit=1e12))
+    assert steps[-1].errors == {}
 
 
 def test_a_full_disk(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:

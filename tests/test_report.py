@@ -452,16 +452,21 @@ def test_references_that_have_no_sequence_in_common(tmp_path: Path) -> None:
 
 
 def test_problems_are_named_once() -> None:
-    book = sequence()
+    book, cup = sequence(), sequence("Cup")
     runs = [
         outcome("a", book, "broken", 1),
-        outcome("a", book, "broken", 0, "sre", "shift-up"),
+        outcome("a", book, "slow", 0, "sre", "shift-up"),
         outcome("a", book, said(1)),
+        outcome("a", cup, "broken", 0),
+        outcome("a", cup, "broken", 1),
+        outcome("b", cup, "broken"),
     ]
-    told = [Problem("a on Book, ope, seed 1", "broken"), Problem("sequence X", "empty")]
+    told = [Problem("sequence X", "empty")]
     assert contents.problems(told, runs) == [
         *told,
-        Problem("a on Book, sre shift-up, seed 0", "broken"),
+        Problem("a on Book, ope, seed 1", "broken"),
+        Problem("a on Book, sre shift-up, seed 0", "slow"),
+        Problem("a, b on Cup, 3 passes", "broken"),
     ]
 
 

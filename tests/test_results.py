@@ -159,6 +159,11 @@ def test_results(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["results.csv"]
 
 
+def test_an_error_with_a_name_that_is_not_utf_8(tmp_path: Path) -> None:
+    write_results(tmp_path, [outcome("a", sequence(), "caf\udce9 is damaged")])
+    assert "caf\\udce9 is damaged" in (tmp_path / "results.csv").read_text()
+
+
 def test_order_of_results(tmp_path: Path) -> None:
     """Trackers and sequences as they came first; the rest does not depend on who was ready when."""
     book, ant = sequence("Book"), sequence("Ant")

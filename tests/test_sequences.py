@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence as Rows
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
 
+import arena
 from motes import Tracker, open_source
 from motes.errors import ConfigError, SourceError
 from motes.evaluate.regions import ABSENT, Region, read_mask, read_regions
@@ -559,6 +561,17 @@ def test_folders_that_are_no_sequences(tmp_path: Path) -> None:
 def test_frames_before_the_target_are_kept(tmp_path: Path) -> None:
     sequence = load(otb(tmp_path, "0,0,0,0\nNaN,NaN,NaN,NaN\n5,6,7,8\n", 3))
     np.testing.assert_array_equal(sequence.boxes, [NAN, NAN, [4, 5, 7, 8]])
+
+
+def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/caf\xe9"))
+    arena.write_sequence(folder, arena.still())
+    (loaded,), _ = load_dataset(tmp_path)
+    assert loaded.name == "caf\\udce9"
+    with open_source(loaded.source) as film:
+        assert film.width == arena.SIZE[0]
+    (single,), _ = load_dataset(folder / "img", annotation=folder / "groundtruth_rect.txt")
+    assert single.name == "img"
 
 
 def test_a_truth_that_the_disk_does_not_give(

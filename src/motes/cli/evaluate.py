@@ -27,6 +27,7 @@ from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
 from motes.evaluate.summaries import Evaluation
+from motes.evaluate.tables import counted
 
 TRACKERS = """\
 Trackers:
@@ -193,7 +194,7 @@ def _chosen(
 
 
 def _lines(problems: Iterable[Problem]) -> str:
-    return " ".join(f"{problem.where}: {problem.what}" for problem in problems)
+    return "; ".join(f"{problem.where}: {problem.what.rstrip('.')}" for problem in problems) + "."
 
 
 def _run(
@@ -288,14 +289,20 @@ def _summarize(
         table = contents.overall(evaluation, protocol)
         rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        print(f"{PROTOCOL_NAMES[protocol]}:")
+        _print(f"{PROTOCOL_NAMES[protocol]}:")
         for first, *others in rows:
             cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
-            print("  ".join(["", first.ljust(widths[0]), *cells]))
+            _print("  ".join(["", first.ljust(widths[0]), *cells]))
     for problem in problems:
         say(f"{problem.where}: {problem.what}")
     failed = sum(outcome.trace is None for outcome in outcomes)
     say(
         "interrupted after " * interrupted
-        + f"{len(outcomes)} passes, {failed} failed; wrote {out / 'report.html'}."
+        + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )
+
+
+def _print(line: str) -> None:
+    """Print a line on standard output, whatever characters that knows."""
+    encoding = sys.stdout.encoding or "utf-8"
+    print(line.encode(encoding, errors="replace").decode(encoding))

@@ -254,15 +254,20 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
 
 
 def problems(found: Iterable[Problem], outcomes: Iterable[Outcome]) -> list[Problem]:
-    """Return what went wrong, and the passes that failed without being named there."""
-    found = list(found)
-    named = {problem.where for problem in found}
-    failed = [Problem(name_of(o.item), o.error) for o in outcomes if o.trace is None]
-    return found + [problem for problem in failed if problem.where not in named]
+    """Return what went wrong, and the passes that failed: all of one sequence and error as one."""
+    failed: dict[tuple[str, str], list[Pass]] = {}
+    for outcome in outcomes:
+        if outcome.trace is None:
+            failed.setdefault((outcome.item.sequence, outcome.error), []).append(outcome.item)
+    return [*found, *(Problem(name_of(items), error) for (_, error), items in failed.items())]
 
 
-def name_of(item: Pass) -> str:
-    """Return the name of a pass for people, such as "cv2:csrt on David, ope, seed 0"."""
+def name_of(items: list[Pass]) -> str:
+    """Return the name of passes over a sequence, such as "cv2:csrt on David, ope, seed 0"."""
+    item, *others = items
+    if others:
+        trackers = ", ".join(dict.fromkeys(item.tracker for item in items))
+        return f"{trackers} on {item.sequence}, {counted(len(items), 'pass')}"
     label = f" {item.start.label}" if item.start.label else ""
     return f"{item.tracker} on {item.sequence}, {item.start.protocol}{label}, seed {item.seed}"
 

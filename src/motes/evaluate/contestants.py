@@ -10,7 +10,7 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.errors import ConfigError
+from motes.errors import ConfigError, MotesError
 from motes.evaluate.peers import Peer, peer
 from motes.evaluate.trax import Program
 from motes.frame import Frame
@@ -27,6 +27,9 @@ from motes.geometry import Box, Ellipse, as_ellipse
 from motes.presets import TrackerConfig
 from motes.track import Status, Track
 from motes.tracker import Tracker
+
+LARGEST = 1e9
+"""Of the numbers of a region, in pixels: the square of its size can be reckoned with."""
 
 
 class Answer(NamedTuple):
@@ -108,7 +111,8 @@ class OpenCV:
         start = time.perf_counter()
         found, box = self._tracker.update(image)
         seconds = _since(start)
-        return _found(Box(*box), seconds) if found and min(box[2:]) > 0 else _lost(seconds)
+        sound = found and np.isfinite(box).all() and min(box[2:]) > 0
+        return _found(Box(*box), seconds) if sound else _lost(seconds)
 
     def close(self) -> None:
         """Do nothing."""
@@ -203,7 +207,7 @@ def _since(start: float) -> float:
 
 
 def _found(box: Box, seconds: float) -> Answer:
-    return Answer(Ellipse.from_box(box), math.nan, False, seconds)
+    return Answer(_region(box), math.nan, False, seconds)
 
 
 def _lost(seconds: float) -> Answer:
@@ -211,8 +215,10 @@ def _lost(seconds: float) -> Answer:
 
 
 def _of_track(track: Track, seconds: float) -> Answer:
-    lost = track.status is not Status.TRACKING
-    return Answer(track.ellipse, float(track.confidence), lost, seconds)
+    lost, confidence = track.status is not Status.TRACKING, float(track.confidence)
+    if not (math.isnan(confidence) or 0 <= round(confidence, 9) <= 1):
+        raise ConfigError(f"A confidence is from 0 to 1; got {confidence:g}.")
+    return Answer(_region(track.ellipse), confidence, lost, seconds)
 
 
 def _of_value(value: Any, seconds: float) -> Answer:
@@ -221,11 +227,20 @@ def _of_value(value: Any, seconds: float) -> Answer:
         return _lost(seconds)
     found, region = value if len(value) == 2 else (True, value)
     if found:
-        return Answer(as_ellipse(region), math.nan, False, seconds)
+        return Answer(_region(region), math.nan, False, seconds)
     try:
-        return Answer(as_ellipse(region), math.nan, True, seconds)
+        return Answer(_region(region), math.nan, True, seconds)
     except ConfigError:  # None, or 0, 0, 0, 0; a tracker that is lost need not say where
         return _lost(seconds)
+
+
+def _region(values: Sequence[float]) -> Ellipse:
+    """Return a region as an ellipse; raise a ConfigError if it makes no sense."""
+    ellipse = as_ellipse(values)
+    if max(map(abs, ellipse)) > LARGEST or min(ellipse.a, ellipse.b) < 1 / LARGEST:
+        x, y, width, height = ellipse.box
+        raise ConfigError(f"No region is {width:g}x{height:g} pixels large, at {x:g}, {y:g}.")
+    return ellipse
 
 
 def _bgr(frame: Frame) -> NDArray[np.uint8]:
@@ -260,3 +275,12 @@ def import_factory(name: str) -> Callable[..., Any]:
         raise ConfigError(f"{path} of {module} is a {type(factory).__name__}, nothing to call.")
     made: Callable[..., Any] = factory
     return made
+
+
+def explain(error: BaseException) -> str:
+    """Return what a tracker raised, in one line."""
+    if isinstance(error, MotesError):
+        return str(error)
+    kind = type(error)
+    name = kind.__name__ if kind.__module__ == "builtins" else f"{kind.__module__}.{kind.__name__}"
+    return " ".join(f"{name}: {error}".split())[:300].rstrip(": ")

@@ -20,6 +20,7 @@ current folder.
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import hashlib
 import inspect
@@ -34,7 +35,15 @@ from pathlib import Path
 from motes import presets
 from motes.config import from_toml, to_toml
 from motes.errors import ConfigError, MotesError, SourceError
-from motes.evaluate.contestants import Contestant, External, Made, OpenCV, Own, import_factory
+from motes.evaluate.contestants import (
+    Contestant,
+    External,
+    Made,
+    OpenCV,
+    Own,
+    explain,
+    import_factory,
+)
 from motes.evaluate.peers import PEERS, STOCHASTIC, opencv
 from motes.evaluate.sequences import Problem
 from motes.meanshift import MeanShift
@@ -144,9 +153,10 @@ def _program(name: str, command: str) -> Entry:
 def _callable(name: str) -> Entry:
     module = name.partition(":")[0]
     try:
-        seeded = "seed" in inspect.signature(import_factory(name)).parameters
+        with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
+            seeded = "seed" in inspect.signature(import_factory(name)).parameters
         # With the module's text, so that a changed tracker is not taken for the one before.
-        source = sys.modules[module].__file__
+        source = getattr(sys.modules[module], "__file__", None)
         digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
     except ModuleNotFoundError as error:
         if error.name != module.partition(".")[0]:
@@ -157,7 +167,5 @@ def _callable(name: str) -> Entry:
     except ConfigError:
         raise
     except (Exception, SystemExit) as error:  # whatever the module does
-        raise ConfigError(
-            f"It cannot be imported: {type(error).__name__}: {error}; correct it."
-        ) from None
+        raise ConfigError(f"It cannot be imported: {explain(error)}; correct it.") from None
     return Entry(name, f"{name} {digest}".strip(), seeded, partial(Made, name))

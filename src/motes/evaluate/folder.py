@@ -15,7 +15,7 @@ from motes.config import Config, from_dict
 from motes.errors import ConfigError, FormatError
 from motes.evaluate.entries import Entry
 from motes.evaluate.runs import Job
-from motes.evaluate.sequences import Sequence
+from motes.evaluate.sequences import Sequence, printable
 from motes.target import write_whole
 
 
@@ -57,7 +57,7 @@ def record(
     sequences = {job.sequence.name: job.sequence for job in jobs}
     return Record(
         motes=__version__,
-        dataset=os.path.abspath(dataset),
+        dataset=printable(os.path.abspath(dataset)),
         sequences={name: _digest(sequence) for name, sequence in sequences.items()},
         trackers={entry.name: entry.configuration for entry in entries},
         protocols=tuple(protocols),

@@ -75,7 +75,7 @@ STOCHASTIC = frozenset({"cv2:mil"})
 
 
 def opencv(name: str) -> Any:
-    """Return the module cv2, on one thread, if it has a peer.
+    """Return the module cv2, on one thread, if it has the peer of a name.
 
     Raises
     ------
@@ -93,6 +93,12 @@ def opencv(name: str) -> Any:
             "Comparing with OpenCV needs it; install it with: pip install 'motes[opencv]'."
         ) from None
     cv2.setNumThreads(1)
+    try:
+        PEERS[name](cv2)
+    except AttributeError:
+        raise LimitError(
+            f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
+        ) from None
     return cv2
 
 
@@ -112,9 +118,4 @@ def peer(name: str, seed: int = 0) -> Peer:
         cv2.setRNGSeed(seed)
         # Its features come from the C library's generator.
         ctypes.CDLL("ucrtbase" if os.name == "nt" else None).srand(seed)
-    try:
-        return PEERS[name](cv2)
-    except AttributeError:
-        raise LimitError(
-            f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
-        ) from None
+    return PEERS[name](cv2)

@@ -41,7 +41,7 @@ def write_report(
     outcomes
         Of all passes; the others are compared with the tracker of the first one.
     problems
-        What went wrong. Passes that failed are added where they are not named.
+        What went wrong; passes that failed are added.
     reference
         Other people's results.
     title

@@ -237,7 +237,7 @@ def _number(value: float | int | None) -> str:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file as a whole, as UTF-8.
+    """Write a file as a whole, as UTF-8; what is none, as in names of files, is escaped.
 
     Raises
     ------
@@ -245,7 +245,7 @@ def write_text(path: Path, text: str) -> None:
         If it cannot be written.
     """
     try:
-        write_whole(path, text.encode())
+        write_whole(path, text.encode(errors="backslashreplace"))
     except OSError as error:
         raise FormatError(
             f"{path} cannot be written: {error.strerror}; make room, or choose another place."

@@ -12,6 +12,7 @@ import hashlib
 import math
 import multiprocessing
 import os
+import shutil
 import signal
 import tempfile
 import threading
@@ -26,6 +27,7 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from motes.errors import FormatError, MotesError, SourceError
+from motes.evaluate.contestants import explain
 from motes.evaluate.entries import Entry
 from motes.evaluate.protocols import Running, Start, save_trace, starts
 from motes.evaluate.sequences import Problem, Sequence
@@ -34,6 +36,8 @@ from motes.video import open_source
 
 LONGEST_NAME = 120
 """Of a folder; longer names are cut, and told apart by a digest."""
+WAIT = 3600.0
+"""Seconds; for very long ones no system can be told to wait."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +170,7 @@ def run(
                     yield Step(busy[-1].job, None)
                 moment = min(worker.deadline for worker in busy) - time.monotonic()
                 handles = [handle for worker in busy for handle in worker.handles]
-                wait(handles, None if moment == math.inf else max(moment, 0))
+                wait(handles, min(max(moment, 0), WAIT))
                 for worker in list(busy):
                     errors = worker.listen(time_limit)
                     if errors is not None:
@@ -265,7 +269,7 @@ def _serve(pipe: Connection, out: Path, scratch: str) -> None:
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
     parent = multiprocessing.parent_process()
     assert parent is not None
-    threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+    threading.Thread(target=_end_with, args=(parent.sentinel, scratch), daemon=True).start()
     with contextlib.suppress(EOFError):
         while True:
             job = pipe.recv()
@@ -276,8 +280,10 @@ def _serve(pipe: Connection, out: Path, scratch: str) -> None:
                 pipe.send(error)
 
 
-def _end_with(sentinel: int) -> None:
+def _end_with(sentinel: int, scratch: str) -> None:
+    """End this group with the program, whatever ends it, and clean up in its place."""
     wait([sentinel])
+    shutil.rmtree(scratch, ignore_errors=True)
     os.killpg(0, signal.SIGKILL)
 
 
@@ -294,8 +300,8 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
             for item in list(running):
                 try:
                     running[item].feed(Frame(frame.index, frame.time, frame.pixels.copy()))
-                except (Exception, SystemExit) as error:  # whatever a tracker does
-                    errors[item] = f"At frame {frame.index}: {_explain(error)}"
+                except BaseException as error:  # whatever a tracker does
+                    errors[item] = f"At frame {frame.index}: {explain(error)}"
                     running.pop(item).close()
             if not running:
                 break
@@ -304,7 +310,7 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
     except FormatError:
         raise
     except Exception as error:
-        errors |= dict.fromkeys(running, _explain(error))
+        errors |= dict.fromkeys(running, explain(error))
     finally:
         for ended in running.values():
             ended.close()
@@ -323,12 +329,3 @@ def _film(sequence: Sequence) -> Iterator[Frame]:
         if count < rows:
             why = f" ({film.report.problems})" if film.report.problems else ""
             raise SourceError(f"{film.name} has {count} frames{why}, but its truth has {rows}.")
-
-
-def _explain(error: BaseException) -> str:
-    """Return what a tracker raised, in one line."""
-    if isinstance(error, MotesError):
-        return str(error)
-    kind = type(error)
-    name = kind.__name__ if kind.__module__ == "builtins" else f"{kind.__module__}.{kind.__name__}"
-    return " ".join(f"{name}: {error}".split())[:300]

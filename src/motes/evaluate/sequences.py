@@ -125,7 +125,8 @@ def load_dataset(
         if needed is not None and not os.path.exists(needed):
             raise SourceError(f"There is no file or folder {needed}; check the name.")
     if annotation is not None:
-        entries = [_Entry(root.name if root.is_dir() else root.stem, root, Path(annotation))]
+        name = printable(root.name if root.is_dir() else root.stem)
+        entries = [_Entry(name, root, Path(annotation))]
     elif root.is_dir():
         entries = _entries(root)
     else:
@@ -182,10 +183,11 @@ def _entries(root: Path) -> list[_Entry]:
 
 def _of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
     """Return the sequences of a folder; none if it holds things, but neither truth nor frames."""
-    bare = [_Entry(folder.name, folder, None)]
+    name = printable(folder.name)
+    bare = [_Entry(name, folder, None)]
     try:
         if truths := _truths(folder):
-            return [_Entry(folder.name + suffix, folder, path) for suffix, path in truths.items()]
+            return [_Entry(name + suffix, folder, path) for suffix, path in truths.items()]
         return bare if listed or _pictures(_home(folder)) or not any(folder.iterdir()) else []
     except OSError:  # which comes again when it is loaded
         return bare
@@ -314,6 +316,11 @@ def _series(folder: Path) -> list[Path]:
             missing = f"{kinds[-1][0]}{numbers[gaps[0]] + step:0{width}}{kinds[-1][1]}"
             raise FormatError(f"the frame {missing} is missing after {before}{kinds[-1][1]}")
     return [path for _, path in series]
+
+
+def printable(name: str) -> str:
+    """Return the name of a file with all that is not UTF-8 escaped, so that it can be written."""
+    return name.encode(errors="backslashreplace").decode()
 
 
 def _text(path: Path) -> str:

@@ -94,4 +94,5 @@ def bars(values: Iterable[Mean | float | None]) -> list[Cell]:
 
 def counted(number: int, what: str) -> str:
     """Return a number of things."""
-    return f"{number} {what}" + ("s" if number != 1 else "")
+    plural = "es" if what.endswith("s") else "s"
+    return f"{number} {what}{plural if number != 1 else ''}"
