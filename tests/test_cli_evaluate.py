@@ -275,7 +275,7 @@ def test_ctrl_c_leaves_a_report_of_what_is_done(home: Path) -> None:
         out, error = process.communicate(timeout=60)
     assert process.returncode == 130
     assert re.fullmatch(
-        r"motes: interrupted after \d passes, 0 failed; wrote stopped/report\.html\.\n", error
+        r"motes: interrupted after \d pass(es)?, 0 failed; wrote stopped/report\.html\.\n", error
     )
     assert "mine:Still" in out
     rows = table("stopped")
