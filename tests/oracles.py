@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,13 +70,19 @@ def kernel(r: Floats) -> Floats:
     return np.where(r < 1, 1 - r**2, 0.0)
 
 
+def weighted(profile: str, ellipse: Sequence[float], distance: Floats, own: Floats) -> Floats:
+    """Return the weights of pixels inside an ellipse, by their `radii`."""
+    if profile == "uniform":
+        return np.ones_like(own)
+    return kernel(distance / math.hypot(ellipse[2], ellipse[3]) if profile == "radial" else own)
+
+
 def every_pixel(
     pixels: Pixels, ellipse: Sequence[float], space: str, bins: Bins, profile: str
 ) -> Floats:
     """Equations 3 and 4 over every pixel of the ellipse; zeros where there is none."""
     distance, own = radii(pixels.shape, ellipse)
-    bandwidth = math.hypot(ellipse[2], ellipse[3])
-    weights = kernel(distance / bandwidth if profile == "radial" else own) * (own < 1)
+    weights = weighted(profile, ellipse, distance, own) * (own < 1)
     return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
 
 
@@ -97,9 +104,7 @@ def on_lattice(
 ) -> Floats:
     """Equations 3 and 4 over a lattice's points; each reads the pixel whose square it lies in."""
     points, offsets = lattice_places(ellipse, lattice)
-    bandwidth = math.hypot(ellipse[2], ellipse[3])
-    own = np.hypot(*lattice)
-    weights = kernel(np.hypot(*offsets.T) / bandwidth if profile == "radial" else own)
+    weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice))
     nearest = np.floor(points + 0.5)
     inside = ((nearest >= 0) & (nearest < [pixels.shape[1], pixels.shape[0]])).all(axis=1)
     columns, rows = nearest[inside].astype(int).T
@@ -115,6 +120,92 @@ def _normalized(weights: Floats, numbers: NDArray[np.int64], bins: Bins) -> Floa
     np.add.at(histogram, numbers, weights)
     total = histogram.sum()
     return histogram / total if total > 0 else histogram
+
+
+def gray_blocks(pixels: Pixels, step: int, margin: int = 0) -> Floats:
+    """Return the mean luma of blocks of pixels, and of `margin` blocks more on each side.
+
+    Past the border of the picture its pixels repeat, also within the last blocks.
+    """
+    luma = pixels.astype(np.float64) @ [77 / 256, 150 / 256, 29 / 256]
+    more = [(margin * step, -length % step + margin * step) for length in luma.shape]
+    padded = np.pad(luma, more, mode="edge")
+    rows, columns = padded.shape[0] // step, padded.shape[1] // step
+    means: Floats = padded.reshape(rows, step, columns, step).mean(axis=(1, 3))
+    return means
+
+
+def filtered(image: Floats, across: Floats, down: Floats) -> Floats:
+    """Return the sums of image[y + i, x + j] down[i] across[j] where all of these are there."""
+    rows = np.array([np.convolve(row, across[::-1], "valid") for row in image])
+    return np.array([np.convolve(column, down[::-1], "valid") for column in rows.T]).T
+
+
+def structure_tensor(
+    pixels: Pixels, step: int, smooth: Floats, derivative: Floats, window: Floats
+) -> Floats:
+    """Maggio et al., equation 3, for every block of a picture: (H, W, 2, 2).
+
+    Filters are given by their taps at 0 … r, the derivative's to the other side being negative.
+    """
+    even, odd, average = (
+        np.concatenate([sign * taps[:0:-1], taps]).astype(np.float64)
+        for sign, taps in ((1, smooth), (-1, derivative), (1, window))
+    )
+    gray = gray_blocks(pixels, step, len(smooth) + len(window) - 2)
+    gradient = [filtered(gray, odd, even), filtered(gray, even, odd)]
+    parts = [[filtered(u * v, average, average) for v in gradient] for u in gradient]
+    return np.moveaxis(np.array(parts), (0, 1), (2, 3))
+
+
+def edges(tensors: Floats) -> tuple[Floats, Floats]:
+    """Return certainty (Maggio et al., equation 4) and orientation (5), in [-pi/2, pi/2)."""
+    low, high = np.moveaxis(np.linalg.eigvalsh(tensors), -1, 0)
+    vectors = np.linalg.eigh(tensors).eigenvectors[..., :, 1]
+    angles = np.arctan2(vectors[..., 1], vectors[..., 0])
+    return (high - low) * (high + low), (angles + np.pi / 2) % np.pi - np.pi / 2
+
+
+def triangle(histogram: Floats, shift: float) -> Floats:
+    """Return a circular histogram turned back by `shift` bins and smoothed by a triangle.
+
+    The triangle has height 1/2 at a bin's middle and falls to 0 two bins beside it.
+    """
+    count = len(histogram)
+    off = np.abs(np.arange(count)[:, None] + shift - np.arange(count)) % count
+    smoothed: Floats = np.maximum(0, 0.5 - np.minimum(off, count - off) / 4) @ histogram
+    return smoothed
+
+
+def orientation_histogram(
+    certainty: Floats,
+    numbers: NDArray[np.integer],
+    ellipse: Sequence[float],
+    lattice: Floats,
+    profile: str,
+    threshold: float,
+    count: int,
+) -> Floats:
+    """Return the certainties above a threshold by bin, neither smoothed nor turned; sum 1.
+
+    Over a lattice's points or, if there are none, every place; zeros where nothing is left.
+    """
+    if lattice.size:
+        points, offsets = lattice_places(ellipse, lattice)
+        weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice))
+        columns, rows = np.floor(points + 0.5).T
+        inside = (rows >= 0) & (columns >= 0)
+        inside &= (rows < certainty.shape[0]) & (columns < certainty.shape[1])
+        weights = weights[inside]
+        at: tuple[Any, ...] = rows[inside].astype(int), columns[inside].astype(int)
+    else:
+        distance, own = radii(certainty.shape, ellipse)
+        at = np.nonzero(own < 1)
+        weights = weighted(profile, ellipse, distance, own)[at]
+    strong = certainty[at] * (certainty[at] > threshold)
+    histogram = np.zeros(count)
+    np.add.at(histogram, numbers[at], weights * strong)
+    return histogram / histogram.sum() if histogram.sum() > 0 else histogram
 
 
 def bhattacharyya(p: Floats, q: Floats) -> float:

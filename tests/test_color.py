@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from motes.cues.color import Color, ColorModel
 from motes.frame import as_rgb
 from motes.geometry import Ellipse
-from motes.sampling import EveryPixel, Lattice, sunflower
+from motes.sampling import EveryPixel, Lattice, Profile, sunflower
 from oracles import (
     Bins,
     bhattacharyya,
@@ -31,12 +31,11 @@ from oracles import (
 
 Floats = NDArray[np.float64]
 Space = Literal["rgb", "hsv"]
-Profile = Literal["radial", "epanechnikov"]
 RGB8: Bins = (8, 8, 8)
 HSV8: Bins = (8, 8, 4)
 
 spaces = st.sampled_from([("rgb", RGB8), ("hsv", HSV8), ("rgb", (3, 5, 1)), ("hsv", (10, 7, 6))])
-profiles = st.sampled_from(["radial", "epanechnikov"])
+profiles = st.sampled_from(["radial", "epanechnikov", "uniform"])
 pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 24), st.integers(1, 24))
 regions = st.builds(
     Ellipse,
@@ -175,7 +174,7 @@ def test_a_nan_ellipse_sees_nothing() -> None:
     assert cue.distances(model, picture, np.full((1, 5), np.nan))[0] == 1
 
 
-@pytest.mark.parametrize("profile", ["radial", "epanechnikov"])
+@pytest.mark.parametrize("profile", ["radial", "epanechnikov", "uniform"])
 def test_more_points_approach_every_pixel(profile: Profile) -> None:
     smooth = np.indices((200, 200)).sum(axis=0)
     pixels = np.stack([smooth // 2, 255 - smooth // 2, smooth // 3], axis=2).astype(np.uint8)

@@ -7,11 +7,13 @@ import math
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes.frame import FRAME_INTERVAL
 from motes.geometry import Ellipse
-from motes.motion import ConstantVelocity, Motion, Noise, RandomWalk, SecondOrder
+from motes.motion import ConstantVelocity, EllipseWalk, Motion, Noise, RandomWalk, SecondOrder
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +28,8 @@ MODELS: list[RandomWalk | ConstantVelocity | SecondOrder] = [
     SecondOrder(noise=NOISE, persistence=0.7),
 ]
 model_ = pytest.mark.parametrize("model", MODELS)
+"""Those that are linear, with noise proportional to the first region."""
+any_ = pytest.mark.parametrize("model", [*MODELS, EllipseWalk()])
 
 
 def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
@@ -154,7 +158,7 @@ def test_both_half_axes_grow_and_return_together(
     np.testing.assert_array_equal(out[:, :2], 0)
 
 
-@model_
+@any_
 def test_in_no_time_nothing_happens(model: Motion) -> None:
     states = moving(model, 20)
     out = model.propagate(np.random.default_rng(0), states, 0.0, FIRST)
@@ -170,20 +174,26 @@ def test_at_full_persistence_velocity_is_constant() -> None:
     np.testing.assert_allclose(states[0, :4], [500 + 70, 400 - 40, 60 + 15, 25 + 5])
 
 
-@model_
+@any_
 def test_shapes_and_initial_states(model: Motion) -> None:
     ellipses = np.array([[1.0, 2, 30, 40, 0.5], [5, 6, 7, 8, -0.5]])
+    if isinstance(model, EllipseWalk):  # a is the longer half-axis
+        ellipses[:, 2:4] = ellipses[:, [3, 2]]
+    given = ellipses.copy()
     states = model.initial(ellipses)
-    np.testing.assert_array_equal(model.ellipses(states), ellipses)
+    if isinstance(model, EllipseWalk):
+        np.testing.assert_allclose(model.ellipses(states), ellipses, rtol=1e-14)
+    else:
+        np.testing.assert_array_equal(model.ellipses(states), ellipses)
     assert not states[:, 5:].any()
     out = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
     assert out.shape == states.shape
     assert model.ellipses(out).shape == (2, 5)
     states[:] = 0
-    np.testing.assert_array_equal(ellipses[0], [1, 2, 30, 40, 0.5])
+    np.testing.assert_array_equal(ellipses, given)
 
 
-@model_
+@any_
 def test_sizes_stay_at_one_pixel_or_more(model: Motion) -> None:
     states = model.initial(np.tile([5.0, 5, 1.2, 1.1, 0], (500, 1)))
     for _ in range(5):
@@ -191,7 +201,7 @@ def test_sizes_stay_at_one_pixel_or_more(model: Motion) -> None:
         assert model.ellipses(states)[:, 2:4].min() >= 1
 
 
-@model_
+@any_
 def test_nothing_is_ever_nan(model: Motion) -> None:
     rng, states = np.random.default_rng(0), moving(model, 100)
     for dt in (1e-9, FRAME_INTERVAL, 60.0, 3600.0):
@@ -199,7 +209,7 @@ def test_nothing_is_ever_nan(model: Motion) -> None:
         assert np.isfinite(states).all()
 
 
-@model_
+@any_
 def test_inputs_stay_as_they_are(model: Motion) -> None:
     states = moving(model, 10)
     before = states.copy()
@@ -208,7 +218,7 @@ def test_inputs_stay_as_they_are(model: Motion) -> None:
     np.testing.assert_array_equal(states, before)
 
 
-@model_
+@any_
 def test_the_generator_alone_decides(model: Motion) -> None:
     states = moving(model, 10)
     first, same, other = (
@@ -217,3 +227,95 @@ def test_the_generator_alone_decides(model: Motion) -> None:
     )
     np.testing.assert_array_equal(first, same)
     assert (first != other).any()
+
+
+# The state of Maggio et al.
+
+
+def outline(ellipse: Floats) -> Floats:
+    """Return the matrix whose unit ball the ellipse is: the same after any half turns."""
+    a, b, theta = ellipse[2:]
+    turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
+    matrix: Floats = turn @ np.diag([a**2, b**2]) @ turn.T
+    return matrix
+
+
+sizes = st.floats(1, 100)
+
+
+@given(st.floats(-99, 99), st.floats(-99, 99), sizes, sizes, st.floats(-7, 7))
+def test_minor_axis_eccentricity_and_angle(
+    x: float, y: float, a: float, b: float, theta: float
+) -> None:
+    ellipse = np.array([[x, y, a, b, theta]])
+    model = EllipseWalk()
+    [state] = model.initial(ellipse)
+    [back] = model.ellipses(state[None])
+    np.testing.assert_array_equal(back[:2], [x, y])
+    assert back[2] >= back[3] * (1 - 1e-15)
+    np.testing.assert_allclose(outline(back), outline(ellipse[0]), atol=1e-9 * max(a, b) ** 2)
+    assert state[2] == min(a, b)
+    assert state[3] == pytest.approx(math.sqrt(1 - (min(a, b) / max(a, b)) ** 2))
+    # What was the longer axis still is.
+    along = theta if a >= b else theta + math.pi / 2
+    assert math.cos(2 * (state[4] - along)) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("frames", [0.25, 1.0, 3.0])
+def test_noise_of_the_paper(frames: float) -> None:
+    """Section 5: 5.5 pixels, 0.05 of h, 0.021, 10 degrees; each by itself, all of it Gaussian."""
+    n = 60_000
+    states = np.tile([200.0, 100, 30, 0.6, 0.4], (n, 1))
+    out = EllipseWalk().propagate(
+        np.random.default_rng(2), states, frames * FRAME_INTERVAL, Ellipse(9, 9, 5, 4)
+    )
+    out[:, 2], states[:, 2] = np.log(out[:, 2]), np.log(states[:, 2])
+    deviations = np.array([5.5, 5.5, 0.05, 0.021, math.radians(10)]) * math.sqrt(frames)
+    z = (out - states) / deviations
+    assert np.abs(z.mean(axis=0)).max() < 4.5 / math.sqrt(n)
+    np.testing.assert_allclose(np.cov(z.T), np.eye(5), atol=0.025)
+    assert np.abs((z**3).mean(axis=0)).max() < 0.06
+    assert np.abs((z**4).mean(axis=0) - 3).max() < 0.15
+
+
+def test_noise_as_it_is_set() -> None:
+    model = EllipseWalk(position=2.0, size=0.1, eccentricity=0.01, angle=0.3)
+    states = np.tile([200.0, 100, 30, 0.6, 0.4], (20_000, 1))
+    out = model.propagate(np.random.default_rng(2), states, FRAME_INTERVAL, FIRST)
+    out[:, 2], states[:, 2] = np.log(out[:, 2]), np.log(states[:, 2])
+    np.testing.assert_allclose((out - states).std(axis=0), [2, 2, 0.1, 0.01, 0.3], rtol=0.03)
+
+
+def test_noise_in_pixels_whatever_the_first_region() -> None:
+    states = EllipseWalk().initial(np.tile(np.array(FIRST), (50, 1)))
+    one, other = (
+        EllipseWalk().propagate(np.random.default_rng(0), states, FRAME_INTERVAL, first)
+        for first in (FIRST, FIRST._replace(a=1.0, b=300.0))
+    )
+    np.testing.assert_array_equal(one, other)
+
+
+def test_size_changes_keep_the_shape() -> None:
+    model = EllipseWalk(position=0, size=0.2, eccentricity=0, angle=0)
+    states = model.initial(np.tile(np.array(FIRST), (500, 1)))
+    out = model.ellipses(model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST))
+    np.testing.assert_allclose(out[:, 2] / out[:, 3], FIRST.a / FIRST.b)
+    np.testing.assert_allclose(out[:, [0, 1, 4]], [[500, 400, 0.1]] * 500)
+    assert out[:, 2].std() > 5
+
+
+def test_a_circle_grows_and_shrinks_alike_in_both_directions() -> None:
+    """The eccentricity is reflected at 0 and stays below 1: half-axes differ tenfold at most."""
+    model = EllipseWalk(eccentricity=0.3)
+    states = model.initial(np.tile([50.0, 50, 20, 20, 0], (5000, 1)))
+    np.testing.assert_allclose(states[:, 3], 0)
+    out = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    assert out[:, 3].mean() == pytest.approx(0.3 * math.sqrt(2 / math.pi), rel=0.05)
+    for _ in range(20):
+        out = model.propagate(np.random.default_rng(1), out, FRAME_INTERVAL, FIRST)
+        assert out[:, 3].min() >= 0
+        assert out[:, 3].max() <= 0.995
+    ellipses = model.ellipses(out)
+    assert (ellipses[:, 2] >= ellipses[:, 3]).all()
+    assert (ellipses[:, 2] < 10.02 * ellipses[:, 3]).all()
+    assert out[:, 3].max() == 0.995

@@ -672,6 +672,9 @@ def test_searches_that_are_refused() -> None:
     shift = Tracker("mean_shift")
     with pytest.raises(ConfigError, match="Only a particle filter on color alone can search"):
         shift.search(FRAMES[0], known("mean_shift"))
+    for name in ("maggio", "maggio:O-ROH"):  # a target's file says nothing about its edges
+        with pytest.raises(ConfigError, match="Only a particle filter on color alone can search"):
+            Tracker(name).search(FRAMES[0], known("nummiaro"))
     other = Target.learn(Color(space="hsv", bins=(8, 8, 4)), FRAMES[0], TARGET)
     with pytest.raises(ConfigError, match=r"reads rgb \(8, 8, 8\), the histogram is hsv"):
         Tracker().search(FRAMES[0], other)

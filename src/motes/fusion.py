@@ -10,15 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config, Positive
+from motes.config import Config
 from motes.geometry import Ellipse
 
 Floats = NDArray[np.float64]
+Weight = Annotated[float, Meta(gt=0, le=1e6)]
+Floor = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
 
 class Fixed(Config, frozen=True, tag="fixed"):
@@ -30,7 +34,7 @@ class Fixed(Config, frozen=True, tag="fixed"):
         By cue; they need not sum to 1, and a cue that is not named has 1.
     """
 
-    weights: dict[str, Positive] = {}  # noqa: RUF012  (msgspec copies it)
+    weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
 
     def shares(
         self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
@@ -51,7 +55,7 @@ class Adaptive(Config, frozen=True, tag="adaptive"):
         Without it, a cue that gives one particle all the weight would have no uncertainty at all.
     """
 
-    floor: Positive = 0.5
+    floor: Floor = 0.5
 
     def shares(
         self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
@@ -73,8 +77,6 @@ class Adaptive(Config, frozen=True, tag="adaptive"):
         first
             The target's first region.
         """
-        if len(names) == 1:
-            return np.ones(1)
         mean = math.sqrt(first.a * first.b)
         units = np.array([mean, mean, first.a, first.b, 1.0])
         volumes = np.empty(len(names))

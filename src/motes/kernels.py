@@ -450,8 +450,9 @@ def orientation_histograms(
         for u in range(count):
             lanes[0, u] += lanes[1, u] + lanes[2, u] + lanes[3, u]
             total += lanes[0, u]
-        whole = math.floor(shifts[n])
-        part = shifts[n] - whole
+        shift = shifts[n] if total > 0.0 else 0.0
+        whole = math.floor(shift)
+        part = shift - whole
         scale = 0.25 / total if total > 0.0 else 0.0
         for u in range(count):
             first = (u + whole) % count

@@ -280,6 +280,9 @@ def _gaussian(sigma: float) -> Floats:
 def _blocks(frame: Frame, ellipses: Floats, step: int) -> tuple[int, int, int, int]:
     """Return the blocks that ellipses cover: first column and row, and those after the last."""
     columns, rows = -(-frame.width // step), -(-frame.height // step)
+    ellipses = ellipses[np.isfinite(ellipses).all(axis=1)]
+    if not len(ellipses):
+        return 0, 0, 1, 1
     # A pixel reaches from half a pixel before its center to half a pixel behind it.
     left, top, right, bottom = (int((edge + 0.5) // step) for edge in kernels.bounds(ellipses))
     first, above = min(max(left, 0), columns - 1), min(max(top, 0), rows - 1)
