@@ -1,5 +1,8 @@
 """Every compiled loop, and nothing else; imports numpy and numba only.
 
+One file, though a long one: numba keeps a compiled kernel until the kernel's own file changes, and
+would not see a change in another file that it calls.
+
 Kernels release the GIL, allocate nothing inside loops and know no Python objects. An ellipse is a
 row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's bin is
 (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps each
