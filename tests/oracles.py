@@ -69,13 +69,33 @@ def kernel(r: Floats) -> Floats:
     return np.where(r < 1, 1 - r**2, 0.0)
 
 
+def checkerboard(shape: Sequence[int], share: str) -> Floats:
+    """Return 1 for each pixel that is read, else 0: `all`, or as in Ng and Delp, figure 2."""
+    board = np.zeros(shape[:2])
+    for row in range(shape[0]):
+        for column in range(shape[1]):
+            if share == "half":
+                board[row, column] = (row + column) % 2 == 0
+            elif share == "quarter":
+                board[row, column] = row % 2 == 0 and column % 2 == 0
+            else:
+                board[row, column] = 1
+    return board
+
+
 def every_pixel(
-    pixels: Pixels, ellipse: Sequence[float], space: str, bins: Bins, profile: str
+    pixels: Pixels,
+    ellipse: Sequence[float],
+    space: str,
+    bins: Bins,
+    profile: str,
+    share: str = "all",
 ) -> Floats:
-    """Equations 3 and 4 over every pixel of the ellipse; zeros where there is none."""
+    """Equations 3 and 4 over every pixel of the ellipse, or a part; zeros where there is none."""
     distance, own = radii(pixels.shape, ellipse)
     bandwidth = math.hypot(ellipse[2], ellipse[3])
     weights = kernel(distance / bandwidth if profile == "radial" else own) * (own < 1)
+    weights = weights * checkerboard(pixels.shape, share)
     return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
 
 

@@ -5,6 +5,10 @@ row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's bin i
 (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps each
 of these bins to a place in a histogram that holds only the bins wanted, its last place taking
 all others.
+
+An ellipse's pixels are read at the points of `lattice`, (2, n) in the unit disk; where it is empty,
+those are read whose row and column add up to a multiple of the first number of `grid`, and whose
+row is a multiple of the second: 1, 1 is every pixel.
 """
 
 from __future__ import annotations
@@ -106,6 +110,7 @@ def _points(
     window: tuple[int, int, int, int],
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     channels: int,
     offsets: NDArray[np.uint32],
@@ -141,11 +146,12 @@ def _points(
     half_width, half_height = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
     first = max(left, math.ceil(x - half_width))
     last = min(left + width - 1, math.floor(x + half_width))
+    above = max(top, math.ceil(y - half_height))
+    below = min(top + height - 1, math.floor(y + half_height))
+    across, down = grid
     count = 0
-    for row in range(
-        max(top, math.ceil(y - half_height)), min(top + height - 1, math.floor(y + half_height)) + 1
-    ):
-        for column in range(first, last + 1):
+    for row in range(above + -above % down, below + 1, down):
+        for column in range(first + -(row + first) % across, last + 1, across):
             u = ((column - x) * cos + (row - y) * sin) / a
             v = ((row - y) * cos - (column - x) * sin) / b
             if u * u + v * v < 1.0:
@@ -205,6 +211,7 @@ def color_histograms(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     slots: NDArray[np.uint32],
     space: int,
@@ -213,10 +220,7 @@ def color_histograms(
     n2: int,
     histograms: NDArray[np.float64],
 ) -> None:
-    """Write each ellipse's normalized histogram (equation 3), zeros where it sees no pixel.
-
-    An empty `lattice` means every pixel.
-    """
+    """Write each ellipse's normalized histogram (equation 3), zeros where it sees no pixel."""
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
     window = (0, 0, pixels.shape[1], pixels.shape[0])
@@ -224,7 +228,7 @@ def color_histograms(
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
     lanes = np.empty((LANES, histograms.shape[1]))
     for n in range(ellipses.shape[0]):
-        count = _points(window, ellipses[n], lattice, profile, 3, offsets, weights)
+        count = _points(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
         total = lanes[0].sum()
         for slot in range(lanes.shape[1]):
@@ -236,6 +240,7 @@ def color_distances(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     slots: NDArray[np.uint32],
     roots: NDArray[np.float64],
@@ -248,7 +253,7 @@ def color_distances(
     """Write each ellipse's Bhattacharyya distance to a target model (equations 6 and 7).
 
     `roots` holds the square roots of the model's occupied bins, which alone can add to the sum.
-    An ellipse that sees no pixel is at distance 1. An empty `lattice` means every pixel.
+    An ellipse that sees no pixel is at distance 1.
     """
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
@@ -258,7 +263,7 @@ def color_distances(
     occupied = roots.shape[0]
     lanes = np.empty((LANES, occupied + 1))
     for n in range(ellipses.shape[0]):
-        count = _points(window, ellipses[n], lattice, profile, 3, offsets, weights)
+        count = _points(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
         rho, total = 0.0, lanes[0, occupied]
         for u in range(occupied):
@@ -421,6 +426,7 @@ def orientation_histograms(
     top: int,
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     threshold: float,
     shifts: NDArray[np.float64],
@@ -430,8 +436,7 @@ def orientation_histograms(
 
     Certainties above `threshold` are cumulated; the histogram is then turned back by `shifts`
     bins, whole or not, and smoothed by a triangle of two bins to either side, in one: the triangle
-    is read at the shifted places. The plane begins at (left, top), in the units of the ellipses. An
-    empty `lattice` means every place of the plane.
+    is read at the shifted places. The plane begins at (left, top), in the units of the ellipses.
     """
     flat, numbers = certainty.reshape(-1), bins.reshape(-1)
     window = (left, top, certainty.shape[1], certainty.shape[0])
@@ -440,7 +445,7 @@ def orientation_histograms(
     count = histograms.shape[1]
     lanes = np.empty((LANES, count))
     for n in range(ellipses.shape[0]):
-        points = _points(window, ellipses[n], lattice, profile, 1, offsets, weights)
+        points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
         lanes[:] = 0.0
         for i in range(points):
             value = flat[offsets[i]]
@@ -471,6 +476,7 @@ def values_within(
     top: int,
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
 ) -> NDArray[np.float32]:
     """Return the values of a plane (H, W) at the points of an ellipse, without those outside.
 
@@ -480,7 +486,7 @@ def values_within(
     flat = plane.reshape(-1)
     room = _capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
-    points = _points(window, ellipse, lattice, UNIFORM, 1, offsets, weights)
+    points = _points(window, ellipse, lattice, grid, UNIFORM, 1, offsets, weights)
     values = np.empty(points, np.float32)
     count = 0
     for i in range(points):
@@ -536,6 +542,7 @@ def mean_shift(
     pixels: NDArray[np.uint8],
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     slots: NDArray[np.uint32],
     ratios: NDArray[np.float64],
     space: int,
@@ -546,14 +553,14 @@ def mean_shift(
 ) -> None:
     """Write the mean (x, y) of an ellipse's pixels, each weighted by its bin's entry in `ratios`.
 
-    Leaves `center` as it is where no pixel has any weight. An empty `lattice` means every pixel.
+    Leaves `center` as it is where no pixel has any weight.
     """
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
     window = (0, 0, pixels.shape[1], pixels.shape[0])
     room = _capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
-    count = _points(window, ellipse, lattice, EPANECHNIKOV, 3, offsets, weights)
+    count = _points(window, ellipse, lattice, grid, EPANECHNIKOV, 3, offsets, weights)
     total, sum_x, sum_y = 0.0, 0.0, 0.0
     for i in range(count):
         if weights[i] > 0.0:

@@ -127,8 +127,9 @@ class Color(Config, frozen=True):
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
         center = region[:2].copy()
         kernels.mean_shift(
-            frame.pixels, region, self.sampling.lattice, model.slots, ratios, *self._space, center
-        )
+            frame.pixels, region, self.sampling.lattice, self.sampling.grid, model.slots, ratios,
+            *self._space, center,
+        )  # fmt: skip
         return float(center[0]), float(center[1])
 
     def adapt(
@@ -150,8 +151,8 @@ class Color(Config, frozen=True):
         return model
 
     @property
-    def _reading(self) -> tuple[Floats, int]:
-        return self.sampling.lattice, PROFILES[self.kernel]
+    def _reading(self) -> tuple[Floats, tuple[int, int], int]:
+        return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
 
     @property
     def _space(self) -> tuple[int, int, int, int]:

@@ -195,10 +195,10 @@ class Orientation(Config, frozen=True):
         """Return T, above which the share `kept` of the ellipse's pixels lies."""
         region = np.array([ellipse])
         plane = self._plane(frame, scale, region)
-        lattice = self.sampling.lattice
         seen = kernels.values_within(
-            plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0], lattice
-        )
+            plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
+            self.sampling.lattice, self.sampling.grid,
+        )  # fmt: skip
         below = int((1 - self.kept) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
             return -1.0
@@ -218,6 +218,7 @@ class Orientation(Config, frozen=True):
             plane.row,
             plane.in_blocks(ellipses),
             self.sampling.lattice,
+            self.sampling.grid,
             PROFILES[self.kernel],
             threshold,
             shifts,
