@@ -137,6 +137,37 @@ def _normalized(weights: Floats, numbers: NDArray[np.int64], bins: Bins) -> Floa
     return histogram / total if total > 0 else histogram
 
 
+def sobel(pixels: Pixels) -> tuple[Floats, Floats]:
+    """Return strength and orientation of each pixel's edge: Ng and Delp, equations 10 to 13.
+
+    Past the border of the image its pixels repeat. Orientations are in [-pi/2, pi/2).
+    """
+    kx = ((-1, 0, 1), (-2, 0, 2), (-1, 0, 1))
+    ky = ((-1, -2, -1), (0, 0, 0), (1, 2, 1))
+    height, width = pixels.shape[:2]
+    strength, angle = np.zeros((height, width)), np.zeros((height, width))
+    for y in range(height):
+        for x in range(width):
+            gx = gy = 0.0
+            for i in range(3):
+                for j in range(3):
+                    row = min(max(y + i - 1, 0), height - 1)
+                    column = min(max(x + j - 1, 0), width - 1)
+                    r, g, b = map(int, pixels[row, column])
+                    gray = (77 * r + 150 * g + 29 * b) / 256
+                    gx += kx[i][j] * gray
+                    gy += ky[i][j] * gray
+            strength[y, x] = math.sqrt(gx**2 + gy**2)
+            angle[y, x] = math.atan(gy / gx) if gx != 0 else -math.pi / 2
+    return strength, angle
+
+
+def edge_bins(strength: Floats, angle: Floats, threshold: float, count: int) -> NDArray[np.int64]:
+    """Return each pixel's bin (H, W), the first one centered on -pi/2; -1 for no strong edge."""
+    places = np.floor((angle + math.pi / 2) / math.pi * count + 0.5).astype(np.int64) % count
+    return np.where(strength > threshold, places, -1)
+
+
 def bhattacharyya(p: Floats, q: Floats) -> float:
     """Equation 7."""
     return math.sqrt(max(0.0, 1 - sum(math.sqrt(u * v) for u, v in zip(p, q, strict=True))))

@@ -101,7 +101,8 @@ def _capacity(
     most = 0.0
     for n in range(ellipses.shape[0]):
         side = 2 * max(ellipses[n, 2], ellipses[n, 3]) + 2
-        most = max(most, min(side, float(window[2])) * min(side, float(window[3])))
+        area = min(side, float(window[2])) * min(side, float(window[3]))
+        most = area if area > most else most  # NaN is not
     return int(most) + 1
 
 
@@ -144,6 +145,8 @@ def _points(
             weights[i] = 1.0 - (u * u * uu + v * v * vv) if inside else 0.0
         return int(lattice.shape[1])
     half_width, half_height = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+    if not math.isfinite(x + y + half_width + half_height):
+        return 0
     first = max(left, math.ceil(x - half_width))
     last = min(left + width - 1, math.floor(x + half_width))
     above = max(top, math.ceil(y - half_height))
@@ -357,6 +360,29 @@ def _turn(y: NDArray[np.float32], x: NDArray[np.float32], out: NDArray[np.float3
 
 
 @_kernel
+def _gradients(
+    pixels: NDArray[np.uint8],
+    left: int,
+    top: int,
+    step: int,
+    smooth: NDArray[np.float32],
+    derivative: NDArray[np.float32],
+    gx: NDArray[np.float32],
+    gy: NDArray[np.float32],
+) -> None:
+    """Write the two derivatives of a region's gray values, in blocks of step x step pixels."""
+    height, width = gx.shape
+    margin = smooth.shape[0] - 1
+    gray = np.empty((height + 2 * margin, width + 2 * margin), np.float32)
+    _gray(pixels, left - margin * step, top - margin * step, step, gray)
+    rows = np.empty((height + 2 * margin, width), np.float32)
+    _along_rows(gray, derivative, -1.0, rows)
+    _along_columns(rows, smooth, 1.0, gx)
+    _along_rows(gray, smooth, 1.0, rows)
+    _along_columns(rows, derivative, -1.0, gy)
+
+
+@_kernel
 def structure_tensor(
     pixels: NDArray[np.uint8],
     left: int,
@@ -377,17 +403,10 @@ def structure_tensor(
     [-pi/2, pi/2). Filters are given by their taps at 0 … r.
     """
     height, width = certainty.shape
-    inner, outer = smooth.shape[0] - 1, window.shape[0] - 1
-    margin = inner + outer
-    gray = np.empty((height + 2 * margin, width + 2 * margin), np.float32)
-    _gray(pixels, left - margin * step, top - margin * step, step, gray)
-    rows = np.empty((gray.shape[0], width + 2 * outer), np.float32)
+    outer = window.shape[0] - 1
     gx = np.empty((height + 2 * outer, width + 2 * outer), np.float32)
     gy = np.empty_like(gx)
-    _along_rows(gray, derivative, -1.0, rows)
-    _along_columns(rows, smooth, 1.0, gx)
-    _along_rows(gray, smooth, 1.0, rows)
-    _along_columns(rows, derivative, -1.0, gy)
+    _gradients(pixels, left - outer * step, top - outer * step, step, smooth, derivative, gx, gy)
     narrow = np.empty((height + 2 * outer, width), np.float32)
     product = np.empty_like(gx)
     averages = np.empty((3, height, width), np.float32)
@@ -470,6 +489,76 @@ def orientation_histograms(
 
 
 @_kernel
+def sobel(
+    pixels: NDArray[np.uint8],
+    left: int,
+    top: int,
+    threshold: float,
+    count: int,
+    bins: NDArray[np.uint8],
+) -> None:
+    """Write the bin of each pixel's edge orientation, `count` where it is no strong edge.
+
+    Ng and Delp, equations 10 to 14; past the border of the image its pixels repeat. The `count`
+    bins are of equal width over half a turn, the first one centered on -pi/2, a horizontal edge.
+    """
+    height, width = bins.shape
+    gx, gy = np.empty((height, width), np.float32), np.empty((height, width), np.float32)
+    smooth, derivative = np.array([2.0, 1.0], np.float32), np.array([0.0, 1.0], np.float32)
+    _gradients(pixels, left, top, 1, smooth, derivative, gx, gy)
+    least, wide = np.float32(threshold * threshold), np.float32(count)
+    real, imaginary = np.empty(width, np.float32), np.empty(width, np.float32)
+    turn = np.empty(width, np.float32)
+    for y in range(height):
+        u, v, line = gx[y], gy[y], bins[y]
+        for x in range(width):  # twice the angle: opposite directions are one
+            real[x] = u[x] * u[x] - v[x] * v[x]
+            imaginary[x] = np.float32(2.0) * u[x] * v[x]
+        _turn(imaginary, real, turn)
+        for x in range(width):
+            number = np.int32(turn[x] * wide + np.float32(0.5))
+            number = number if number < count else np.int32(0)  # half a turn on
+            strong = u[x] * u[x] + v[x] * v[x] > least
+            line[x] = np.uint8(number if strong else count)
+
+
+@_kernel
+def edge_histograms(
+    bins: NDArray[np.uint8],
+    left: int,
+    top: int,
+    ellipses: NDArray[np.float64],
+    lattice: NDArray[np.float64],
+    grid: tuple[int, int],
+    profile: int,
+    histograms: NDArray[np.float64],
+) -> None:
+    """Write each ellipse's histogram of strong edges (Ng and Delp, equations 18 and 19).
+
+    Its last place is 1 where there is none, else 0; all are 0 where no pixel is seen. The plane
+    begins at (left, top).
+    """
+    flat = bins.reshape(-1)
+    window = (left, top, bins.shape[1], bins.shape[0])
+    room = _capacity(window, ellipses, lattice)
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
+    count = histograms.shape[1] - 1
+    lanes = np.empty((LANES, count + 1))
+    for n in range(ellipses.shape[0]):
+        points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        lanes[:] = 0.0
+        for i in range(points):
+            lanes[np.uint32(i) % np.uint32(LANES), flat[offsets[i]]] += weights[i]
+        total = 0.0
+        for u in range(count + 1):
+            lanes[0, u] += lanes[1, u] + lanes[2, u] + lanes[3, u]
+            total += lanes[0, u] if u < count else 0.0
+        for u in range(count):
+            histograms[n, u] = lanes[0, u] / total if total > 0.0 else 0.0
+        histograms[n, count] = 1.0 if total == 0.0 and lanes[0, count] > 0.0 else 0.0
+
+
+@_kernel
 def values_within(
     plane: NDArray[np.float32],
     left: int,
@@ -498,13 +587,18 @@ def values_within(
 
 @_kernel
 def bounds(ellipses: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Return the left, top, right and bottom end of what ellipses cover."""
+    """Return the left, top, right and bottom end of what ellipses cover.
+
+    Those with NaN or infinity cover nothing; the left end of nothing is right of its right end.
+    """
     left = top = np.inf
     right = bottom = -np.inf
     for n in range(ellipses.shape[0]):
         x, y, a, b = ellipses[n, 0], ellipses[n, 1], ellipses[n, 2], ellipses[n, 3]
         cos, sin = math.cos(ellipses[n, 4]), math.sin(ellipses[n, 4])
         across, down = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+        if not math.isfinite(x + y + across + down):
+            continue
         left, top = min(left, x - across), min(top, y - down)
         right, bottom = max(right, x + across), max(bottom, y + down)
     return left, top, right, bottom

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config
+from motes.cues.histograms import adapted
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -135,16 +136,9 @@ class Color(Config, frozen=True):
     def adapt(
         self, model: ColorModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
     ) -> ColorModel:
-        """Return the model moved towards the region in `ellipse`.
-
-        The histogram becomes (1 - rate) times itself plus rate times the region's, where the
-        share `anchor` of the region's part is taken from the first frame's histogram instead.
-        """
+        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
         seen = self.histograms(frame, np.array([ellipse]))[0]
-        if not seen.any():  # the estimate lies outside the frame
-            return model
-        towards = anchor * model.anchor + (1 - anchor) * seen
-        return ColorModel((1 - rate) * model.histogram + rate * towards, model.anchor)
+        return ColorModel(adapted(model.histogram, model.anchor, seen, rate, anchor), model.anchor)
 
     def settle(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> ColorModel:
         """Return the model itself: how colors are read does not depend on the last frame."""
