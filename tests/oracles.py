@@ -77,12 +77,32 @@ def weighted(profile: str, ellipse: Sequence[float], distance: Floats, own: Floa
     return kernel(distance / math.hypot(ellipse[2], ellipse[3]) if profile == "radial" else own)
 
 
+def checkerboard(shape: Sequence[int], share: str) -> Floats:
+    """Return 1 for each pixel that is read, else 0: `all`, or as in Ng and Delp, figure 2."""
+    board = np.zeros(shape[:2])
+    for row in range(shape[0]):
+        for column in range(shape[1]):
+            if share == "half":
+                board[row, column] = (row + column) % 2 == 0
+            elif share == "quarter":
+                board[row, column] = row % 2 == 0 and column % 2 == 0
+            else:
+                board[row, column] = 1
+    return board
+
+
 def every_pixel(
-    pixels: Pixels, ellipse: Sequence[float], space: str, bins: Bins, profile: str
+    pixels: Pixels,
+    ellipse: Sequence[float],
+    space: str,
+    bins: Bins,
+    profile: str,
+    share: str = "all",
 ) -> Floats:
-    """Equations 3 and 4 over every pixel of the ellipse; zeros where there is none."""
+    """Equations 3 and 4 over every pixel of the ellipse, or a part; zeros where there is none."""
     distance, own = radii(pixels.shape, ellipse)
     weights = weighted(profile, ellipse, distance, own) * (own < 1)
+    weights *= checkerboard(pixels.shape, share)
     return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
 
 
@@ -206,6 +226,37 @@ def orientation_histogram(
     histogram = np.zeros(count)
     np.add.at(histogram, numbers[at], weights * strong)
     return histogram / histogram.sum() if histogram.sum() > 0 else histogram
+
+
+def sobel(pixels: Pixels) -> tuple[Floats, Floats]:
+    """Return strength and orientation of each pixel's edge: Ng and Delp, equations 10 to 13.
+
+    Past the border of the image its pixels repeat. Orientations are in [-pi/2, pi/2).
+    """
+    kx = ((-1, 0, 1), (-2, 0, 2), (-1, 0, 1))
+    ky = ((-1, -2, -1), (0, 0, 0), (1, 2, 1))
+    height, width = pixels.shape[:2]
+    strength, angle = np.zeros((height, width)), np.zeros((height, width))
+    for y in range(height):
+        for x in range(width):
+            gx = gy = 0.0
+            for i in range(3):
+                for j in range(3):
+                    row = min(max(y + i - 1, 0), height - 1)
+                    column = min(max(x + j - 1, 0), width - 1)
+                    r, g, b = map(int, pixels[row, column])
+                    gray = (77 * r + 150 * g + 29 * b) / 256
+                    gx += kx[i][j] * gray
+                    gy += ky[i][j] * gray
+            strength[y, x] = math.sqrt(gx**2 + gy**2)
+            angle[y, x] = math.atan(gy / gx) if gx != 0 else -math.pi / 2
+    return strength, angle
+
+
+def edge_bins(strength: Floats, angle: Floats, threshold: float, count: int) -> NDArray[np.int64]:
+    """Return each pixel's bin (H, W), the first one centered on -pi/2; -1 for no strong edge."""
+    places = np.floor((angle + math.pi / 2) / math.pi * count + 0.5).astype(np.int64) % count
+    return np.where(strength > threshold, places, -1)
 
 
 def bhattacharyya(p: Floats, q: Floats) -> float:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from motes.cues.color import Color, ColorModel
 from motes.frame import as_rgb
 from motes.geometry import Ellipse
-from motes.sampling import EveryPixel, Lattice, Profile, sunflower
+from motes.sampling import Checkerboard, EveryPixel, Lattice, Profile, sunflower
 from oracles import (
     Bins,
     bhattacharyya,
@@ -129,6 +129,37 @@ def test_every_pixel(pixels: Any, ellipse: Ellipse, space: Any, profile: Any) ->
     assert found.sum() == pytest.approx(1) or not found.any()
 
 
+@given(pictures, regions, spaces, profiles, st.sampled_from(["half", "quarter"]))
+@example(mosaic(1, 20, 20), Ellipse(10, 10, 5, 5, 0.0), ("rgb", RGB8), "radial", "half")
+@example(mosaic(1, 20, 20), Ellipse(9, 10, 5, 3, 0.0), ("hsv", HSV8), "radial", "quarter")
+@example(mosaic(1, 20, 20), Ellipse(19, 19, 500, 500, 0.3), ("rgb", RGB8), "radial", "half")
+@example(mosaic(1, 20, 20), Ellipse(7, 7, 0.5, 0.5, 0.0), ("rgb", RGB8), "radial", "quarter")
+def test_checkerboards(pixels: Any, ellipse: Ellipse, space: Any, profile: Any, share: Any) -> None:
+    """Ng and Delp, figure 2: the pixels are the image's, wherever the ellipse."""
+    assume(ellipse.theta == 0 or not on_a_border(pixels.shape, ellipse))
+    sampling = Checkerboard(share=share)
+    cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=sampling)
+    found = cue.histograms(frame(pixels), np.array([ellipse]))[0]
+    expected = every_pixel(pixels, ellipse, space[0], space[1], profile, share)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_checkerboards_are_near_every_pixel_in_a_smooth_picture() -> None:
+    """Ng and Delp, table 1: neighbors are alike, so that a part of them says as much."""
+    smooth = np.indices((80, 90)).sum(axis=0)
+    pixels = np.stack([smooth, 255 - smooth, smooth // 2], axis=2).astype(np.uint8)
+    ellipse = Ellipse(44.2, 41.7, 30, 22, 0.3)
+    cue = Color(space="hsv", bins=HSV8, kernel="epanechnikov", sampling=EveryPixel())
+    model = cue.learn(frame(pixels), ellipse)
+    half, quarter = (
+        Color(
+            space="hsv", bins=HSV8, kernel="epanechnikov", sampling=Checkerboard(share=share)
+        ).distances(model, frame(pixels), np.array([ellipse]))[0]
+        for share in ("half", "quarter")
+    )
+    assert 0 < half < quarter < 0.03
+
+
 @given(pictures, regions, spaces, profiles, st.sampled_from([8, 64, 256]))
 @example(mosaic(1, 20, 20), Ellipse(-0.5, -0.5, 9, 4, 0.0), ("rgb", RGB8), "radial", 256)
 @example(mosaic(1, 20, 20), Ellipse(19.5, 19.5, 9, 4, 0.5), ("rgb", RGB8), "radial", 256)
@@ -160,7 +191,7 @@ def test_the_kernel_is_equation_2() -> None:
 def test_outside_the_frame_there_is_nothing() -> None:
     picture = frame(mosaic(0, 12, 12))
     away = np.array([[40, 5, 3, 3, 0.0], [-9, 5, 3, 3, 0.2], [5, -9, 3, 3, 0], [5, 99, 3, 3, 0]])
-    for sampling in (Lattice(), EveryPixel()):
+    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
         cue = Color(sampling=sampling)
         model = cue.learn(picture, Ellipse(6, 6, 4, 4))
         assert not cue.histograms(picture, away).any()
@@ -204,7 +235,7 @@ def test_strided_and_read_only_images() -> None:
     ellipse = np.array([[14.2, 9.1, 8, 5, 0.4]])
     flipped, frozen = pixels[::-2, ::2], pixels[::-2, ::2].copy()
     frozen.flags.writeable = False
-    for sampling in (Lattice(), EveryPixel()):
+    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
         cue = Color(space="hsv", bins=HSV8, sampling=sampling)
         expected = cue.histograms(frame(pixels[::-2, ::2].copy()), ellipse)
         for image in (flipped, frozen, np.asfortranarray(flipped)):
@@ -231,7 +262,7 @@ def test_distances(
 ) -> None:
     """Equations 6 and 7 over all bins, though the kernel sums over occupied ones only."""
     picture = frame(pixels)
-    for sampling in (EveryPixel(), Lattice(points=64)):
+    for sampling in (EveryPixel(), Checkerboard(), Lattice(points=64)):
         cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=sampling)
         model = cue.learn(picture, target)
         found = cue.distances(model, picture, np.array(candidates))
@@ -259,7 +290,7 @@ def test_distance_worked_by_hand(p: list[float], q: list[float], rho: float) -> 
 
 def test_a_region_is_at_no_distance_from_itself() -> None:
     picture, ellipse = frame(mosaic(6, 50, 50)), Ellipse(20, 30, 9, 6, 0.4)
-    for sampling in (Lattice(), EveryPixel()):
+    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
         cue = Color(sampling=sampling)
         model = cue.learn(picture, ellipse)
         assert cue.distances(model, picture, np.array([ellipse]))[0] < 1e-7

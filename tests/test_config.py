@@ -23,7 +23,7 @@ from motes.particle_filter import Adaptation, ParticleFilter
 from motes.presence import AppearanceRule, Calibration
 from motes.presets import PRESETS, TrackerConfig, configure, preset
 from motes.resampling import Resampling
-from motes.sampling import EveryPixel, Lattice
+from motes.sampling import Checkerboard, EveryPixel, Lattice
 from motes.target import Place
 
 presets = pytest.mark.parametrize("name", PRESETS)
@@ -44,6 +44,7 @@ presets = pytest.mark.parametrize("name", PRESETS)
         (Color, "bins", [(8, 8), (8, 8, 8, 8), (0, 8, 8), (8, 8, 65), (8.5, 8, 8), 8]),
         (Color, "kernel", ["gauss"]),
         (Color, "sampling", ["lattice", 256, None]),
+        (Checkerboard, "share", ["third", 0.5, None]),
         (Lattice, "points", [0, 7, 65537, 10.5, math.nan]),
         (ParticleFilter, "particles", [0, -1, 1.5, "100", math.inf]),
         (ParticleFilter, "motion", ["random_walk", Noise(), None]),
@@ -104,7 +105,9 @@ def test_presets_survive_toml(name: str) -> None:
             space=st.sampled_from(["rgb", "hsv"]),
             bins=st.tuples(*[st.integers(1, 64)] * 3),
             sampling=st.one_of(
-                st.just(EveryPixel()), st.builds(Lattice, points=st.integers(8, 65536))
+                st.just(EveryPixel()),
+                st.builds(Checkerboard, share=st.sampled_from(["half", "quarter"])),
+                st.builds(Lattice, points=st.integers(8, 65536)),
             ),
         ),
         orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),

@@ -417,7 +417,7 @@ def test_shares_of_every_preset(name: str) -> None:
 
 
 def test_a_filter_needs_a_cue() -> None:
-    with pytest.raises(ConfigError, match="needs a cue: color, orientation or both"):
+    with pytest.raises(ConfigError, match="needs a cue: color, orientation or edges"):
         ParticleFilter()
     assert list(ParticleFilter(color=Color()).cues) == ["color"]
     assert list(ParticleFilter(orientation=Orientation()).cues) == ["orientation"]

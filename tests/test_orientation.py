@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from motes import kernels, synthetic
 from motes.cues.orientation import (
     HYSTERESIS,
+    CertainPlane,
     Filters,
     Orientation,
     OrientationModel,
-    Plane,
     filters_of,
 )
 from motes.errors import ConfigError
@@ -130,7 +130,7 @@ def replaced(cue: Orientation, **changes: Any) -> Orientation:
     return msgspec.structs.replace(cue, **changes)
 
 
-def planes(picture: Frame) -> list[Plane]:
+def planes(picture: Frame) -> list[CertainPlane]:
     return list(picture.planes.values())
 
 
@@ -416,7 +416,7 @@ def test_histograms(
     assume(not rounding_decides(certainty.shape, here, lattice))
     histograms = np.full((1, count), np.nan)
     kernels.orientation_histograms(
-        certainty, bins, left, top, rows(ellipse), lattice, PROFILES[profile],
+        certainty, bins, left, top, rows(ellipse), lattice, (1, 1), PROFILES[profile],
         threshold, np.array([shift]), histograms,
     )  # fmt: skip
     raw = orientation_histogram(
@@ -432,7 +432,7 @@ def shifted(raw: Floats, *shifts: float) -> Floats:
     out = np.full((len(shifts), len(raw)), np.nan)
     everything = np.tile([len(raw) / 2, 0, 1e4, 1e4, 0.0], (len(shifts), 1))
     kernels.orientation_histograms(
-        certainty, bins, 0, 0, everything, np.empty((2, 0)), kernels.UNIFORM, 0.0,
+        certainty, bins, 0, 0, everything, np.empty((2, 0)), (1, 1), kernels.UNIFORM, 0.0,
         np.array(shifts, float), out,
     )  # fmt: skip
     return out
@@ -703,9 +703,9 @@ def test_spectra_are_invariant_to_cyclic_shifts(raw: Floats, whole: int) -> None
     for values in (raw, np.roll(raw, whole)):
         picture = frame(np.zeros((1, count, 3), np.uint8))
         filters = filters_of(0.7, cue.window)
-        plane = Plane(
-            0, 0, filters.step, values.astype(np.float32)[None],
-            np.arange(count, dtype=np.uint8)[None],
+        plane = CertainPlane(
+            0, 0, filters.step, np.arange(count, dtype=np.uint8)[None],
+            values.astype(np.float32)[None],
         )  # fmt: skip
         picture.planes["orientation", 0.7, cue.window, count] = plane
         where = rows(Ellipse(count / 2, 0, 1e3, 1e3, 0.4))

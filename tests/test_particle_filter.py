@@ -232,7 +232,7 @@ def test_a_step_is_figure_2() -> None:
         chosen = state.states[[int(np.argmax(cumulative > value)) for value in r]]
         moved = config.motion.propagate(twin, chosen, FRAME_INTERVAL, region((40, 30)))
         d = config.cues["color"].distances(state.models["color"], picture, moved[:, :5])
-        pi = np.exp(-(d**2) / (2 * config.likelihood.sigma**2))
+        pi = np.exp(-(d**2) / (2 * Gaussian().sigma ** 2))
         pi /= pi.sum()
         state, info = config.step(rng, state, picture)
         np.testing.assert_allclose(state.states, moved, atol=1e-9)

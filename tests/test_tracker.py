@@ -53,7 +53,13 @@ CONFIGS: dict[str, TrackerConfig] = {
             "resampling": {"scheme": "residual"},
         },
     ),
-    "stratified": configure(PRESETS["nummiaro"], {"resampling": {"scheme": "stratified"}}),
+    "stratified, half of the pixels": configure(
+        PRESETS["nummiaro"],
+        {
+            "color": {"sampling": {"type": "checkerboard"}},
+            "resampling": {"scheme": "stratified"},
+        },
+    ),
 }
 every = pytest.mark.parametrize("name", CONFIGS)
 SEEING = [name for name, config in CONFIGS.items() if "color" in config.cues]

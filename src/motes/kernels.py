@@ -8,6 +8,10 @@ row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's bin i
 (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps each
 of these bins to a place in a histogram that holds only the bins wanted, its last place taking
 all others.
+
+An ellipse's pixels are read at the points of `lattice`, (2, n) in the unit disk; where it is empty,
+those are read whose row and column add up to a multiple of the first number of `grid`, and whose
+row is a multiple of the second: 1, 1 is every pixel.
 """
 
 from __future__ import annotations
@@ -100,7 +104,8 @@ def _capacity(
     most = 0.0
     for n in range(ellipses.shape[0]):
         side = 2 * max(ellipses[n, 2], ellipses[n, 3]) + 2
-        most = max(most, min(side, float(window[2])) * min(side, float(window[3])))
+        area = min(side, float(window[2])) * min(side, float(window[3]))
+        most = area if area > most else most  # NaN is not
     return int(most) + 1
 
 
@@ -109,6 +114,7 @@ def _points(
     window: tuple[int, int, int, int],
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     channels: int,
     offsets: NDArray[np.uint32],
@@ -142,13 +148,16 @@ def _points(
             weights[i] = 1.0 - (u * u * uu + v * v * vv) if inside else 0.0
         return int(lattice.shape[1])
     half_width, half_height = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+    if not math.isfinite(x + y + half_width + half_height):
+        return 0
     first = max(left, math.ceil(x - half_width))
     last = min(left + width - 1, math.floor(x + half_width))
+    above = max(top, math.ceil(y - half_height))
+    below = min(top + height - 1, math.floor(y + half_height))
+    across, down = grid
     count = 0
-    for row in range(
-        max(top, math.ceil(y - half_height)), min(top + height - 1, math.floor(y + half_height)) + 1
-    ):
-        for column in range(first, last + 1):
+    for row in range(above + -above % down, below + 1, down):
+        for column in range(first + -(row + first) % across, last + 1, across):
             u = ((column - x) * cos + (row - y) * sin) / a
             v = ((row - y) * cos - (column - x) * sin) / b
             if u * u + v * v < 1.0:
@@ -208,6 +217,7 @@ def color_histograms(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     slots: NDArray[np.uint32],
     space: int,
@@ -216,10 +226,7 @@ def color_histograms(
     n2: int,
     histograms: NDArray[np.float64],
 ) -> None:
-    """Write each ellipse's normalized histogram (equation 3), zeros where it sees no pixel.
-
-    An empty `lattice` means every pixel.
-    """
+    """Write each ellipse's normalized histogram (equation 3), zeros where it sees no pixel."""
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
     window = (0, 0, pixels.shape[1], pixels.shape[0])
@@ -227,7 +234,7 @@ def color_histograms(
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
     lanes = np.empty((LANES, histograms.shape[1]))
     for n in range(ellipses.shape[0]):
-        count = _points(window, ellipses[n], lattice, profile, 3, offsets, weights)
+        count = _points(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
         total = lanes[0].sum()
         for slot in range(lanes.shape[1]):
@@ -239,6 +246,7 @@ def color_distances(
     pixels: NDArray[np.uint8],
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     slots: NDArray[np.uint32],
     roots: NDArray[np.float64],
@@ -251,7 +259,7 @@ def color_distances(
     """Write each ellipse's Bhattacharyya distance to a target model (equations 6 and 7).
 
     `roots` holds the square roots of the model's occupied bins, which alone can add to the sum.
-    An ellipse that sees no pixel is at distance 1. An empty `lattice` means every pixel.
+    An ellipse that sees no pixel is at distance 1.
     """
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
@@ -261,7 +269,7 @@ def color_distances(
     occupied = roots.shape[0]
     lanes = np.empty((LANES, occupied + 1))
     for n in range(ellipses.shape[0]):
-        count = _points(window, ellipses[n], lattice, profile, 3, offsets, weights)
+        count = _points(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
         _fill(flat, offsets, weights, count, slots, table, space, n0, n1, n2, lanes)
         rho, total = 0.0, lanes[0, occupied]
         for u in range(occupied):
@@ -355,6 +363,29 @@ def _turn(y: NDArray[np.float32], x: NDArray[np.float32], out: NDArray[np.float3
 
 
 @_kernel
+def _gradients(
+    pixels: NDArray[np.uint8],
+    left: int,
+    top: int,
+    step: int,
+    smooth: NDArray[np.float32],
+    derivative: NDArray[np.float32],
+    gx: NDArray[np.float32],
+    gy: NDArray[np.float32],
+) -> None:
+    """Write the two derivatives of a region's gray values, in blocks of step x step pixels."""
+    height, width = gx.shape
+    margin = smooth.shape[0] - 1
+    gray = np.empty((height + 2 * margin, width + 2 * margin), np.float32)
+    _gray(pixels, left - margin * step, top - margin * step, step, gray)
+    rows = np.empty((height + 2 * margin, width), np.float32)
+    _along_rows(gray, derivative, -1.0, rows)
+    _along_columns(rows, smooth, 1.0, gx)
+    _along_rows(gray, smooth, 1.0, rows)
+    _along_columns(rows, derivative, -1.0, gy)
+
+
+@_kernel
 def structure_tensor(
     pixels: NDArray[np.uint8],
     left: int,
@@ -375,17 +406,10 @@ def structure_tensor(
     [-pi/2, pi/2). Filters are given by their taps at 0 … r.
     """
     height, width = certainty.shape
-    inner, outer = smooth.shape[0] - 1, window.shape[0] - 1
-    margin = inner + outer
-    gray = np.empty((height + 2 * margin, width + 2 * margin), np.float32)
-    _gray(pixels, left - margin * step, top - margin * step, step, gray)
-    rows = np.empty((gray.shape[0], width + 2 * outer), np.float32)
+    outer = window.shape[0] - 1
     gx = np.empty((height + 2 * outer, width + 2 * outer), np.float32)
     gy = np.empty_like(gx)
-    _along_rows(gray, derivative, -1.0, rows)
-    _along_columns(rows, smooth, 1.0, gx)
-    _along_rows(gray, smooth, 1.0, rows)
-    _along_columns(rows, derivative, -1.0, gy)
+    _gradients(pixels, left - outer * step, top - outer * step, step, smooth, derivative, gx, gy)
     narrow = np.empty((height + 2 * outer, width), np.float32)
     product = np.empty_like(gx)
     averages = np.empty((3, height, width), np.float32)
@@ -424,6 +448,7 @@ def orientation_histograms(
     top: int,
     ellipses: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     profile: int,
     threshold: float,
     shifts: NDArray[np.float64],
@@ -433,8 +458,7 @@ def orientation_histograms(
 
     Certainties above `threshold` are cumulated; the histogram is then turned back by `shifts`
     bins, whole or not, and smoothed by a triangle of two bins to either side, in one: the triangle
-    is read at the shifted places. The plane begins at (left, top), in the units of the ellipses. An
-    empty `lattice` means every place of the plane.
+    is read at the shifted places. The plane begins at (left, top), in the units of the ellipses.
     """
     flat, numbers = certainty.reshape(-1), bins.reshape(-1)
     window = (left, top, certainty.shape[1], certainty.shape[0])
@@ -443,7 +467,7 @@ def orientation_histograms(
     count = histograms.shape[1]
     lanes = np.empty((LANES, count))
     for n in range(ellipses.shape[0]):
-        points = _points(window, ellipses[n], lattice, profile, 1, offsets, weights)
+        points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
         lanes[:] = 0.0
         for i in range(points):
             value = flat[offsets[i]]
@@ -469,12 +493,83 @@ def orientation_histograms(
 
 
 @_kernel
+def sobel(
+    pixels: NDArray[np.uint8],
+    left: int,
+    top: int,
+    threshold: float,
+    count: int,
+    bins: NDArray[np.uint8],
+) -> None:
+    """Write the bin of each pixel's edge orientation, `count` where it is no strong edge.
+
+    Ng and Delp, equations 10 to 14; past the border of the image its pixels repeat. The `count`
+    bins are of equal width over half a turn, the first one centered on -pi/2, a horizontal edge.
+    """
+    height, width = bins.shape
+    gx, gy = np.empty((height, width), np.float32), np.empty((height, width), np.float32)
+    smooth, derivative = np.array([2.0, 1.0], np.float32), np.array([0.0, 1.0], np.float32)
+    _gradients(pixels, left, top, 1, smooth, derivative, gx, gy)
+    least, wide = np.float32(threshold * threshold), np.float32(count)
+    real, imaginary = np.empty(width, np.float32), np.empty(width, np.float32)
+    turn = np.empty(width, np.float32)
+    for y in range(height):
+        u, v, line = gx[y], gy[y], bins[y]
+        for x in range(width):  # twice the angle: opposite directions are one
+            real[x] = u[x] * u[x] - v[x] * v[x]
+            imaginary[x] = np.float32(2.0) * u[x] * v[x]
+        _turn(imaginary, real, turn)
+        for x in range(width):
+            number = np.int32(turn[x] * wide + np.float32(0.5))
+            number = number if number < count else np.int32(0)  # half a turn on
+            strong = u[x] * u[x] + v[x] * v[x] > least
+            line[x] = np.uint8(number if strong else count)
+
+
+@_kernel
+def edge_histograms(
+    bins: NDArray[np.uint8],
+    left: int,
+    top: int,
+    ellipses: NDArray[np.float64],
+    lattice: NDArray[np.float64],
+    grid: tuple[int, int],
+    profile: int,
+    histograms: NDArray[np.float64],
+) -> None:
+    """Write each ellipse's histogram of strong edges (Ng and Delp, equations 18 and 19).
+
+    Its last place is 1 where there is none, else 0; all are 0 where no pixel is seen. The plane
+    begins at (left, top).
+    """
+    flat = bins.reshape(-1)
+    window = (left, top, bins.shape[1], bins.shape[0])
+    room = _capacity(window, ellipses, lattice)
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
+    count = histograms.shape[1] - 1
+    lanes = np.empty((LANES, count + 1))
+    for n in range(ellipses.shape[0]):
+        points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        lanes[:] = 0.0
+        for i in range(points):
+            lanes[np.uint32(i) % np.uint32(LANES), flat[offsets[i]]] += weights[i]
+        total = 0.0
+        for u in range(count + 1):
+            lanes[0, u] += lanes[1, u] + lanes[2, u] + lanes[3, u]
+            total += lanes[0, u] if u < count else 0.0
+        for u in range(count):
+            histograms[n, u] = lanes[0, u] / total if total > 0.0 else 0.0
+        histograms[n, count] = 1.0 if total == 0.0 and lanes[0, count] > 0.0 else 0.0
+
+
+@_kernel
 def values_within(
     plane: NDArray[np.float32],
     left: int,
     top: int,
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
 ) -> NDArray[np.float32]:
     """Return the values of a plane (H, W) at the points of an ellipse, without those outside.
 
@@ -484,7 +579,7 @@ def values_within(
     flat = plane.reshape(-1)
     room = _capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
-    points = _points(window, ellipse, lattice, UNIFORM, 1, offsets, weights)
+    points = _points(window, ellipse, lattice, grid, UNIFORM, 1, offsets, weights)
     values = np.empty(points, np.float32)
     count = 0
     for i in range(points):
@@ -496,13 +591,18 @@ def values_within(
 
 @_kernel
 def bounds(ellipses: NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Return the left, top, right and bottom end of what ellipses cover."""
+    """Return the left, top, right and bottom end of what ellipses cover.
+
+    Those with NaN or infinity cover nothing; the left end of nothing is right of its right end.
+    """
     left = top = np.inf
     right = bottom = -np.inf
     for n in range(ellipses.shape[0]):
         x, y, a, b = ellipses[n, 0], ellipses[n, 1], ellipses[n, 2], ellipses[n, 3]
         cos, sin = math.cos(ellipses[n, 4]), math.sin(ellipses[n, 4])
         across, down = math.hypot(a * cos, b * sin), math.hypot(a * sin, b * cos)
+        if not math.isfinite(x + y + across + down):
+            continue
         left, top = min(left, x - across), min(top, y - down)
         right, bottom = max(right, x + across), max(bottom, y + down)
     return left, top, right, bottom
@@ -540,6 +640,7 @@ def mean_shift(
     pixels: NDArray[np.uint8],
     ellipse: NDArray[np.float64],
     lattice: NDArray[np.float64],
+    grid: tuple[int, int],
     slots: NDArray[np.uint32],
     ratios: NDArray[np.float64],
     space: int,
@@ -550,14 +651,14 @@ def mean_shift(
 ) -> None:
     """Write the mean (x, y) of an ellipse's pixels, each weighted by its bin's entry in `ratios`.
 
-    Leaves `center` as it is where no pixel has any weight. An empty `lattice` means every pixel.
+    Leaves `center` as it is where no pixel has any weight.
     """
     flat = pixels.reshape(-1)
     table = _channel_table(space, n0, n1, n2)
     window = (0, 0, pixels.shape[1], pixels.shape[0])
     room = _capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
-    count = _points(window, ellipse, lattice, EPANECHNIKOV, 3, offsets, weights)
+    count = _points(window, ellipse, lattice, grid, EPANECHNIKOV, 3, offsets, weights)
     total, sum_x, sum_y = 0.0, 0.0, 0.0
     for i in range(count):
         if weights[i] > 0.0:

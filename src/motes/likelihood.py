@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -9,18 +10,19 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.config import Config
+from motes.config import Config, Share
 
 Floats = NDArray[np.float64]
 Sigma = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
 
 class Gaussian(Config, frozen=True, tag="gaussian"):
-    """log pi = -d² / (2 sigma²) + constant.
+    """log pi = log(exp(-d² / (2 sigma²)) + epsilon) + constant.
 
     Nummiaro et al., equation 10, where "variance sigma" means the standard deviation; with
     d² = 1 - rho. The factor 1 / (sqrt(2 pi) sigma) is the same for all particles and falls out.
-    Maggio et al., equation 6, has exp(-(d / s)²): sigma is s / sqrt(2).
+    Maggio et al., equation 6, has exp(-(d / s)²): sigma is s / sqrt(2). Ng and Delp, equation 22,
+    and 23 with epsilon.
 
     Attributes
     ----------
@@ -28,12 +30,52 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
         Standard deviation of the distance; the papers give no value.
     cues
         By name, that of cues which have one of their own.
+    epsilon
+        What the worst particles are left with beside the 1 of a perfect match, all of them alike.
     """
 
     sigma: Sigma = 0.1
     cues: dict[str, Sigma] = {}  # noqa: RUF012  (msgspec copies it)
+    epsilon: Share = 0.0
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.array([self.cues.get(name, self.sigma) for name in names])
-        return distances**2 * (-0.5 / sigmas**2)[:, None]
+        return _lifted(distances**2 * (-0.5 / sigmas**2)[:, None], self.epsilon)
+
+
+class BestParticle(Config, frozen=True, tag="best_particle"):
+    """The same with the sigma of each cue set in each frame by its best particle.
+
+    Ng and Delp, equation 24, with log L = -1: sigma = d_min / sqrt(2), where d_min is the smallest
+    of all particles' distances. The best particle then always has exp(-1) + epsilon.
+
+    Attributes
+    ----------
+    epsilon
+        As in `Gaussian`. "Small but non-zero": many bad particles must not outweigh a few good
+        ones, as they do with the 0.1 of figure 3, below which "weights equal sigma" means epsilon.
+    floor
+        Sigma is never less: a particle at no distance at all would leave nothing to any other. As
+        large as the distance that comes of reading half or a quarter of a region's pixels (table
+        1), below which distances mean little.
+    """
+
+    epsilon: Share = 0.01
+    floor: Sigma = 0.02
+
+    def log(self, names: Sequence[str], distances: Floats) -> Floats:
+        """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
+        sigmas = np.maximum(distances.min(axis=1) / math.sqrt(2), self.floor)
+        return _lifted(distances**2 * (-0.5 / sigmas**2)[:, None], self.epsilon)
+
+
+Likelihood = Gaussian | BestParticle
+
+
+def _lifted(log: Floats, epsilon: float) -> Floats:
+    """Return log(exp(log) + epsilon), without under- or overflow (Ng and Delp, equation 23)."""
+    if epsilon == 0:
+        return log
+    lifted: Floats = np.logaddexp(log, math.log(epsilon))
+    return lifted

@@ -1,6 +1,6 @@
 """The particle filter: one pure step, after Nummiaro et al., figure 2.
 
-With several cues, after Maggio et al., section 4.
+With several cues, after Maggio et al., section 4, or Ng and Delp.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ from numpy.typing import NDArray
 from motes.config import Config, Count, Share
 from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
+from motes.cues.edges import Edges, EdgesModel
 from motes.cues.orientation import Orientation, OrientationModel
 from motes.errors import ConfigError
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
-from motes.fusion import Adaptive, Fixed
+from motes.fusion import Adaptive, Fixed, Fusion
 from motes.geometry import Ellipse
-from motes.likelihood import Gaussian
+from motes.likelihood import Gaussian, Likelihood
 from motes.motion import LONGEST_INTERVAL, ConstantVelocity, EllipseWalk, RandomWalk, SecondOrder
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.resampling import Resampling, Weights
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel
+Model = ColorModel | OrientationModel | EdgesModel
 
 
 class Adaptation(Config, frozen=True):
@@ -124,7 +125,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How many: N.
     motion
         How the target moves.
-    color, orientation
+    color, orientation, edges
         The cues: what pixels say about an ellipse. At least one.
     fusion
         How several cues become one.
@@ -144,8 +145,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     motion: RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
-    fusion: Adaptive | Fixed = Adaptive()
-    likelihood: Gaussian = Gaussian()
+    edges: Edges | None = None
+    fusion: Fusion = Adaptive()
+    likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
@@ -154,8 +156,10 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError("A particle filter needs a cue: color, orientation or both.")
-        named = {"likelihood.cues": self.likelihood.cues}
+            raise ConfigError("A particle filter needs a cue: color, orientation or edges.")
+        named = {}
+        if isinstance(self.likelihood, Gaussian):
+            named["likelihood.cues"] = self.likelihood.cues
         if isinstance(self.fusion, Fixed):
             named["fusion.weights"] = self.fusion.weights
         for key, values in named.items():
@@ -168,7 +172,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     @cached_property
     def cues(self) -> dict[str, Cue]:
         """The cues in use, by name."""
-        cues: dict[str, Cue | None] = {"color": self.color, "orientation": self.orientation}
+        cues: dict[str, Cue | None] = {
+            "color": self.color,
+            "orientation": self.orientation,
+            "edges": self.edges,
+        }
         return {name: cue for name, cue in cues.items() if cue is not None}
 
     def init(
@@ -342,12 +350,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         """Return new weights by distances (J, N) of each cue, and the cues' shares (J,)."""
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        if len(names) == 1:
-            return Weights.from_log(weights.log + logs[0]), np.ones(1)
-        likelihoods = np.array([Weights.from_log(weights.log + log).values for log in logs])
-        shares = self.fusion.shares(names, likelihoods, ellipses, first)
-        with np.errstate(divide="ignore"):  # no likelihood at all is -inf
-            return Weights.from_log(np.log(shares @ likelihoods)), shares
+        return self.fusion.fuse(names, weights.log, logs, ellipses, first)
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""

@@ -35,6 +35,37 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         """No lattice: (2, 0)."""
         return np.empty((2, 0))
 
+    @property
+    def grid(self) -> tuple[int, int]:
+        """All of them."""
+        return 1, 1
+
+
+class Checkerboard(Config, frozen=True, tag="checkerboard"):
+    """A part of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
+
+    They are fixed in the image, not in the ellipse: all candidates read the same pixels, each those
+    inside it.
+
+    Attributes
+    ----------
+    share
+        `half`: pixels whose row and column have an even sum; `quarter`: those whose row and column
+        are both even, every second pixel of every second row.
+    """
+
+    share: Literal["half", "quarter"] = "half"
+
+    @property
+    def lattice(self) -> NDArray[np.float64]:
+        """No lattice: (2, 0)."""
+        return np.empty((2, 0))
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Row and column have an even sum; and the row is even, for a quarter."""
+        return 2, 1 if self.share == "half" else 2
+
 
 class Lattice(Config, frozen=True, tag="lattice"):
     """A fixed set of points spread evenly over the unit disk, mapped by each ellipse.
@@ -55,8 +86,13 @@ class Lattice(Config, frozen=True, tag="lattice"):
         """The points in the unit disk, (2, points): rows u and v."""
         return sunflower(self.points)
 
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Of no account beside a lattice."""
+        return 1, 1
 
-Sampling = EveryPixel | Lattice
+
+Sampling = EveryPixel | Checkerboard | Lattice
 
 
 @cache

@@ -64,8 +64,8 @@ Every key of the configuration is an option too. The preset comes first, then th
 
 {CONFIG_FLAGS}
 --motion.type may also be random_walk, second_order or ellipse_walk, --color.sampling.type \
-every_pixel, --fusion.type fixed. A cue is added by naming a key of it, as --orientation.bins 36. \
---dump-config shows all keys and values of a preset, as a file for --config.
+checkerboard or every_pixel, --fusion.type fixed. A cue is added by naming a key of it, as \
+--orientation.bins 36. --dump-config shows all keys and values of a preset, as a file for --config.
 """
 
 

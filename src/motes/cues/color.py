@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config
+from motes.cues.histograms import adapted
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -127,31 +128,25 @@ class Color(Config, frozen=True):
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
         center = region[:2].copy()
         kernels.mean_shift(
-            frame.pixels, region, self.sampling.lattice, model.slots, ratios, *self._space, center
-        )
+            frame.pixels, region, self.sampling.lattice, self.sampling.grid, model.slots, ratios,
+            *self._space, center,
+        )  # fmt: skip
         return float(center[0]), float(center[1])
 
     def adapt(
         self, model: ColorModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
     ) -> ColorModel:
-        """Return the model moved towards the region in `ellipse`.
-
-        The histogram becomes (1 - rate) times itself plus rate times the region's, where the
-        share `anchor` of the region's part is taken from the first frame's histogram instead.
-        """
+        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
         seen = self.histograms(frame, np.array([ellipse]))[0]
-        if not seen.any():  # the estimate lies outside the frame
-            return model
-        towards = anchor * model.anchor + (1 - anchor) * seen
-        return ColorModel((1 - rate) * model.histogram + rate * towards, model.anchor)
+        return ColorModel(adapted(model.histogram, model.anchor, seen, rate, anchor), model.anchor)
 
     def settle(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> ColorModel:
         """Return the model itself: how colors are read does not depend on the last frame."""
         return model
 
     @property
-    def _reading(self) -> tuple[Floats, int]:
-        return self.sampling.lattice, PROFILES[self.kernel]
+    def _reading(self) -> tuple[Floats, tuple[int, int], int]:
+        return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
 
     @property
     def _space(self) -> tuple[int, int, int, int]:

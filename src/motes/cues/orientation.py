@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config, Share
+from motes.cues.histograms import adapted, bhattacharyya
+from motes.cues.planes import Plane, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -74,44 +76,10 @@ class Filters(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plane:
-    """Certainty and orientation over a part of a frame, one value for each block of pixels.
+class CertainPlane(Plane):
+    """Orientation (equation 5) with its certainty: (H, W), C of equation 4."""
 
-    Attributes
-    ----------
-    column, row
-        Of the first block.
-    step
-        Side of a block in pixels.
-    certainty
-        (H, W), C of equation 4.
-    bins
-        (H, W), number of the bin in which the orientation of equation 5 falls.
-    """
-
-    column: int
-    row: int
-    step: int
     certainty: NDArray[np.float32]
-    bins: NDArray[np.uint8]
-
-    def in_blocks(self, ellipses: Floats) -> Floats:
-        """Return ellipses (N, 5) in units of blocks."""
-        out = ellipses.copy()
-        out[:, :2] = (out[:, :2] + 0.5) / self.step - 0.5
-        out[:, 2:4] /= self.step
-        return out
-
-    def covers(self, part: tuple[int, int, int, int]) -> bool:
-        """Tell whether blocks `part` (first column and row, and those after the last) are in it."""
-        left, top, right, bottom = part
-        height, width = self.certainty.shape
-        return (
-            self.column <= left
-            and self.row <= top
-            and right <= self.column + width
-            and bottom <= self.row + height
-        )
 
 
 class Orientation(Config, frozen=True):
@@ -159,19 +127,14 @@ class Orientation(Config, frozen=True):
     def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
         seen = self._histograms(frame, model.scale, model.threshold, ellipses)
-        rho = np.sqrt(seen) @ np.sqrt(model.histogram)
-        distances: Floats = np.sqrt(np.maximum(1 - rho, 0))
-        return distances
+        return bhattacharyya(seen, model.histogram)
 
     def adapt(
         self, model: OrientationModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
     ) -> OrientationModel:
-        """Return the model moved towards the region in `ellipse`, as `Color.adapt` does."""
+        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
         seen = self._histograms(frame, model.scale, model.threshold, np.array([ellipse]))[0]
-        if not seen.any():
-            return model
-        towards = anchor * model.anchor + (1 - anchor) * seen
-        histogram = (1 - rate) * model.histogram + rate * towards
+        histogram = adapted(model.histogram, model.anchor, seen, rate, anchor)
         return msgspec.structs.replace(model, histogram=histogram)
 
     def settle(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> OrientationModel:
@@ -195,10 +158,10 @@ class Orientation(Config, frozen=True):
         """Return T, above which the share `kept` of the ellipse's pixels lies."""
         region = np.array([ellipse])
         plane = self._plane(frame, scale, region)
-        lattice = self.sampling.lattice
         seen = kernels.values_within(
-            plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0], lattice
-        )
+            plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
+            self.sampling.lattice, self.sampling.grid,
+        )  # fmt: skip
         below = int((1 - self.kept) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
             return -1.0
@@ -218,6 +181,7 @@ class Orientation(Config, frozen=True):
             plane.row,
             plane.in_blocks(ellipses),
             self.sampling.lattice,
+            self.sampling.grid,
             PROFILES[self.kernel],
             threshold,
             shifts,
@@ -230,27 +194,23 @@ class Orientation(Config, frozen=True):
         out: Floats = np.divide(spectra, sums, out=np.zeros_like(spectra), where=sums > 0)
         return out
 
-    def _plane(self, frame: Frame, scale: float, ellipses: Floats) -> Plane:
-        """Return a plane that covers the ellipses; the frame keeps it for who comes next."""
+    def _plane(self, frame: Frame, scale: float, ellipses: Floats) -> CertainPlane:
+        """Return a plane that covers the ellipses."""
         filters = filters_of(scale, self.window)
-        part = _blocks(frame, ellipses, filters.step)
-        key = ("orientation", scale, self.window, self.bins)
-        plane: Plane | None = frame.planes.get(key)
-        if plane is None or not plane.covers(part):
-            left, top, right, bottom = part
-            plane = Plane(
-                left,
-                top,
-                filters.step,
-                np.empty((bottom - top, right - left), np.float32),
-                np.empty((bottom - top, right - left), np.uint8),
+
+        def compute(column: int, row: int, shape: tuple[int, int]) -> CertainPlane:
+            step = filters.step
+            plane = CertainPlane(
+                column, row, step, np.empty(shape, np.uint8), np.empty(shape, np.float32)
             )
             kernels.structure_tensor(
-                frame.pixels, left * filters.step, top * filters.step, *filters,
+                frame.pixels, column * step, row * step, *filters,
                 plane.certainty, plane.bins, self.bins,
             )  # fmt: skip
-            frame.planes[key] = plane
-        return plane
+            return plane
+
+        key = ("orientation", scale, self.window, self.bins)
+        return plane_over(frame, ellipses, filters.step, key, compute)
 
 
 @lru_cache(maxsize=64)
@@ -275,16 +235,3 @@ def _gaussian(sigma: float) -> Floats:
     taps = np.exp(-0.5 * (np.arange(math.ceil(2.5 * sigma) + 1) / sigma) ** 2)
     normalized: Floats = taps / (2 * taps.sum() - taps[0])
     return normalized
-
-
-def _blocks(frame: Frame, ellipses: Floats, step: int) -> tuple[int, int, int, int]:
-    """Return the blocks that ellipses cover: first column and row, and those after the last."""
-    columns, rows = -(-frame.width // step), -(-frame.height // step)
-    ellipses = ellipses[np.isfinite(ellipses).all(axis=1)]
-    if not len(ellipses):
-        return 0, 0, 1, 1
-    # A pixel reaches from half a pixel before its center to half a pixel behind it.
-    left, top, right, bottom = (int((edge + 0.5) // step) for edge in kernels.bounds(ellipses))
-    first, above = min(max(left, 0), columns - 1), min(max(top, 0), rows - 1)
-    last, below = min(max(right, first), columns - 1), min(max(bottom, above), rows - 1)
-    return first, above, last + 1, below + 1
