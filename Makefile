@@ -7,6 +7,7 @@ READY := $(VENV)/ready
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C+O-SS-ROH \
 	maggio:C+O-A-FOH maggio:C+O-A-ROH maggio:C+O-A&SS-FOH \
+	ng_delp ng_delp:color ng_delp:edges \
 	nummiaro nummiaro:adaptive mean_shift mean_shift:kalman \
 	cv2:csrt cv2:kcf cv2:mil cv2:mosse cv2:medianflow cv2:camshift
 

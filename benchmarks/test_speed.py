@@ -30,7 +30,9 @@ def rerun(benchmark: Any, start: Any, images: list[Any]) -> None:
 
 
 @pytest.mark.parametrize("target", TARGETS, ids="{0[0]}x{0[1]}".format)
-@pytest.mark.parametrize("preset", ["nummiaro", "nummiaro:adaptive", "maggio", "mean_shift"])
+@pytest.mark.parametrize(
+    "preset", ["nummiaro", "nummiaro:adaptive", "maggio", "ng_delp", "mean_shift"]
+)
 def test_update(benchmark: Any, preset: str, target: tuple[int, int]) -> None:
     frames, region = clip(target, FRAMES)
 

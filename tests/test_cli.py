@@ -348,8 +348,8 @@ def test_help_knows_the_configuration(go: Go) -> None:
         assert all(line in out for line in expected)
 
 
-SINGLE_TYPES = ("type", "likelihood.type")
-"""There is one of each to choose, or a preset does."""
+SINGLE_TYPES = ("type",)
+"""A preset chooses it."""
 
 
 # Wrong input

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 from motes.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.cues.color import Color
+from motes.cues.edges import Edges
 from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
-from motes.fusion import Adaptive, Fixed
-from motes.likelihood import Gaussian
+from motes.fusion import Adaptive, Fixed, Product
+from motes.likelihood import BestParticle, Gaussian
 from motes.meanshift import Kalman, MeanShift
 from motes.motion import ConstantVelocity, EllipseWalk, Noise, RandomWalk, SecondOrder
 from motes.particle_filter import Adaptation, ParticleFilter
@@ -111,13 +112,17 @@ def test_presets_survive_toml(name: str) -> None:
             ),
         ),
         orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
+        edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
         fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
-        | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9))),
+        | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
+        | st.just(Product()),
         likelihood=st.builds(
             Gaussian,
             sigma=st.floats(1e-3, 1e3),
             cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
-        ),
+            epsilon=st.floats(0, 1),
+        )
+        | st.builds(BestParticle, floor=st.floats(1e-3, 1)),
     )
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
@@ -269,6 +274,20 @@ def test_numbers_of_the_paper() -> None:
     shift = preset("mean_shift")
     assert isinstance(shift, MeanShift)
     assert shift.scale == 0.05
+
+
+def test_numbers_of_ng_and_delp() -> None:
+    config = preset("ng_delp")
+    assert isinstance(config, ParticleFilter)
+    assert config.color == Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov")
+    assert config.edges == Edges(threshold=100, kernel="epanechnikov")
+    assert config.fusion == Product()
+    assert isinstance(config.likelihood, BestParticle)
+    assert 0 < config.likelihood.epsilon < 0.1
+    for name, cues in (("ng_delp:color", ["color"]), ("ng_delp:edges", ["edges"])):
+        variant = preset(name)
+        assert isinstance(variant, ParticleFilter)
+        assert list(variant.cues) == cues
 
 
 def test_extreme_but_allowed_values_work() -> None:

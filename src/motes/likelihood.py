@@ -61,7 +61,7 @@ class BestParticle(Config, frozen=True, tag="best_particle"):
         1), below which distances mean little.
     """
 
-    epsilon: Share = 0.01
+    epsilon: Share = 0.001
     floor: Sigma = 0.02
 
     def log(self, names: Sequence[str], distances: Floats) -> Floats:

@@ -41,7 +41,9 @@ CONFIG_FLAGS = """\
   --color.sampling.points 256
   --fusion.type adaptive
   --fusion.floor 0.5
+  --likelihood.type gaussian
   --likelihood.sigma 0.1
+  --likelihood.epsilon 0.0
   --resampling.scheme multinomial
   --resampling.threshold 1.0
   --presence.fraction 0.1
@@ -64,8 +66,9 @@ Every key of the configuration is an option too. The preset comes first, then th
 
 {CONFIG_FLAGS}
 --motion.type may also be random_walk, second_order or ellipse_walk, --color.sampling.type \
-checkerboard or every_pixel, --fusion.type fixed. A cue is added by naming a key of it, as \
---orientation.bins 36. --dump-config shows all keys and values of a preset, as a file for --config.
+checkerboard or every_pixel, --fusion.type fixed or product, --likelihood.type best_particle. \
+A cue is added by naming a key of it, as --orientation.bins 36 or --edges.bins 8. \
+--dump-config shows all keys and values of a preset, as a file for --config.
 """
 
 
@@ -95,8 +98,9 @@ Preset = Annotated[
     str,
     Parameter(
         group=CONFIGURATION,
-        help="nummiaro, nummiaro:adaptive, maggio, mean_shift or mean_shift:kalman; or a variant "
-        "of maggio: maggio:C, maggio:O-FOH, maggio:O-ROH, maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
+        help="nummiaro, nummiaro:adaptive, maggio, ng_delp, mean_shift or mean_shift:kalman; or a "
+        "variant: ng_delp:color, ng_delp:edges, maggio:C, maggio:O-FOH, maggio:O-ROH, "
+        "maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
         "maggio:C+O-A-FOH, maggio:C+O-A-ROH, maggio:C+O-A&SS-FOH, maggio:C+O-A&SS-ROH.",
     ),
 ]
