@@ -62,11 +62,10 @@ class Mixture(Config, frozen=True):
         logs
             (J, N) log-likelihoods by cue.
         """
-        by_cue = [Weights.from_log(prior + log) for log in logs]
-        likelihoods = np.stack([each.values for each in by_cue])
-        shares = self.shares(names, likelihoods, ellipses, first)
         if len(names) == 1:
-            return by_cue[0], shares
+            return Weights.from_log(prior + logs[0]), np.ones(1)
+        likelihoods = np.array([Weights.from_log(prior + log).values for log in logs])
+        shares = self.shares(names, likelihoods, ellipses, first)
         with np.errstate(divide="ignore"):  # no likelihood at all is -inf
             return Weights.from_log(np.log(shares @ likelihoods)), shares
 
