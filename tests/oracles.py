@@ -106,25 +106,31 @@ def every_pixel(
     return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
 
 
-def lattice_places(ellipse: Sequence[float], lattice: Floats) -> tuple[Floats, Floats]:
+def lattice_places(ellipse: Sequence[float], lattice: NDArray[np.float32]) -> tuple[Floats, Floats]:
     """Return the points (n, 2) that a lattice has in an ellipse, and their offsets."""
     x, y, a, b, theta = ellipse
     turn = np.array([[math.cos(theta), -math.sin(theta)], [math.sin(theta), math.cos(theta)]])
-    offsets = (lattice.T * [a, b]) @ turn.T
+    offsets = (lattice.T.astype(float) * [a, b]) @ turn.T
     return offsets + np.array([x, y]), offsets
+
+
+def between_pixels(ellipse: Sequence[float], lattice: NDArray[np.float32]) -> bool:
+    """Tell whether a lattice point lies so near two pixels that single precision decides."""
+    places = lattice_places(ellipse, lattice)[0] + 0.5
+    return bool((np.abs(places - np.rint(places)) < 1e-4).any())
 
 
 def on_lattice(
     pixels: Pixels,
     ellipse: Sequence[float],
-    lattice: Floats,
+    lattice: NDArray[np.float32],
     space: str,
     bins: Bins,
     profile: str,
 ) -> Floats:
     """Equations 3 and 4 over a lattice's points; each reads the pixel whose square it lies in."""
     points, offsets = lattice_places(ellipse, lattice)
-    weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice))
+    weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice.astype(float)))
     nearest = np.floor(points + 0.5)
     inside = ((nearest >= 0) & (nearest < [pixels.shape[1], pixels.shape[0]])).all(axis=1)
     columns, rows = nearest[inside].astype(int).T
@@ -201,7 +207,7 @@ def orientation_histogram(
     certainty: Floats,
     numbers: NDArray[np.integer],
     ellipse: Sequence[float],
-    lattice: Floats,
+    lattice: NDArray[np.float32],
     profile: str,
     threshold: float,
     count: int,
@@ -212,7 +218,7 @@ def orientation_histogram(
     """
     if lattice.size:
         points, offsets = lattice_places(ellipse, lattice)
-        weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice))
+        weights = weighted(profile, ellipse, np.hypot(*offsets.T), np.hypot(*lattice.astype(float)))
         columns, rows = np.floor(points + 0.5).T
         inside = (rows >= 0) & (columns >= 0)
         inside &= (rows < certainty.shape[0]) & (columns < certainty.shape[1])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.cues.color import Color
@@ -375,7 +375,8 @@ def test_the_scale_of_a_cue_s_likelihood_does_not_matter() -> None:
     found = []
     for more in ([0, 0], [0, 0.7], [0.5, 0.2]):
         distances = np.sqrt(squares + np.array(more)[:, None])
-        weights, alpha = config._weigh(prior, distances, ellipses, FIRST)
+        logs = config.likelihood.log(list(config.cues), distances)
+        weights, alpha = config.fusion.fuse(list(config.cues), prior.log, logs, ellipses, FIRST)
         found.append((weights.values, alpha))
     for values, alpha in found[1:]:
         np.testing.assert_allclose(values, found[0][0], rtol=1e-6)

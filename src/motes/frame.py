@@ -54,6 +54,9 @@ def as_rgb(pixels: NDArray[Any]) -> NDArray[np.uint8]:
         For any other shape or type, an empty image, or floats outside [0, 1].
     """
     image = np.asarray(pixels)
+    rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
+    if rgb and image.size and image.flags.carray:
+        return image  # as almost always, and quickly
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:

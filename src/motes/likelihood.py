@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config, Share
 
 Floats = NDArray[np.float64]
@@ -41,7 +42,9 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.array([self.cues.get(name, self.sigma) for name in names])
-        return _lifted(distances**2 * (-0.5 / sigmas**2)[:, None], self.epsilon)
+        logs = np.empty_like(distances)
+        kernels.gaussian(distances, sigmas, self.epsilon, logs)
+        return logs
 
 
 class BestParticle(Config, frozen=True, tag="best_particle"):
@@ -67,15 +70,9 @@ class BestParticle(Config, frozen=True, tag="best_particle"):
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.maximum(distances.min(axis=1) / math.sqrt(2), self.floor)
-        return _lifted(distances**2 * (-0.5 / sigmas**2)[:, None], self.epsilon)
+        logs = np.empty_like(distances)
+        kernels.gaussian(distances, sigmas, self.epsilon, logs)
+        return logs
 
 
 Likelihood = Gaussian | BestParticle
-
-
-def _lifted(log: Floats, epsilon: float) -> Floats:
-    """Return log(exp(log) + epsilon), without under- or overflow (Ng and Delp, equation 23)."""
-    if epsilon == 0:
-        return log
-    lifted: Floats = np.logaddexp(log, math.log(epsilon))
-    return lifted

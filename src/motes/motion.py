@@ -18,6 +18,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config, Share
 from motes.frame import FRAME_INTERVAL
 from motes.geometry import Ellipse
@@ -85,8 +86,7 @@ class RandomWalk(Config, frozen=True, tag="random_walk"):
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
     ) -> Floats:
         """Return states plus noise."""
-        out = states + rng.standard_normal(states.shape) * _spread(self.noise, first, dt)
-        return _resized(rng, out, self.noise, first, dt)
+        return _walked(rng, states, dt, first, self.noise, (), 1.0)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the states themselves."""
@@ -121,14 +121,7 @@ class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
     ) -> Floats:
         """Return A s + w (equation 9)."""
-        steps = dt / FRAME_INTERVAL
-        spread = _spread(self.noise, first, dt)
-        out = rng.standard_normal(states.shape)
-        out *= [*spread, *(self.velocity * s for s in spread[:4])]
-        out[:, 5:] += self.persistence**steps * states[:, 5:]
-        out[:, :5] += states[:, :5]
-        out[:, :4] += steps * out[:, 5:]
-        return _resized(rng, out, self.noise, first, dt)
+        return _walked(rng, states, dt, first, self.noise, (self.velocity,), self.persistence)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the first five columns."""
@@ -164,20 +157,8 @@ class SecondOrder(Config, frozen=True, tag="second_order"):
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
     ) -> Floats:
         """Return A s + w, with A of second order."""
-        steps = dt / FRAME_INTERVAL
-        spread = _spread(self.noise, first, dt)
-        kept = self.persistence**steps
-        out = rng.standard_normal(states.shape)
-        out *= [
-            *spread,
-            *(self.velocity * s for s in spread[:4]),
-            *(self.acceleration * s for s in spread[:4]),
-        ]
-        out[:, 9:] += kept * states[:, 9:]
-        out[:, 5:9] += kept * states[:, 5:9] + steps * out[:, 9:]
-        out[:, :5] += states[:, :5]
-        out[:, :4] += steps * out[:, 5:9]
-        return _resized(rng, out, self.noise, first, dt)
+        changes = (self.velocity, self.acceleration)
+        return _walked(rng, states, dt, first, self.noise, changes, self.persistence)
 
     def ellipses(self, states: Floats) -> Floats:
         """Return the first five columns."""
@@ -238,25 +219,30 @@ class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
         return out
 
 
-def _resized(
-    rng: np.random.Generator, states: Floats, noise: Noise, first: Ellipse, dt: float
+def _walked(
+    rng: np.random.Generator,
+    states: Floats,
+    dt: float,
+    first: Ellipse,
+    noise: Noise,
+    changes: tuple[float, ...],
+    persistence: float,
 ) -> Floats:
-    """Scale half-axes, columns 2 and 3, by a common random factor, after their return.
+    """Return new states (N, 5 + 4k): ellipses, and k orders of changes of their first four columns.
 
-    They stay at one pixel or more.
+    `changes` are the standard deviations of these orders' noise, as shares of `noise`, and
+    `persistence` the share of a change that is left after one reference interval.
     """
     steps = dt / FRAME_INTERVAL
-    kept = (1 - noise.size_return) ** steps
-    factor = np.exp(noise.size * math.sqrt(steps) * rng.standard_normal((len(states), 1)))
-    sizes = np.maximum(states[:, 2:4], 1.0) / first[2:4]
-    states[:, 2:4] = np.maximum(sizes**kept * factor * first[2:4], 1.0)
-    return states
-
-
-def _spread(noise: Noise, first: Ellipse, dt: float) -> list[float]:
-    """Return the standard deviations of x, y, a, b, theta over dt seconds."""
-    grown = math.sqrt(dt / FRAME_INTERVAL)
-    position, aspect = noise.position * grown, noise.aspect * grown
-    a, b = first.a, first.b
-    mean = math.sqrt(a * b)  # a narrow target moves sideways as fast as any
-    return [mean * position, mean * position, a * aspect, b * aspect, noise.angle * grown]
+    grown = math.sqrt(steps)
+    mean = math.sqrt(first.a * first.b)  # a narrow target moves sideways as fast as any
+    position, aspect = mean * noise.position * grown, noise.aspect * grown
+    spread = [position, position, first.a * aspect, first.b * aspect]
+    deviations = [*spread, noise.angle * grown, *(share * s for share in changes for s in spread)]
+    normal = rng.standard_normal((len(states), len(deviations) + 1))
+    out = np.empty((len(states), len(deviations)))
+    kernels.walk(
+        states, normal, np.array(deviations), steps, persistence**steps, first.a, first.b,
+        (1 - noise.size_return) ** steps, noise.size * grown, out,
+    )  # fmt: skip
+    return out

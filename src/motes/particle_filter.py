@@ -5,14 +5,15 @@ With several cues, after Maggio et al., section 4, or Ng and Delp.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config, Count, Share
 from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
@@ -50,8 +51,7 @@ class Adaptation(Config, frozen=True):
     anchor: Share = 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FilterState:
+class FilterState(msgspec.Struct, frozen=True, eq=False):
     """What the next step needs.
 
     Attributes
@@ -85,8 +85,7 @@ class FilterState:
     missed: int
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Info:
+class Info(msgspec.Struct, frozen=True, eq=False):
     """What an observer of a step may want.
 
     Attributes
@@ -230,10 +229,10 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         other half is spread anew over the places where it may appear.
         """
         searching = state.status is not Status.TRACKING
-        states, weights = state.states, state.weights
-        if searching or self.resampling.due(weights):
-            states = states[self.resampling.ancestors(rng, weights)]
-            weights = Weights.uniform(self.particles)
+        states, prior = state.states, state.weights.log
+        if searching or self.resampling.due(state.weights):
+            states = states.take(self.resampling.ancestors(rng, state.weights), axis=0)
+            prior = np.zeros(self.particles)
         dt = min(frame.time - state.time, LONGEST_INTERVAL)
         states = self.motion.propagate(rng, states, dt, state.first)
         if searching:
@@ -242,7 +241,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             # lose some particles for certain, however good.
             replaced = rng.choice(self.particles, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
-        return self._observe(state, frame, states, weights)
+        return self._observe(state, frame, states, prior)
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
@@ -250,8 +249,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, missed=0)
-        weights = Weights.uniform(self.particles)
-        after, info = self._observe(state, frame, states, weights)
+        after, info = self._observe(state, frame, states, np.zeros(self.particles))
         return replace(after, models=state.models), info
 
     def _backgrounds(
@@ -285,26 +283,24 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             status=status,
             missed=0,
         )
-        return self._observe(state, frame, state.states, state.weights)
+        return self._observe(state, frame, state.states, np.zeros(self.particles))
 
     def _observe(
-        self, state: FilterState, frame: Frame, states: Floats, weights: Weights
+        self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> tuple[FilterState, Info]:
-        """Weigh the new states by the frame, estimate, judge whether the target is there, learn."""
+        """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
-        weights, shares = self._weigh(weights, distances, ellipses, state.first)
+        names = list(self.cues)
+        logs = self.likelihood.log(names, distances)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.first)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
-        # Over all cues, 1 - d² is the mean of their coefficients rho.
-        overall = np.sqrt(shares @ distances**2)
         seen = self._distances(state.models, frame, np.array([estimate]))
-        distance = math.sqrt(float(shares @ seen[:, 0] ** 2))
-        threshold = sum(
-            share * self.presence.threshold(background)
-            for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True)
-        )
-        appears = 1 - overall**2 > threshold
-        appearing = int(np.count_nonzero(appears))
+        overall, distance = combined(distances, shares), float(combined(seen, shares)[0])
+        threshold = 0.0
+        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
+            threshold += share * self.presence.threshold(background)
+        appearing, support = kernels.appearing(overall, weights.values, threshold)
         there = appearing > self.presence.fraction * self.particles
         status, missed = self.presence.next_status(state.status, there, state.missed)
         models = state.models
@@ -318,8 +314,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             time=frame.time,
             ellipse=estimate,
             covariance=covariance,
-            confidence=self.calibration.probability(distance)
-            * min(1.0, float(weights.values[appears].sum())),
+            confidence=self.calibration.probability(distance) * min(1.0, support),
             status=status,
             distance=distance,
             effective_sample_size=weights.effective_sample_size,
@@ -344,14 +339,6 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         )
         return after, info
 
-    def _weigh(
-        self, weights: Weights, distances: Floats, ellipses: Floats, first: Ellipse
-    ) -> tuple[Weights, Floats]:
-        """Return new weights by distances (J, N) of each cue, and the cues' shares (J,)."""
-        names = list(self.cues)
-        logs = self.likelihood.log(names, distances)
-        return self.fusion.fuse(names, weights.log, logs, ellipses, first)
-
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
         """Return the distances (J, N) of ellipses (N, 5) by each cue."""
         return np.array(
@@ -365,6 +352,13 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             model = cue.adapt(model, frame, estimate, rate, anchor)
         settled: Model = cue.settle(model, frame, estimate)
         return settled
+
+
+def combined(distances: Floats, shares: Floats) -> Floats:
+    """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
+    out = np.empty(distances.shape[1])
+    kernels.combine(distances, shares, out)
+    return out
 
 
 def spread(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config, Share
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Weights:
+class Weights(msgspec.Struct, frozen=True, eq=False):
     """Normalized weights, made from log-weights that are repaired at the door.
 
     Attributes
@@ -36,18 +36,17 @@ class Weights:
     @classmethod
     def from_log(cls, log: Floats) -> Weights:
         """Normalize log-weights (N,), N >= 1."""
-        log = np.where(log < np.inf, log, -np.inf)  # NaN compares false
-        top = log.max()
-        if top == -np.inf:
-            return cls(np.zeros_like(log), np.full(log.size, 1 / log.size), True)
-        values = np.exp(log - top)
-        values /= values.sum()
-        return cls(log, values, False)
+        log = log.copy()
+        values = np.empty_like(log)
+        degenerate = kernels.normalize(log, values)
+        return cls(np.zeros_like(log) if degenerate else log, values, degenerate)
 
     @classmethod
     def uniform(cls, n: int) -> Weights:
         """Return the same weight for each of n particles."""
-        return cls(np.zeros(n), np.full(n, 1 / n), False)
+        values = np.empty(n)
+        values.fill(1 / n)
+        return cls(np.zeros(n), values, False)
 
     @property
     def effective_sample_size(self) -> float:
@@ -86,10 +85,8 @@ def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
 
 
 def _search(weights: Floats, positions: Floats) -> Indices:
-    cumulated = np.cumsum(weights)
-    found = np.searchsorted(cumulated, positions * cumulated[-1], side="right")
-    # Rounding may lift the largest position onto the last sum, past every particle.
-    chosen: Indices = np.minimum(found, np.searchsorted(cumulated, cumulated[-1]))
+    chosen = np.empty(positions.size, np.intp)
+    kernels.ancestors(weights, positions, chosen)
     return chosen
 
 

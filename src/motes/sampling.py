@@ -31,9 +31,9 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
     """Every pixel whose center lies inside the ellipse: the reference; cost grows with area."""
 
     @property
-    def lattice(self) -> NDArray[np.float64]:
+    def lattice(self) -> NDArray[np.float32]:
         """No lattice: (2, 0)."""
-        return np.empty((2, 0))
+        return np.empty((2, 0), np.float32)
 
     @property
     def grid(self) -> tuple[int, int]:
@@ -57,9 +57,9 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
     share: Literal["half", "quarter"] = "half"
 
     @property
-    def lattice(self) -> NDArray[np.float64]:
+    def lattice(self) -> NDArray[np.float32]:
         """No lattice: (2, 0)."""
-        return np.empty((2, 0))
+        return np.empty((2, 0), np.float32)
 
     @property
     def grid(self) -> tuple[int, int]:
@@ -82,7 +82,7 @@ class Lattice(Config, frozen=True, tag="lattice"):
     points: Annotated[int, Meta(ge=8, le=65536)] = 256
 
     @property
-    def lattice(self) -> NDArray[np.float64]:
+    def lattice(self) -> NDArray[np.float32]:
         """The points in the unit disk, (2, points): rows u and v."""
         return sunflower(self.points)
 
@@ -96,7 +96,7 @@ Sampling = EveryPixel | Checkerboard | Lattice
 
 
 @cache
-def sunflower(points: int) -> NDArray[np.float64]:
+def sunflower(points: int) -> NDArray[np.float32]:
     """Return points (2, n) that cover the unit disk with equal area for each: rows u and v.
 
     Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle; ordered in rows of
@@ -107,4 +107,4 @@ def sunflower(points: int) -> NDArray[np.float64]:
     angle = i * np.pi * (3 - np.sqrt(5))
     u, v = radius * np.cos(angle), radius * np.sin(angle)
     rows = np.floor((v + 1) * np.sqrt(points) / 2)
-    return np.stack([u, v])[:, np.lexsort((u, rows))].copy()
+    return np.stack([u, v])[:, np.lexsort((u, rows))].astype(np.float32, order="C")

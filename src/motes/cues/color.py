@@ -145,7 +145,7 @@ class Color(Config, frozen=True):
         return model
 
     @property
-    def _reading(self) -> tuple[Floats, tuple[int, int], int]:
+    def _reading(self) -> tuple[NDArray[np.float32], tuple[int, int], int]:
         return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
 
     @property

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motes import kernels
+
 Floats = NDArray[np.float64]
 
 
@@ -14,8 +16,8 @@ def bhattacharyya(histograms: Floats, model: Floats) -> Floats:
     Nummiaro et al., equations 6 and 7. A histogram of zeros, of a region where nothing is seen, is
     at distance 1.
     """
-    rho = np.sqrt(histograms) @ np.sqrt(model)
-    distances: Floats = np.sqrt(np.maximum(1 - rho, 0))
+    distances = np.empty(len(histograms))
+    kernels.bhattacharyya(histograms, np.sqrt(model), distances)
     return distances
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.config import Config, Share
 from motes.cues.histograms import adapted, bhattacharyya
-from motes.cues.planes import Plane, plane_over
+from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -210,7 +210,7 @@ class Orientation(Config, frozen=True):
             return plane
 
         key = ("orientation", scale, self.window, self.bins)
-        return plane_over(frame, ellipses, filters.step, key, compute)
+        return plane_over(frame, blocks(frame, ellipses, filters.step), key, compute)
 
 
 @lru_cache(maxsize=64)

@@ -58,16 +58,14 @@ P = TypeVar("P", bound=Plane)
 
 def plane_over(
     frame: Frame,
-    ellipses: Floats,
-    step: int,
+    part: tuple[int, int, int, int],
     key: Hashable,
     compute: Callable[[int, int, tuple[int, int]], P],
 ) -> P:
-    """Return a plane that covers ellipses (N, 5); the frame keeps it under `key` for the next one.
+    """Return a plane that covers a part, as `blocks` returns it; the frame keeps it under `key`.
 
-    `compute` takes the first column and row of blocks of `step` x `step` pixels, and the shape.
+    `compute` takes the first column and row of the blocks to be computed, and the shape.
     """
-    part = blocks(frame, ellipses, step)
     plane: P | None = frame.planes.get(key)
     if plane is None or not plane.covers(part):
         left, top, right, bottom = part
