@@ -43,6 +43,7 @@ ORDER = [
     "charts",
     "figures",
     "evaluate",
+    "experiments",
     "cli",
 ]
 """A module, or a package taken as one, may import those before it."""

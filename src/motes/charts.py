@@ -118,14 +118,15 @@ class Edges(NamedTuple):
     model: Floats
 
 
-def _figure(height: float) -> Figure:
+def new_figure(height: float) -> Figure:
+    """Return an empty figure, 8 inches wide."""
     # Without pyplot, a figure is an object like any other and draws with the Agg backend.
     from matplotlib.figure import Figure
 
     return Figure(figsize=(8, height), layout="constrained")
 
 
-def _plain(axes: Axes, title: str, x: str, y: str) -> None:
+def plain(axes: Axes, title: str, x: str, y: str) -> None:
     """Give axes a title and labels, and take away what says nothing."""
     axes.set_title(title, fontsize=12, loc="left", color=INK)
     axes.set_xlabel(x, color=INK)
@@ -152,7 +153,7 @@ def _shade(axes: Axes, series: Series) -> None:
         label = "_"  # only the first is named in the legend
 
 
-def _legend(axes: Axes) -> None:
+def legend(axes: Axes) -> None:
     """Put the legend on top of the axes on the right, where no data is."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, fontsize=9,
@@ -162,7 +163,7 @@ def _legend(axes: Axes) -> None:
 
 def rho_surface(surface: Surface) -> Figure:
     """Draw how like the target its surroundings are (Nummiaro et al., figure 3)."""
-    figure = _figure(4.2)
+    figure = new_figure(4.2)
     title = f"Bhattacharyya coefficient {RHO} around the estimate in frame {surface.frame}"
     figure.suptitle(title, fontsize=12, x=0.01, ha="left", color=INK)
     x, y, rho, mean = surface.x, surface.y, surface.rho, surface.mean[None]
@@ -200,9 +201,9 @@ def time_per_frame(series: Series, name: str) -> Figure:
     """Draw the running times of the tracker of this name and of mean shift (figure 7)."""
     from matplotlib.ticker import LogLocator
 
-    figure = _figure(3.2)
+    figure = new_figure(3.2)
     axes = figure.add_subplot()
-    _plain(axes, "Running time", "frame", "milliseconds per frame")
+    plain(axes, "Running time", "frame", "milliseconds per frame")
     for label, seconds, color in (
         (name, series.seconds[1:], BLUE),
         ("mean shift", series.shift_seconds[1:], VERMILION),
@@ -215,15 +216,15 @@ def time_per_frame(series: Series, name: str) -> Figure:
     axes.set_yscale("log", subs=[])
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_major_formatter("{x:g}")
-    _legend(axes)
+    legend(axes)
     return figure
 
 
 def appearing(series: Series, samples: int, fraction: float) -> Figure:
     """Draw how many samples fulfill the appearance rule (figure 12)."""
-    figure = _figure(3.2)
+    figure = new_figure(3.2)
     axes = figure.add_subplot()
-    _plain(axes, "Appearance rule", "frame", f"samples that fulfill it, of {samples}")
+    plain(axes, "Appearance rule", "frame", f"samples that fulfill it, of {samples}")
     _shade(axes, series)
     axes.step(series.frame, series.appearing, where="mid", color=BLUE, linewidth=1.2)
     axes.axhline(
@@ -231,16 +232,16 @@ def appearing(series: Series, samples: int, fraction: float) -> Figure:
         label=f"threshold f N = {fraction * samples:g}",
     )  # fmt: skip
     axes.set_ylim(0, samples * 1.03)
-    _legend(axes)
+    legend(axes)
     return figure
 
 
 def size_and_displacement(series: Series) -> Figure:
     """Draw how large the target is and how far it moves (figure 14)."""
-    figure = _figure(4.8)
+    figure = new_figure(4.8)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    _plain(upper, "Size of the region", "", "half-axes (pixels)")
-    _plain(lower, "Displacement", "frame", "pixels since the last frame")
+    plain(upper, "Size of the region", "", "half-axes (pixels)")
+    plain(lower, "Displacement", "frame", "pixels since the last frame")
     # Where the target is not tracked, the estimate is a guess and says nothing about it.
     tracked = np.where(series.tracking > 0, 1.0, np.nan)
     for axes in (upper, lower):
@@ -252,26 +253,26 @@ def size_and_displacement(series: Series) -> Figure:
         moved = np.diff(values * tracked, prepend=np.nan)
         lower.plot(series.frame, moved, color=color, linewidth=1, label=label)
     for axes in (upper, lower):
-        _legend(axes)
+        legend(axes)
     return figure
 
 
 def cue_weights(series: Series, names: Sequence[str]) -> Figure:
     """Draw how much each cue counts (Maggio et al., figure 3)."""
-    figure = _figure(3.2)
+    figure = new_figure(3.2)
     axes = figure.add_subplot()
-    _plain(axes, "Weights of the cues", "frame", "weight")
+    plain(axes, "Weights of the cues", "frame", "weight")
     _shade(axes, series)
     for name, shares, color in zip(names, series.shares.T, (BLUE, VERMILION, GREEN), strict=False):
         axes.plot(series.frame, shares, color=color, linewidth=1, label=name)
     axes.set_ylim(0, 1.03)
-    _legend(axes)
+    legend(axes)
     return figure
 
 
 def orientation_histograms(edges: Edges) -> Figure:
     """Draw a region and its two orientation histograms (Maggio et al., figure 1)."""
-    figure = _figure(3)
+    figure = new_figure(3)
     title = f"Orientation histograms of the estimate in frame {edges.frame}"
     figure.suptitle(title, fontsize=12, x=0.01, ha="left", color=INK)
     region, fourier, rotated = figure.subplots(1, 3)
@@ -281,9 +282,9 @@ def orientation_histograms(edges: Edges) -> Figure:
     region.imshow(edges.picture, extent=extent)
     region.plot(*np.vstack([(p := edges.ellipse.polygon()), p[:1]]).T, color=ORANGE, linewidth=1.5)
     region.set(xlabel="x (pixels)", ylabel="y (pixels)", xlim=extent[:2], ylim=extent[2:])
-    _plain(fourier, "FOH", "frequency (cycles in 180°)", "share of the magnitudes")
+    plain(fourier, "FOH", "frequency (cycles in 180°)", "share of the magnitudes")
     fourier.bar(np.arange(edges.spectrum.size), edges.spectrum, color=BLUE)
-    _plain(rotated, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
+    plain(rotated, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
     width_of_bin = 180 / edges.rotated.size
     angles = -90 + (np.arange(edges.rotated.size) + 0.5) * width_of_bin
     rotated.bar(angles, edges.rotated, width=width_of_bin, color=BLUE)

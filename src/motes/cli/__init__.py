@@ -38,6 +38,7 @@ app = App(
 app.command("motes.cli.track:app", name="track", help="Follow one object through a video.")
 app.command("motes.cli.histogram:app", name="histogram", help="Save what a target looks like.")
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
+app.command("motes.cli.experiment:app", name="experiment", help="Reproduce the papers' tables.")
 app.command("motes.cli.demo:demo", name="demo", help="Show it all on a rendered clip.")
 app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")

@@ -16,9 +16,10 @@ from rich.progress import track as progress
 from rich.table import Table
 
 from motes import synthetic
+from motes.cli.options import prepare_folder
 from motes.errors import ConfigError, FormatError
 from motes.figures import FIGURES, Recorder
-from motes.formats import TrackWriter, check_writable
+from motes.formats import TrackWriter
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse, iou
 from motes.overlay import draw, font
@@ -67,7 +68,7 @@ def demo(
         Run("mean shift", Tracker("mean_shift")),
     ]
     recorder = Recorder(runs[0].tracker.config)
-    _prepare(out, overwrite)
+    prepare_folder(out, FILES, overwrite)
 
     moments = [moment for moment in MOMENTS if moment < frames] or [0]
     truths, strip = [TRUTH_COLUMNS], []
@@ -164,18 +165,6 @@ def score(overlaps: ArrayLike, visible: ArrayLike, tracking: ArrayLike) -> Score
         missed=int((~hit).sum()),
         admitted=int((~hit & ~np.asarray(tracking)).sum()),
     )
-
-
-def _prepare(out: Path, overwrite: bool) -> None:
-    """Make the folder, and check that every file can be made there."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FormatError(
-            f"The folder {out} cannot be made: {error.strerror}; choose another with --out."
-        ) from None
-    for name in FILES:
-        check_writable(out / name, overwrite)
 
 
 def _panel(frame: Frame, truth: Truth, run: Run) -> Pixels:

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from cyclopts import App, Group, Parameter
+from cyclopts import App, Parameter
 
 from motes.cli import DONE, INTERRUPTED, PARTIAL
-from motes.cli.options import OUTPUT, Overwrite, announce_compiling, say
+from motes.cli.options import (
+    DATASET,
+    OUTPUT,
+    RUN,
+    FirstPixel,
+    Overwrite,
+    Workers,
+    announce_compiling,
+    first_pixels,
+    say,
+    worker_count,
+)
 from motes.errors import ConfigError, FormatError, LimitError, SourceError
 from motes.evaluate import contents, plots, runs
 from motes.evaluate.contestants import Own
-from motes.evaluate.entries import Entry, enter
+from motes.evaluate.entries import enter
 from motes.evaluate.folder import prepare, record
-from motes.evaluate.protocols import load_trace
 from motes.evaluate.reference import Reference
 from motes.evaluate.report import write_report
-from motes.evaluate.results import PROTOCOL_NAMES, Outcome, write_results
+from motes.evaluate.results import PROTOCOL_NAMES, Outcome, outcomes_of, write_results
 from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
@@ -38,9 +47,6 @@ Trackers:
                                 init(image, box) and update(image)
   "trax:COMMAND ARGUMENTS"      a program that speaks TraX
 """
-
-RUN = Group("Run", sort_key=2)
-DATASET = Group("Dataset", sort_key=1)
 
 app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
 
@@ -64,12 +70,10 @@ def evaluate(
         ),
     ] = None,
     seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
-    workers: Annotated[
-        int | None, Parameter(group=RUN, help="Processes; one for each core by default.")
-    ] = None,
+    workers: Workers = None,
     time_limit: Annotated[
         float, Parameter(group=RUN, help="Seconds for a tracker on a sequence in a protocol.")
-    ] = 1800.0,
+    ] = runs.TIME_LIMIT,
     sequence: Annotated[
         list[str] | None,
         Parameter(group=DATASET, negative=(), help="Only these, as in 'seg-*'; again for each."),
@@ -77,15 +81,7 @@ def evaluate(
     annotation: Annotated[
         Path | None, Parameter(group=DATASET, help="The truth, if DATASET is one video.")
     ] = None,
-    first_pixel: Annotated[
-        list[str] | None,
-        Parameter(
-            group=DATASET,
-            negative=(),
-            help="What the truth calls the first pixel, 0 or 1, or 'GLOB=0' for some sequences; by "
-            "default as the layout has it.",
-        ),
-    ] = None,
+    first_pixel: FirstPixel = None,
     out: Annotated[Path, Parameter(group=OUTPUT, help="Folder for everything.")] = Path(
         "evaluation"
     ),
@@ -117,15 +113,14 @@ def evaluate(
     """
     if seeds < 1:
         raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
-    if workers is not None and workers < 1:
-        raise ConfigError(f"--workers is {workers}; give 1 or more.")
+    processes = worker_count(workers)
     if not 0 < time_limit < float("inf"):
         raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
     if not plots.available():
         raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
     published = None if reference is None else _load(reference)
 
-    films, problems = load_dataset(dataset, _first_pixels(first_pixel or []), annotation)
+    films, problems = load_dataset(dataset, first_pixels(first_pixel or []), annotation)
     films, problems = _chosen(films, problems, sequence or ["*"])
     entries, unusable = enter(tracker or ["nummiaro"])
     if not entries:
@@ -144,10 +139,16 @@ def evaluate(
     errors: dict[Pass, str] = {}
     interrupted = False
     try:
-        _run(jobs, out, workers or os.cpu_count() or 1, time_limit, errors)
+        _run(jobs, out, processes, time_limit, errors)
     except KeyboardInterrupt:
         interrupted = True
-    outcomes = _outcomes(jobs, entries, out, errors)
+    outcomes = [
+        outcome
+        for entry in entries  # the first tracker first
+        for job in jobs
+        if job.entry is entry
+        for outcome in outcomes_of(job, out, errors)
+    ]
     write_results(out, outcomes)
     write_report(out, outcomes, problems, published, f"Trackers on {dataset.resolve().name}")
     problems = contents.problems(problems, outcomes)
@@ -162,16 +163,6 @@ def _load(reference: Path) -> Reference:
         return Reference.load(reference)
     except FormatError as error:
         raise SourceError(str(error)) from None
-
-
-def _first_pixels(texts: Sequence[str]) -> dict[str, int]:
-    pixels = {}
-    for text in texts:
-        pattern, _, number = text.rpartition("=")
-        if number not in ("0", "1"):
-            raise ConfigError(f"--first-pixel takes 0, 1 or GLOB=0, as in 'seg-*=0'; got {text!r}.")
-        pixels[pattern or "*"] = int(number)
-    return pixels
 
 
 def _chosen(
@@ -255,29 +246,6 @@ class Progress:
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()
-
-
-def _outcomes(
-    jobs: list[Job], entries: Sequence[Entry], out: Path, errors: dict[Pass, str]
-) -> list[Outcome]:
-    """Return what came of all passes that are over, the first tracker first."""
-    outcomes = []
-    for entry in entries:
-        for job in jobs:
-            if job.entry is entry:
-                for item in job.passes:
-                    if item in errors:
-                        outcomes.append(Outcome(job.sequence, item, None, errors[item]))
-                    elif (path := item.path(out)).exists():
-                        outcomes.append(_read(job.sequence, item, path))
-    return outcomes
-
-
-def _read(film: Film, item: Pass, path: Path) -> Outcome:
-    try:
-        return Outcome(film, item, load_trace(path))
-    except FormatError as error:
-        return Outcome(film, item, None, f"{error} Delete it and --resume.")
 
 
 def _summarize(

@@ -6,9 +6,11 @@ import contextlib
 import difflib
 import inspect
 import os
+import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter, Token
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from motes.target import Target
 
 TARGET = Group("Target (one of these)", sort_key=1)
+DATASET = Group("Dataset", sort_key=1)
+RUN = Group("Run", sort_key=2)
 FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
 CONFIGURATION = Group("Configuration", sort_key=4)
@@ -107,6 +111,18 @@ Preset = Annotated[
 ConfigFile = Annotated[
     Path | None, Parameter(group=CONFIGURATION, help="TOML file laid over the preset.")
 ]
+Workers = Annotated[
+    int | None, Parameter(group=RUN, help="Processes; one for each core by default.")
+]
+FirstPixel = Annotated[
+    list[str] | None,
+    Parameter(
+        group=DATASET,
+        negative=(),
+        help="What the truth calls the first pixel, 0 or 1, or 'GLOB=0' for some sequences; by "
+        "default as the layout has it.",
+    ),
+]
 Overwrite = Annotated[
     bool,
     Parameter(group=OUTPUT, negative=(), show_default=False, help="Replace what is there already."),
@@ -130,16 +146,50 @@ def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
         ("--init", init, "x,y,width,height"),
         ("--ellipse", ellipse, "x,y,a,b,theta"),
     ):
-        if text is None:
-            continue
-        try:
-            numbers = [float(number) for number in text.split(",")]
-        except ValueError:
-            numbers = []
-        if len(numbers) != len(form.split(",")):
-            raise ConfigError(f"{flag} takes {form}, numbers with commas; got {text!r}.")
-        return numbers
+        if text is not None:
+            return numbers_of(flag, text, form)
     return None
+
+
+def numbers_of(flag: str, text: str, form: str) -> list[float]:
+    """Return the numbers of an option that takes them in a form such as x,y,width,height.
+
+    Raises
+    ------
+    ConfigError
+        If the text does not have that form.
+    """
+    try:
+        numbers = [float(number) for number in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != len(form.split(",")):
+        raise ConfigError(f"{flag} takes {form}, numbers with commas; got {text!r}.")
+    return numbers
+
+
+def first_pixels(texts: Sequence[str]) -> dict[str, int]:
+    """Return what --first-pixel says, by the pattern of the sequences that it is for.
+
+    Raises
+    ------
+    ConfigError
+        If a text is not of its form.
+    """
+    pixels = {}
+    for text in texts:
+        pattern, _, number = text.rpartition("=")
+        if number not in ("0", "1"):
+            raise ConfigError(f"--first-pixel takes 0, 1 or GLOB=0, as in 'seg-*=0'; got {text!r}.")
+        pixels[pattern or "*"] = int(number)
+    return pixels
+
+
+def worker_count(workers: int | None) -> int:
+    """Return how many processes --workers asks for; raise a ConfigError for none."""
+    if workers is not None and workers < 1:
+        raise ConfigError(f"--workers is {workers}; give 1 or more.")
+    return workers or os.cpu_count() or 1
 
 
 def tracker_config(
@@ -228,6 +278,39 @@ def check_not_source(source: str, *outputs: Path | None) -> None:
         raise ConfigError(f"{source} is the source and cannot be an output; choose another name.")
     if len(set(paths)) < len(paths):
         raise ConfigError("Two outputs have the same name; give each its own.")
+
+
+def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
+    """Make a folder, and check that each of these files can be made there.
+
+    Raises
+    ------
+    FormatError
+        If one cannot.
+    """
+    from motes.formats import check_writable
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FormatError(
+            f"The folder {out} cannot be made: {error.strerror}; choose another with --out."
+        ) from None
+    for name in files:
+        check_writable(out / name, overwrite)
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let an interrupt by the keyboard wait until what is being written is whole."""
+    interrupts: list[tuple[int, FrameType | None]] = []
+    handler = signal.signal(signal.SIGINT, lambda *interrupt: interrupts.append(interrupt))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if interrupts and callable(handler):
+        handler(*interrupts[-1])
 
 
 def announce_compiling() -> None:

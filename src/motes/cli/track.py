@@ -5,11 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Literal
 from urllib.parse import urlsplit
 
@@ -36,6 +34,7 @@ from motes.cli.options import (
     region_of,
     say,
     tracker_config,
+    undisturbed,
 )
 from motes.errors import ConfigError, MotesError
 
@@ -240,7 +239,7 @@ def _run(
             with Progress(film, quiet=quiet and sys.stdout.isatty()) as progress:
                 try:
                     for step in follow(Tracker(config, seed), begin, frames):
-                        with _undisturbed():
+                        with undisturbed():
                             for output in outputs:
                                 output.write(step)
                             tally.add(step)
@@ -259,19 +258,6 @@ def _run(
         say("error: The target was never found; look for another one, or elsewhere.")
         return NOT_FOUND
     return DONE
-
-
-@contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Let an interrupt by the keyboard wait until what is being written is whole."""
-    interrupts: list[tuple[int, FrameType | None]] = []
-    handler = signal.signal(signal.SIGINT, lambda *interrupt: interrupts.append(interrupt))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    if interrupts and callable(handler):
-        handler(*interrupts[-1])
 
 
 def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: bool) -> None:

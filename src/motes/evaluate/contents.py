@@ -46,7 +46,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         return lambda tracker: number(evaluation.mean(tracker, protocol, name), digits)
 
     def lost(tracker: str) -> Cell:
-        return number(evaluation.mean(tracker, protocol, _lost), 2)
+        return number(evaluation.mean(tracker, protocol, lost_track), 2)
 
     def f1(tracker: str) -> Cell:
         return number(evaluation.lost_status(tracker, protocol).f1)
@@ -88,7 +88,8 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
     return Table("All sequences", head, rows)
 
 
-def _lost(outcome: Outcome) -> float:
+def lost_track(outcome: Outcome) -> float:
+    """Return 1 if the track was lost in some frame, else 0."""
     return float(outcome.scores["lost_frame"] is not None)
 
 
@@ -231,7 +232,7 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
         columns |= {"failures": ("failures", 1)}
     else:
         columns |= {"AUC": ("auc", 3), "precision at 20 px": ("precision_20", 3)}
-        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (_lost, 2)}
+        columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (lost_track, 2)}
     columns |= {"F1 of lost": ("lost_f1", 2), "ECE": ("ece", 3), "ms": ("ms_median", 2)}
     rows = [
         (

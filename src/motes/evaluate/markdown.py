@@ -19,19 +19,19 @@ def summary(
     parts = [f"# {_literal(title)}", _literal(contents.described(evaluation))]
     for protocol in evaluation.protocols:
         parts.append(f"## {_literal(PROTOCOL_NAMES[protocol])}")
-        parts.append(_table(contents.overall(evaluation, protocol)))
+        parts.append(table(contents.overall(evaluation, protocol)))
         if len(evaluation.trackers) > 1:
-            parts.append(_table(contents.comparisons(evaluation, protocol)))
+            parts.append(table(contents.comparisons(evaluation, protocol)))
         for make in (contents.per_sequence, contents.lost_status, contents.times):
-            parts.append(_table(make(evaluation, protocol)))
+            parts.append(table(make(evaluation, protocol)))
     if reference is not None:
-        parts += ["## Other people's results", _table(contents.reference(evaluation, reference))]
+        parts += ["## Other people's results", table(contents.reference(evaluation, reference))]
     if problems:
-        parts += ["## What went wrong", _table(contents.problem_table(problems))]
+        parts += ["## What went wrong", table(contents.problem_table(problems))]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(table: Table) -> str:
+def table(table: Table) -> str:
     """Return a table under its title; what cannot be sorted needs no more than that."""
     lines = [
         tuple(map(_literal, table.head)),

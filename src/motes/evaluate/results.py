@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from motes.errors import FormatError
 from motes.evaluate import metrics
-from motes.evaluate.protocols import FAILED, SKIPPED, STARTED, TRACKED, Trace
-from motes.evaluate.runs import Pass
+from motes.evaluate.protocols import FAILED, SKIPPED, STARTED, TRACKED, Trace, load_trace
+from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Sequence
 from motes.geometry import iou
 from motes.target import write_whole
@@ -192,6 +192,34 @@ class Outcome:
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
         return score(self.trace, self.sequence, self.item.start.protocol)
+
+
+def outcomes_of(job: Job, out: Path, errors: Mapping[Pass, str]) -> list[Outcome]:
+    """Return what came of a job's passes, as far as they are over.
+
+    Parameters
+    ----------
+    job
+        Which one.
+    out
+        The folder of the evaluation, which has their tracks.
+    errors
+        Why passes failed.
+    """
+    found = []
+    for item in job.passes:
+        if item in errors:
+            found.append(Outcome(job.sequence, item, None, errors[item]))
+        elif (path := item.path(out)).exists():
+            found.append(_read(job.sequence, item, path))
+    return found
+
+
+def _read(sequence: Sequence, item: Pass, path: Path) -> Outcome:
+    try:
+        return Outcome(sequence, item, load_trace(path))
+    except FormatError as error:
+        return Outcome(sequence, item, None, f"{error} Delete it and --resume.")
 
 
 def in_order(outcomes: Iterable[Outcome]) -> list[Outcome]:

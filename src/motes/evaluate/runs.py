@@ -36,6 +36,8 @@ from motes.video import open_source
 
 LONGEST_NAME = 120
 """Of a folder; longer names are cut, and told apart by a digest."""
+TIME_LIMIT = 1800.0
+"""Seconds for a job, unless somebody says otherwise."""
 WAIT = 3600.0
 """Seconds; for very long ones no system can be told to wait."""
 

@@ -22,6 +22,8 @@ class Cell(NamedTuple):
         What is read.
     value
         What it is sorted by; text if it is None.
+    deviation
+        Standard deviation of the value; None for none.
     bar
         Length of a bar, 0 to 1; None for no bar.
     best
@@ -30,6 +32,7 @@ class Cell(NamedTuple):
 
     text: str
     value: float | None = None
+    deviation: float | None = None
     bar: float | None = None
     best: bool = False
 
@@ -65,8 +68,18 @@ def number(value: Mean | float | None, digits: int = 3) -> Cell:
     mean, deviation = value if isinstance(value, Mean) else (value, math.nan)
     if mean is None or not math.isfinite(mean):
         return Cell(NOTHING)
-    text = f"{mean:.{digits}f}"
-    return Cell(text if math.isnan(deviation) else f"{text} ± {deviation:.{digits}f}", mean)
+    return _written(mean, deviation, f".{digits}f")
+
+
+def percent(value: Mean | float) -> Cell:
+    """Return a share in percent, with its standard deviation if it has one."""
+    return _written(*(value if isinstance(value, Mean) else (value, math.nan)), ".0%")
+
+
+def _written(mean: float, deviation: float, form: str) -> Cell:
+    if math.isnan(deviation):
+        return Cell(f"{mean:{form}}", mean)
+    return Cell(f"{mean:{form}} ± {deviation:{form}}", mean, deviation)
 
 
 def three_digits(value: float) -> Cell:

@@ -1,0 +1,309 @@
+"""`motes experiment`: what the papers tabulate or plot, on this machine, beside their numbers."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import inspect
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli import DONE
+from motes.cli.options import (
+    OUTPUT,
+    RUN,
+    FirstPixel,
+    Overwrite,
+    Workers,
+    announce_compiling,
+    first_pixels,
+    numbers_of,
+    worker_count,
+)
+from motes.cli.results import Output, show
+from motes.errors import ConfigError, SourceError
+
+if TYPE_CHECKING:
+    from motes.evaluate.sequences import Problem
+    from motes.evaluate.sequences import Sequence as Film
+    from motes.experiments.result import Experiment
+    from motes.synthetic import Clip
+
+app = App(name="experiment", help_format="plaintext")
+
+Region = Annotated[
+    str | None,
+    Parameter(allow_leading_hyphen=True, help="The target in the first frame: x,y,width,height."),
+]
+Seeds = Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")]
+Clips = Annotated[int, Parameter(group=RUN, help="Sceneries.")]
+Out = Annotated[
+    Path | None,
+    Parameter(group=OUTPUT, help="Folder for the tables, as Markdown and CSV, and for plots."),
+]
+
+
+@app.default
+def experiment(
+    *name: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
+    list: Annotated[  # noqa: A002
+        bool, Parameter(negative=(), show_default=False, help="List the experiments.")
+    ] = False,
+) -> int:
+    """Reproduce what the papers tabulate or plot, beside their own numbers.
+
+    Without a name, list the experiments. What motes track --figures draws of a run is there:
+    Nummiaro et al., figures 3, 7, 12 and 14, and Maggio et al., figures 1 and 3.
+    """
+    known = {each: app[each].default_command for each in app if not each.startswith("-")}
+    if name:
+        near = difflib.get_close_matches(name[0], known, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
+        raise ConfigError(f"There is no experiment {name[0]}; {hint}")
+    for each, command in known.items():
+        print(f"{each:<18}{(inspect.getdoc(command) or '').splitlines()[0]}")
+    return DONE
+
+
+@app.command(name="ng-delp-table1")
+def ng_delp_table1(
+    source: str | None = None,
+    /,
+    *,
+    region: Region = None,
+    preset: Annotated[str, Parameter(help="Who follows the target through a film.")] = "ng_delp",
+    seeds: Annotated[
+        int, Parameter(group=RUN, help="Runs of the tracker, or sceneries that are rendered.")
+    ] = 1,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Ng and Delp, table 1: histograms over a part of the pixels.
+
+    Parameters
+    ----------
+    source
+        A picture or a film, with --region; else a rendered target is read.
+    """
+    _at_least_one(seeds=seeds)
+    box = _region_of(source, region)
+    output = Output("ng-delp-table1", ("color", "edges"), out, overwrite)
+
+    from motes.experiments import fewer_pixels, views
+
+    announce_compiling()
+    found = views.followed(source, box, preset, seeds) if source and box else views.rendered(seeds)
+    return show(fewer_pixels.table1(found), output)
+
+
+@app.command(name="ng-delp-figure3")
+def ng_delp_figure3(
+    *,
+    sigma: Annotated[float, Parameter(help="Of equations 22 and 23.")] = 0.15,
+    epsilon: Annotated[float, Parameter(help="Of equations 23 and 24.")] = 0.1,
+    nearest: Annotated[float, Parameter(help="Distance of the best particle in 24.")] = 0.4,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Ng and Delp, figure 3: likelihood against distance."""
+    output = Output("ng-delp-figure3", ("",), out, overwrite, plot=True)
+
+    from motes.experiments import likelihoods
+
+    return show(likelihoods.figure3(sigma, epsilon, nearest), output)
+
+
+@app.command(name="nummiaro-leaps")
+def nummiaro_leaps(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Nummiaro et al., section VI: regions that do not overlap.
+
+    Parameters
+    ----------
+    presets
+        Trackers; nummiaro, nummiaro:adaptive, mean_shift and mean_shift:kalman if none is named.
+    """
+    from motes import synthetic
+    from motes.experiments import rendered
+
+    names = presets or ("nummiaro", "nummiaro:adaptive", "mean_shift", "mean_shift:kalman")
+    output = Output("nummiaro-leaps", ("",), out, overwrite)
+    return _on_clips(rendered.leaps, names, synthetic.jumping, seeds, clips, output)
+
+
+@app.command(name="nummiaro-figure9")
+def nummiaro_figure9(
+    source: str | None = None,
+    /,
+    *,
+    region: Region = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Nummiaro et al., figure 9: the color histogram of a target.
+
+    Parameters
+    ----------
+    source
+        A picture or a film, with --region; else a rendered target is read.
+    """
+    box = _region_of(source, region)
+    output = Output("nummiaro-figure9", ("",), out, overwrite, plot=True)
+
+    from motes.experiments import known_histogram, views
+
+    announce_compiling()
+    found = views.followed(source, box, "nummiaro", 1) if source and box else views.rendered(1)
+    with contextlib.closing(found):
+        return show(known_histogram.figure9(next(found)), output)
+
+
+@app.command(name="maggio-table1")
+def maggio_table1(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Maggio et al., table 1: color, orientation and both.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes evaluate.
+    """
+    _at_least_one(seeds=seeds)
+    output = Output("maggio-table1", ("sequences", "means"), out, overwrite)
+    films, problems = _films(dataset, first_pixel)
+
+    from motes.experiments import maggio_accuracy
+
+    steps = maggio_accuracy.table1(films, seeds, worker_count(workers))
+    return show(steps, output, problems)
+
+
+@app.command(name="maggio-figure5")
+def maggio_figure5(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes evaluate.
+    """
+    _at_least_one(seeds=seeds)
+    output = Output("maggio-figure5", ("",), out, overwrite, plot=True)
+    films, problems = _films(dataset, first_pixel)
+
+    from motes.experiments import maggio_accuracy
+
+    steps = maggio_accuracy.figure5(films, seeds, worker_count(workers))
+    return show(steps, output, problems)
+
+
+@app.command(name="maggio-rotation")
+def maggio_rotation(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Maggio et al., section 3.2.1: a target that turns.
+
+    Parameters
+    ----------
+    presets
+        Trackers; maggio and all its variants if none is named.
+    """
+    from motes import synthetic
+    from motes.experiments import rendered
+    from motes.presets import PRESETS
+
+    names = presets or tuple(name for name in PRESETS if name.startswith("maggio"))
+    output = Output("maggio-rotation", ("",), out, overwrite)
+    return _on_clips(rendered.rotation, names, synthetic.turning, seeds, clips, output)
+
+
+@app.command(name="maggio-growth")
+def maggio_growth(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Maggio et al., section 3.2.2: a target that grows.
+
+    Parameters
+    ----------
+    presets
+        Trackers; maggio, maggio:C and the adaptive variants if none is named.
+    """
+    from motes import synthetic
+    from motes.experiments import rendered
+
+    adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A&SS-FOH", "maggio:C+O-A-FOH")
+    names = presets or ("maggio:C", "maggio", *adaptive)
+    output = Output("maggio-growth", ("tracks", "histograms"), out, overwrite)
+    return _on_clips(rendered.growth, names, synthetic.growing, seeds, clips, output)
+
+
+def _at_least_one(**counts: int) -> None:
+    for name, count in counts.items():
+        if count < 1:
+            raise ConfigError(f"--{name} is {count}; give 1 or more.")
+
+
+def _region_of(source: str | None, region: str | None) -> Sequence[float] | None:
+    if source is None and region is not None:
+        raise ConfigError("--region is in a picture or film; name it, or omit --region.")
+    if source is not None and region is None:
+        raise ConfigError(f"Where is the target in {source}? Give --region x,y,width,height.")
+    return None if region is None else numbers_of("--region", region, "x,y,width,height")
+
+
+def _on_clips(
+    run: Callable[[Sequence[str], Sequence[Clip], int], Experiment],
+    presets: Sequence[str],
+    clip: Callable[..., Clip],
+    seeds: int,
+    clips: int,
+    output: Output,
+) -> int:
+    """Do an experiment on rendered clips, one for each scenery."""
+    _at_least_one(seeds=seeds, clips=clips)
+    announce_compiling()
+    return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
+
+
+def _films(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:
+    from motes.evaluate.sequences import load_dataset
+
+    films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
+    if not films:
+        why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
+        raise SourceError(f"No sequence of {dataset} can be used. {why}")
+    announce_compiling()
+    return films, problems

@@ -1,0 +1,1 @@
+"""What the papers tabulate or plot, measured here: a generator of results for each experiment."""
