@@ -33,6 +33,7 @@ ORDER = [
     "target",
     "detection",
     "tracker",
+    "trackers",
     "decoder",
     "video",
     "writer",

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from motes.target import Place, Target
     from motes.track import Status, Track
     from motes.tracker import OpenCVTracker, Tracker
+    from motes.trackers import Trackers
     from motes.video import open_source
 
 __version__ = "0.1.0"
@@ -38,6 +39,7 @@ _HOMES = {
     "Target": "target",
     "Track": "track",
     "Tracker": "tracker",
+    "Trackers": "trackers",
     "configure": "presets",
     "open_source": "video",
     "preset": "presets",
@@ -62,6 +64,7 @@ __all__ = [
     "Target",
     "Track",
     "Tracker",
+    "Trackers",
     "configure",
     "open_source",
     "preset",

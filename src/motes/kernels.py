@@ -3,7 +3,8 @@
 One file, though a long one: numba keeps a compiled kernel until the kernel's own file changes, and
 would not see a change in another file that it calls.
 
-Kernels release the GIL, allocate nothing inside loops and know no Python objects. An ellipse is a
+Kernels that read pixels release the GIL; all allocate nothing inside loops and know no Python
+objects. An ellipse is a
 row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's bin is
 (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps each
 of these bins to a place in a histogram that holds only the bins wanted, its last place taking
@@ -54,6 +55,11 @@ def _kernel(function: F) -> F:
     return cast(F, numba.njit(nogil=True, cache=CACHED, error_model="numpy")(function))
 
 
+def _brief(function: F) -> F:
+    """Compile a loop of microseconds, for which handing over the GIL would take longer."""
+    return cast(F, numba.njit(cache=CACHED, error_model="numpy")(function))
+
+
 def _unordered(function: F) -> F:
     """Compile a loop whose sums may be added up in any order, as vector code does."""
     options: Any = {"nogil": True, "cache": CACHED, "error_model": "numpy"}
@@ -65,7 +71,7 @@ EPANECHNIKOV, RADIAL, UNIFORM = 0, 1, 2
 LANES = 4
 
 
-@_kernel
+@_brief
 def walk(
     states: NDArray[np.float64],
     normal: NDArray[np.float64],
@@ -100,7 +106,7 @@ def walk(
         out[n, 3] = max(b * math.exp(kept_size * math.log(max(out[n, 3], 1.0) / b) + growth), 1.0)
 
 
-@_kernel
+@_brief
 def ancestors(
     weights: NDArray[np.float64], positions: NDArray[np.float64], chosen: NDArray[np.intp]
 ) -> None:
@@ -128,7 +134,7 @@ def ancestors(
         chosen[i] = low
 
 
-@_kernel
+@_brief
 def gaussian(
     distances: NDArray[np.float64],
     sigmas: NDArray[np.float64],
@@ -143,7 +149,7 @@ def gaussian(
             logs[j, n] = math.log(math.exp(log) + epsilon) if epsilon > 0.0 else log
 
 
-@_kernel
+@_brief
 def normalize(logs: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
     """Write probabilities for log-weights, whose NaN and +inf become -inf; True if none has any.
 
@@ -166,7 +172,7 @@ def normalize(logs: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
     return False
 
 
-@_kernel
+@_brief
 def combine(
     distances: NDArray[np.float64], shares: NDArray[np.float64], out: NDArray[np.float64]
 ) -> None:
@@ -179,7 +185,7 @@ def combine(
         out[n] = math.sqrt(out[n])
 
 
-@_kernel
+@_brief
 def appearing(
     distances: NDArray[np.float64], weights: NDArray[np.float64], threshold: float
 ) -> tuple[int, float]:
@@ -378,7 +384,7 @@ def _coefficient(roots: NDArray[np.float64], histogram: NDArray[np.float64]) -> 
     return rho / math.sqrt(total) if total > 0.0 else 0.0
 
 
-@_kernel
+@_brief
 def bhattacharyya(
     histograms: NDArray[np.float64], roots: NDArray[np.float64], distances: NDArray[np.float64]
 ) -> None:
@@ -924,7 +930,7 @@ def values_within(
     return values[:count]
 
 
-@_kernel
+@_brief
 def bounds(ellipses: NDArray[np.float64]) -> tuple[float, float, float, float]:
     """Return the left, top, right and bottom end of what ellipses cover.
 
@@ -944,7 +950,7 @@ def bounds(ellipses: NDArray[np.float64]) -> tuple[float, float, float, float]:
     return left, top, right, bottom
 
 
-@_kernel
+@_brief
 def moments(
     ellipses: NDArray[np.float64],
     weights: NDArray[np.float64],

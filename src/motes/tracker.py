@@ -74,7 +74,7 @@ class Tracker:
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video."""
-        picture = self._picture(frame)
+        picture = self.picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
         return self._take(picture, self.config.init(self._rng, picture, ellipse))
 
@@ -146,7 +146,7 @@ class Tracker:
             If the frame's size has changed, or its time is not after the last one's.
         """
         state, last = self._started()
-        picture = self._picture(frame)
+        picture = self.picture(frame)
         if picture.pixels.shape != last.pixels.shape:
             raise SourceError(
                 f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
@@ -221,7 +221,8 @@ class Tracker:
             raise ConfigError("The tracker has no target yet; call init or search first.")
         return self._state, self._frame
 
-    def _picture(self, frame: Picture) -> Frame:
+    def picture(self, frame: Picture) -> Frame:
+        """Return an image as the frame after the last one; a `Frame` says itself which it is."""
         if isinstance(frame, Frame) or self._frame is None:
             return _first(frame)
         return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
