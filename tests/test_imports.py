@@ -27,6 +27,7 @@ ORDER = [
     "fusion",
     "estimate",
     "presence",
+    "budget",
     "particle_filter",
     "meanshift",
     "presets",

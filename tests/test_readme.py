@@ -79,11 +79,15 @@ def test_make_targets_exist() -> None:
 
 
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, opencv = blocks("python")
+    code, several, opencv = blocks("python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     exec(code, {})
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == 30
+    assert all("tracking" in line for line in printed)
+    exec(several, {})
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 29
     assert all("tracking" in line for line in printed)
 
     clip = synthetic.still((640, 480), target=(60, 100), frames=2)

@@ -4,10 +4,9 @@ One file, though a long one: numba keeps a compiled kernel until the kernel's ow
 would not see a change in another file that it calls.
 
 Kernels that read pixels release the GIL; all allocate nothing inside loops and know no Python
-objects. An ellipse is a
-row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's bin is
-(i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps each
-of these bins to a place in a histogram that holds only the bins wanted, its last place taking
+objects. An ellipse is a row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's
+bin is (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps
+each of these bins to a place in a histogram that holds only the bins wanted, its last place taking
 all others.
 
 An ellipse's pixels are read at the points of `lattice`, (2, n) in the unit disk; where it is empty,
