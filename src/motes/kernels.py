@@ -258,8 +258,8 @@ def _points(
         du, dv = np.float32(uu), np.float32(vv)
         for i in range(us.shape[0]):  # without branches, so that it becomes vector code
             u, v = us[i], vs[i]
-            across_u, down_v = np.int32(x0 + u * ax + v * bx), np.int32(y0 + u * ay + v * by)
-            place = np.int32(down_v * line) + np.int32(across_u * pixel)
+            px, py = np.int32(x0 + u * ax + v * bx), np.int32(y0 + u * ay + v * by)
+            place = np.int32(py * line) + np.int32(px * pixel)
             offsets[i] = np.int32(corner + np.int32(place))
             weights[i] = one - (u * u * du + v * v * dv)
         if (
@@ -267,10 +267,12 @@ def _points(
         ):  # fmt: skip
             for i in range(us.shape[0]):
                 u, v = us[i], vs[i]
-                px = column + np.int32(x0 + u * ax + v * bx)
-                py = row + np.int32(y0 + u * ay + v * by)
+                px = np.int64(column + np.int32(x0 + u * ax + v * bx))
+                py = np.int64(row + np.int32(y0 + u * ay + v * by))
                 if px < 0 or py < 0 or px >= width or py >= height:
                     offsets[i], weights[i] = np.uint32(0), 0.0
+                else:  # again: an absurdly large ellipse may have overflowed above, and elsewhere
+                    offsets[i] = np.uint32(channels * (py * width + px))
         return int(lattice.shape[1])
     first = max(left, math.ceil(x - across))
     last = min(left + width - 1, math.floor(x + across))
@@ -747,11 +749,8 @@ def sobel(
     height, width = bins.shape
     gray = np.empty((height + 2, width + 2), np.float32)
     _gray(pixels, left - 1, top - 1, 1, gray)
-    gx, gy, turn = (
-        np.empty(width, np.float32),
-        np.empty(width, np.float32),
-        np.empty(width, np.float32),
-    )
+    lines = np.empty((3, width), np.float32)
+    gx, gy, turn = lines[0], lines[1], lines[2]
     two = np.float32(2)
     for y in range(height):
         above, here, below = gray[y], gray[y + 1], gray[y + 2]
@@ -885,11 +884,8 @@ def edge_histograms_at(
     places, weights = np.empty(room, np.uint32), np.empty(room)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     work = np.empty((6, room), np.int32)
-    gx, gy, turn = (
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-    )
+    planes = np.empty((3, room), np.float32)
+    gx, gy, turn = planes[0], planes[1], planes[2]
     order, bins = np.arange(room).astype(np.uint32), np.empty(room, np.uint8)
     lanes = np.empty((LANES, count + 1))
     for n in range(ellipses.shape[0]):
