@@ -267,12 +267,12 @@ def _points(
         ):  # fmt: skip
             for i in range(us.shape[0]):
                 u, v = us[i], vs[i]
-                px = np.int64(column + np.int32(x0 + u * ax + v * bx))
-                py = np.int64(row + np.int32(y0 + u * ay + v * by))
-                if px < 0 or py < 0 or px >= width or py >= height:
+                at_x = column + int(np.int32(x0 + u * ax + v * bx))
+                at_y = row + int(np.int32(y0 + u * ay + v * by))
+                if at_x < 0 or at_y < 0 or at_x >= width or at_y >= height:
                     offsets[i], weights[i] = np.uint32(0), 0.0
                 else:  # again: an absurdly large ellipse may have overflowed above, and elsewhere
-                    offsets[i] = np.uint32(channels * (py * width + px))
+                    offsets[i] = np.uint32(channels * (at_y * width + at_x))
         return int(lattice.shape[1])
     first = max(left, math.ceil(x - across))
     last = min(left + width - 1, math.floor(x + across))
