@@ -6,7 +6,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motes.detection import Detection, Detector, FaceDetector
+    from motes.detection import BackgroundDetector, Detection, Detector, FaceDetector
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
@@ -22,6 +22,7 @@ __version__ = "0.1.0"
 # Names are loaded on first use, so that `import motes` costs nothing.
 _HOMES = {
     "PRESETS": "presets",
+    "BackgroundDetector": "detection",
     "Box": "geometry",
     "ConfigError": "errors",
     "Detection": "detection",
@@ -47,6 +48,7 @@ _HOMES = {
 
 __all__ = [
     "PRESETS",
+    "BackgroundDetector",
     "Box",
     "ConfigError",
     "Detection",
