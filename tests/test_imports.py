@@ -44,6 +44,7 @@ ORDER = [
     "writer",
     "formats",
     "overlay",
+    "scene_overlay",
     "scenery",
     "synthetic",
     "charts",

@@ -72,7 +72,7 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
         (track,) = stage.show([walker(i)])
         assert track.identity == 1
         assert track.track.box == pytest.approx(walker(i))
-    for _ in range(20):
+    for _ in range(35):
         stage.show([walker(19)])
     statuses = [[t.track.status for t in stage.show([None])] for _ in range(60)]
     assert statuses[0] == [Status.OCCLUDED]  # the appearance rule sees that nothing is there
@@ -207,7 +207,7 @@ def test_colors_bridge_a_gap_of_detections() -> None:
         (said,) = stage.show([walker(i)], [])
         assert (said.track.status, said.detected) == (Status.TRACKING, False)
         assert iou(said.track.box, walker(i)) > 0.6
-    for i in range(26, 40):
+    for i in range(26, 34):
         (said,) = stage.show([walker(i)], [])
     assert said.track.status is Status.OCCLUDED
 

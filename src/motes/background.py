@@ -84,7 +84,7 @@ class Background:
     def __init__(
         self,
         method: Method | None = None,
-        least: float = 0.001,
+        least: float = 0.002,
         most: float = 0.5,
         limit: int = 100,
     ) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated
@@ -110,7 +110,7 @@ class SceneConfig(Config, frozen=True):
     alone
         Seconds for which colors alone may follow an object that no detection confirms.
     patience
-        Seconds for which a hidden object is waited for.
+        Seconds for which a hidden object is waited for, if it was known for as long before.
     farewell
         The same where it should be at the border, or outside.
     """
@@ -131,6 +131,8 @@ WITHIN = 0.7
 """A box with more than this share of it in another one lies within that."""
 LARGER = 1.4
 """A detection with two objects in it is that much larger than either."""
+LEAST_PATIENCE = 0.4
+"""Seconds for which any hidden object is waited for."""
 SCORES = 1000
 """How sure detections are is judged by so many of the latest."""
 PLACES = 2000
@@ -157,7 +159,8 @@ def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneCo
 class _Object:
     """What is known of an object.
 
-    `velocity` is in pixels a second, `seen` the time of its last detection. `place` is where it
+    `velocity` is in pixels a second, `since` and `seen` are the times of its first and its last
+    detection. `place` is where it
     should be in this frame, `foreseen` its filter's state before it looked at the frame.
     """
 
@@ -166,6 +169,7 @@ class _Object:
     state: FilterState
     track: Track
     velocity: Floats
+    since: float
     seen: float
     detected: bool = True
     behind: int | None = None
@@ -215,6 +219,11 @@ class Scene:
         self._last: Frame | None = None
         self.accounts = []
         self.born = self.gone = 0
+
+    @property
+    def remarks(self) -> Mapping[str, str]:
+        """What the detector has to tell about the picture, each once; see `Background`."""
+        return getattr(self._detector, "remarks", {})
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are hidden, oldest first.
@@ -277,7 +286,7 @@ class Scene:
 
     def _foresee(self, thing: _Object, frame: Frame, dt: float) -> None:
         """Say where an object should be by now, and move its particles there."""
-        old, (dx, dy) = thing.track.ellipse, thing.velocity * dt
+        old, (dx, dy) = thing.track.ellipse, (thing.velocity * dt).tolist()
         thing.place = old._replace(x=old.x + dx, y=old.y + dy)
         thing.state = self._moved(thing.state, old, thing.place)
         thing.detected = False
@@ -472,7 +481,7 @@ class Scene:
         if now > began:
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
-        self._objects.append(_Object(self.born, rng, state, track, velocity, now))
+        self._objects.append(_Object(self.born, rng, state, track, velocity, began, now))
         return self.born
 
     def _say(self, frame: Frame) -> list[SceneTrack]:
@@ -481,7 +490,8 @@ class Scene:
         for thing in self._objects:
             unseen = frame.time - thing.seen
             leaving = not _within(thing.track.box, frame)
-            if unseen > (self.config.farewell if leaving else self.config.patience):
+            patience = min(self.config.patience, max(thing.seen - thing.since, LEAST_PATIENCE))
+            if unseen > (self.config.farewell if leaving else patience):
                 thing.track = replace(thing.track, status=Status.LOST, confidence=0.0)
                 self.gone += 1
             else:
