@@ -63,6 +63,21 @@ def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
     assert detector.remarks["light"].startswith("Frame 20: ")
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
+    """The picture gets brighter by 10 % when the walker enters; only the walker is found."""
+    rng, detector = np.random.default_rng(0), Background(method)
+    for index in range(50):
+        frame = picture(index, rng)
+        gain = 1.1 if index >= 35 else 1.0
+        pixels = np.minimum(np.rint(gain * frame.pixels), 255).astype(np.uint8)
+        found = detector(Frame(index, index / 25, pixels))
+        if index > 33:
+            assert len(found) == 1, index
+            assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
+    assert detector.remarks == {}
+
+
 def test_a_moving_camera_is_said_once() -> None:
     rng, detector = np.random.default_rng(0), Background("gaussian")
     world = rng.integers(0, 256, (60, 400, 3), np.uint8)

@@ -32,6 +32,12 @@ NOISE = 4.0
 """Least standard deviation of a pixel in gray levels: what cameras and compression leave."""
 STILL = 10
 """After so many frames in a row of nearly nothing but foreground it is the camera that moves."""
+EXPOSURE = 0.2
+"""A camera changes its exposure by less than this share from what is usual."""
+RECENT = 50
+"""Frames over which it is learned how bright pixels usually are, of those looked at, ..."""
+SPARSE = 8
+"""... which are every so many in x and y."""
 GAP = (0.022, 0.008)
 """Patches closer than these shares of the frame's height and width, in y and x, are one object."""
 
@@ -108,11 +114,11 @@ class Background:
         """Return what moves in the next frame, the largest first, all with the score 1."""
         if frame.pixels.shape != self._shape:
             self._shape = frame.pixels.shape
-            self._model.begin(frame.pixels)
+            self._begin(frame.pixels)
             return []
-        mask = self._model.apply(frame.pixels)
+        mask = self._model.apply(self._exposed(frame.pixels))
         if mask.mean() > self._most:
-            self._model.begin(frame.pixels)
+            self._begin(frame.pixels)
             self._flooded += 1
             if self._flooded == STILL:
                 self._remark(frame, "camera", "the camera moves; what moves before it is not seen")
@@ -128,6 +134,27 @@ class Background:
             )
             self._remark(frame, "flood", said)
         return [Detection(box) for box in boxes[: self._limit]]
+
+    def _begin(self, pixels: Mask) -> None:
+        self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+        self._model.begin(pixels)
+
+    def _exposed(self, pixels: Mask) -> Mask:
+        """Return a frame as bright as usual: cameras change their exposure when somebody comes in.
+
+        A channel's gain is the median over pixels, so that what moves does not change it. Where the
+        gain is far from 1 it is the light that changes, not the camera.
+        """
+        sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+        gains = np.median(self._usual / sparse, axis=(0, 1))
+        if (np.abs(gains - 1) > EXPOSURE).any():
+            return pixels
+        self._usual += (gains * sparse - self._usual) / RECENT
+        out = np.empty_like(pixels)
+        for channel, gain in enumerate(gains.tolist()):
+            table = np.rint(gain * np.arange(256)).clip(0, 255).astype(np.uint8)
+            np.take(table, pixels[:, :, channel], out=out[:, :, channel])
+        return out
 
     def _remark(self, frame: Frame, kind: str, text: str) -> None:
         self.remarks.setdefault(kind, f"Frame {frame.index}: {text}.")
