@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motes.detection import BackgroundDetector, Detection, Detector, FaceDetector, best
+from motes.detection import Detection, Detector, FaceDetector, best
 from motes.errors import LimitError
 from motes.frame import Frame
 from motes.geometry import Box, iou, region_within
@@ -88,26 +88,3 @@ def test_a_face(data: Path) -> None:
     np.testing.assert_array_equal(boxes[0], [128, 79, 64, 78])
     assert iou(found.box, boxes[0]) > 0.4
     assert FaceDetector()(Frame(0, 0.0, np.zeros((80, 80, 3), np.uint8))) == []
-
-
-def test_what_moves_is_found() -> None:
-    """A bright box that walks over noise; neither its shadow nor something small, further away."""
-    pytest.importorskip("cv2")
-    rng, detector = np.random.default_rng(0), BackgroundDetector()
-    for index in range(40):
-        pixels = rng.integers(90, 110, (120, 160, 3)).astype(np.uint8)
-        walker = Box(10 + 3 * index, 40, 16, 30)
-        pixels[40:70, 10 + 3 * index : 26 + 3 * index] = 240
-        pixels[75:100, 10 + 3 * index : 26 + 3 * index] = 70
-        pixels[10:15, 10 + 3 * index : 15 + 3 * index] = 240
-        found = detector(Frame(index, index / 25, pixels))
-        assert index or not found
-        if index > 30:
-            assert [iou(each.box, walker) > 0.8 for each in found] == [True]
-            assert found[0].score == 1
-
-
-def test_without_opencv_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(LimitError, match=r"pip install 'motes\[opencv\]'"):
-        BackgroundDetector()

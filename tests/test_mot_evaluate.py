@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes.detection import BackgroundDetector
+from motes.background import BackgroundDetector
 from motes.errors import ConfigError, FormatError, LimitError, MotesError
 from motes.evaluate.entries import crowd_entry, detecting, enter
 from motes.evaluate.mot_contestants import Detecting, Found, Info

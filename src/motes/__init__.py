@@ -6,7 +6,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motes.detection import BackgroundDetector, Detection, Detector, FaceDetector
+    from motes.background import BackgroundDetector
+    from motes.detection import Detection, Detector, FaceDetector
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
@@ -22,7 +23,7 @@ __version__ = "0.1.0"
 # Names are loaded on first use, so that `import motes` costs nothing.
 _HOMES = {
     "PRESETS": "presets",
-    "BackgroundDetector": "detection",
+    "BackgroundDetector": "background",
     "Box": "geometry",
     "ConfigError": "errors",
     "Detection": "detection",

@@ -19,6 +19,7 @@ Color = tuple[int, int, int]
 COLORS: dict[Status, Color] = {
     Status.TRACKING: (86, 180, 233),
     Status.SEARCHING: (230, 159, 0),
+    Status.OCCLUDED: (240, 228, 66),
     Status.LOST: (213, 94, 0),
 }
 PARTICLE: Color = (255, 110, 205)

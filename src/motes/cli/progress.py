@@ -48,19 +48,22 @@ class Progress:
         self._at = time.perf_counter()
 
     def update(self, step: Step) -> None:
-        """Count a frame; show it if the last look is old enough."""
+        """Count the frame of a step; show it if the last look is old enough."""
+        self.count(f"{step.status} {step.track.confidence:.2f}" if step.track else step.status)
+
+    def count(self, state: str) -> None:
+        """Count a frame; show it, and the state of things, if the last look is old enough."""
         if self._bar is None:
             return
         self._frames += 1
         passed = time.perf_counter() - self._at
         if passed < INTERVAL:
             return
-        confidence = f" {step.track.confidence:.2f}" if step.track else ""
         self._bar.update(
             self._task,
             completed=self._frames,
             rate=(self._frames - self._shown) / passed,
-            state=f"{step.status}{confidence}",
+            state=state,
             refresh=True,
         )
         self._shown, self._at = self._frames, self._at + passed

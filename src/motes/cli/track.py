@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
-from urllib.parse import urlsplit
 
 from cyclopts import App, Parameter
 
@@ -28,6 +25,7 @@ from motes.cli.options import (
     Settings,
     announce_compiling,
     check_not_source,
+    default_output,
     load_target,
     named,
     read_text,
@@ -153,7 +151,7 @@ def track(
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     begin = _begin(init, ellipse, known, detect, at, background)
     if output is None and overlay is None and figures is None:
-        output = _default_output(source)
+        output = default_output(source)
     check_not_source(source, Path(output) if output else None, overlay)
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
@@ -217,16 +215,6 @@ def _begin(
         with named(at):
             places = load_places(at)
     return follow.on_target(known, places, None if background is None else read_image(background))
-
-
-def _default_output(source: str) -> str:
-    """Return where rows go if nobody says so."""
-    if not sys.stdout.isatty():
-        return "-"
-    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
-    stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
-    say(f"Writing {stem}.csv; choose another name with -o.")
-    return f"{stem}.csv"
 
 
 def _run(

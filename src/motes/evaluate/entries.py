@@ -47,8 +47,8 @@ from pathlib import Path
 from typing import Any
 
 from motes import __version__, presets
+from motes.background import BackgroundDetector
 from motes.config import from_toml, to_toml
-from motes.detection import BackgroundDetector
 from motes.errors import ConfigError, MotesError, SourceError
 from motes.evaluate import mot_contestants as mot
 from motes.evaluate.contestants import (

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from motes.detection import BackgroundDetector, Detection, Detector
+from motes.background import BackgroundDetector
+from motes.detection import Detection, Detector
 from motes.errors import ConfigError, FormatError, LimitError
 from motes.evaluate.contestants import LARGEST, import_factory
 from motes.evaluate.mot_rows import read_rows
