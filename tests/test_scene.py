@@ -203,11 +203,11 @@ def test_colors_bridge_a_gap_of_detections() -> None:
     stage = Stage()
     for i in range(20):
         stage.show([walker(i)])
-    for i in range(20, 26):  # less than the 0.4 s that an object may be alone
+    for i in range(20, 22):  # less than the 0.12 s that an object may be alone
         (said,) = stage.show([walker(i)], [])
         assert (said.track.status, said.detected) == (Status.TRACKING, False)
         assert iou(said.track.box, walker(i)) > 0.6
-    for i in range(26, 34):
+    for i in range(22, 30):
         (said,) = stage.show([walker(i)], [])
     assert said.track.status is Status.OCCLUDED
 
