@@ -65,11 +65,11 @@ def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
-    """The picture gets brighter by 10 % when the walker enters; only the walker is found."""
+    """The picture gets brighter by 18 % when the walker enters; only the walker is found."""
     rng, detector = np.random.default_rng(0), BackgroundDetector(method)
     for index in range(50):
         frame = picture(index, rng)
-        gain = 1.1 if index >= 35 else 1.0
+        gain = 1.18 if index >= 35 else 1.0
         pixels = np.minimum(np.rint(gain * frame.pixels), 255).astype(np.uint8)
         found = detector(Frame(index, index / 25, pixels))
         if index > 33:

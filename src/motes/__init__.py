@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
     from motes.presets import PRESETS, configure, preset
+    from motes.scene import Scene, SceneTrack
     from motes.target import Place, Target
     from motes.track import Status, Track
     from motes.tracker import OpenCVTracker, Tracker
@@ -36,6 +37,8 @@ _HOMES = {
     "MotesError": "errors",
     "OpenCVTracker": "tracker",
     "Place": "target",
+    "Scene": "scene",
+    "SceneTrack": "scene",
     "SourceError": "errors",
     "Status": "track",
     "Target": "target",
@@ -62,6 +65,8 @@ __all__ = [
     "MotesError",
     "OpenCVTracker",
     "Place",
+    "Scene",
+    "SceneTrack",
     "SourceError",
     "Status",
     "Target",

@@ -122,7 +122,7 @@ class SceneConfig(Config, frozen=True):
     confirm: Count = 3
     inertia: Share = 0.8
     covered: Annotated[float, Meta(gt=0, le=1)] = 0.3
-    alone: NonNegative = 0.4
+    alone: NonNegative = 0.12
     patience: Positive = 2.0
     farewell: NonNegative = 0.2
 
