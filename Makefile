@@ -26,7 +26,7 @@ lint: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes bench
+	$(BIN)/motes bench --against docs/performance.md
 
 accuracy: $(READY)
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \

@@ -687,7 +687,8 @@ def orientation_histograms(
         points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
         for i in range(points):
             value = flat[offsets[i]]
-            weights[i] = weights[i] * value if value > threshold else 0.0
+            # A branch that goes either way half of the time would take longer than all the rest.
+            weights[i] *= value * np.float32(value > threshold)
         _fill(offsets, weights, points, numbers, lanes)
         total = 0.0
         for u in range(count):
@@ -696,15 +697,19 @@ def orientation_histograms(
         whole = math.floor(shift)
         part = shift - whole
         scale = 0.25 / total if total > 0.0 else 0.0
+        place = whole % count
         for u in range(count):
-            first = (u + whole) % count
+            before = (place if place > 0 else count) - 1
+            after = place + 1 if place + 1 < count else 0
+            last = after + 1 if after + 1 < count else 0
             # The triangle at distances 1 + part, part, 1 - part and 2 - part.
             histograms[n, u] = scale * (
-                (1.0 - part) * lanes[0, (first - 1) % count]
-                + (2.0 - part) * lanes[0, first]
-                + (1.0 + part) * lanes[0, (first + 1) % count]
-                + part * lanes[0, (first + 2) % count]
+                (1.0 - part) * lanes[0, before]
+                + (2.0 - part) * lanes[0, place]
+                + (1.0 + part) * lanes[0, after]
+                + part * lanes[0, last]
             )
+            place = after
 
 
 @_kernel

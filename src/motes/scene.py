@@ -222,7 +222,7 @@ class Scene:
 
     @property
     def remarks(self) -> Mapping[str, str]:
-        """What the detector has to tell about the picture, each once; see `Background`."""
+        """What the detector has to tell about the picture, each once; see `BackgroundDetector`."""
         return getattr(self._detector, "remarks", {})
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:

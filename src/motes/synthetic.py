@@ -260,6 +260,30 @@ def still(
     return Clip(size, (Target(states),), seed=seed)
 
 
+def crowd(
+    size: tuple[int, int] = (1920, 1080),
+    target: tuple[float, float] = (60, 100),
+    frames: int = 20,
+    seed: int = 0,
+) -> Clip:
+    """Return a clip for benchmarks: rows of upright targets, as many as have room to circle.
+
+    Each goes around its place, 6 pixels away, once in all frames, so that the clip can be repeated
+    without a seam. A hundred targets and some of the default size have room in the default frame.
+    """
+    columns, rows = int(size[0] / (2 * target[0])), int(size[1] / (1.5 * target[1]))
+    angle = np.arange(frames) * 2 * math.pi / frames
+    circling = [
+        _states(
+            size[0] * (i % columns + 0.5) / columns + 6 * np.cos(angle),
+            size[1] * (i // columns + 0.5) / rows + 6 * np.sin(angle),
+            target[1] / 2, target[0] / 2, -math.pi / 2,
+        )
+        for i in range(columns * rows)
+    ]  # fmt: skip
+    return Clip(size, tuple(map(Target, circling)), seed=seed)
+
+
 def _coat(colors: list[list[int]]) -> tuple[Color, Color, Color]:
     shell, stripe, head = ((r, g, b) for r, g, b in colors)
     return shell, stripe, head
