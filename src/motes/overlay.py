@@ -41,7 +41,8 @@ def draw(
     """Return a copy of a frame's pixels with a track drawn on it.
 
     The estimate is an outline, solid and blue while tracking, dashed and orange while searching,
-    dashed and red-brown when lost. What lies outside the frame is clipped.
+    dashed and yellow when occluded, dashed and red-brown when lost. What lies
+    outside the frame is clipped.
 
     Parameters
     ----------
