@@ -1,4 +1,4 @@
-"""How many instructions it takes to follow a target, and an estimate of speed on small boards.
+"""How many instructions it takes to follow a target, and and a guess at speed on small boards.
 
     python benchmarks/instructions.py        # needs valgrind; takes some minutes
 
