@@ -45,6 +45,7 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xscale("log")
+    axes.margins(x=0.08)  # for the numbers behind the bars
     axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(visible=False)
     axes.legend(loc="upper right", frameon=False)
