@@ -16,7 +16,7 @@ from motes import kernels
 from motes.cues.color import Color, ColorModel
 from motes.frame import as_rgb
 from motes.geometry import Ellipse
-from motes.sampling import Checkerboard, EveryPixel, Lattice, Profile, sunflower
+from motes.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Profile, sunflower
 from oracles import (
     Bins,
     between_pixels,
@@ -305,11 +305,21 @@ def test_distance_worked_by_hand(p: list[float], q: list[float], rho: float) -> 
 
 def test_a_region_is_at_no_distance_from_itself() -> None:
     picture, ellipse = frame(mosaic(6, 50, 50)), Ellipse(20, 30, 9, 6, 0.4)
-    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
+    for sampling in (Lattice(points=DENSE), EveryPixel(), Checkerboard()):
         cue = Color(sampling=sampling)
         model = cue.learn(picture, ellipse)
         assert cue.distances(model, picture, np.array([ellipse]))[0] < 1e-7
         assert model.histogram.sum() == pytest.approx(1)
+
+
+def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
+    """A lattice's own error is in the candidates only."""
+    picture, where = frame(mosaic(6, 90, 90)), Ellipse(40, 45, 37, 26, 0.4)
+    cue, region = Color(), np.array([where])
+    exact = Color(sampling=EveryPixel()).histograms(picture, region)[0]
+    of_model = np.abs(cue.learn(picture, where).histogram - exact).sum()
+    of_reading = np.abs(cue.histograms(picture, region)[0] - exact).sum()
+    assert of_model < of_reading / 2
 
 
 def test_compact_bins() -> None:
@@ -343,7 +353,7 @@ def test_in_the_long_run_the_anchor_keeps_its_share(anchor: float) -> None:
     ellipse = Ellipse(14, 15, 8, 6, 0.2)
     cue = Color()
     model = cue.learn(before, ellipse)
-    first, seen = model.histogram, cue.learn(after, ellipse).histogram
+    first, seen = model.histogram, cue.histograms(after, np.array([ellipse]))[0]
     for _ in range(400):
         model = cue.adapt(model, after, ellipse, rate=0.1, anchor=anchor)
     np.testing.assert_allclose(model.histogram, anchor * first + (1 - anchor) * seen, atol=1e-9)
