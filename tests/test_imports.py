@@ -44,6 +44,7 @@ ORDER = [
     "writer",
     "formats",
     "overlay",
+    "annotations",
     "scene_overlay",
     "scenery",
     "synthetic",

@@ -82,8 +82,8 @@ def watch(
             name=["--output", "-o"],
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Rows, one for each object in each frame: .csv, .jsonl, .txt as the MOTChallenge "
-            "has it, or - for standard output.",
+            help="Each object in each frame: rows as .csv, .jsonl, .txt as the MOTChallenge has "
+            "it, or - for standard output; or a document as COCO (.json) or CVAT (.xml) has it.",
         ),
     ] = None,
     events: Annotated[
@@ -123,7 +123,7 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     check_not_source(source, overlay, *files)
 
-    from motes.cli.watch_outputs import Events, Overlay, Rows
+    from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
     from motes.scene import Scene
     from motes.video import open_source
@@ -137,7 +137,7 @@ def watch(
         if events is not None:
             outputs.append(Events(events, overwrite))
         if output is not None:
-            outputs.append(Rows(output, overwrite))
+            outputs.append(objects_output(output, overwrite))
         return _run(film, scene, counting, outputs)
 
 
