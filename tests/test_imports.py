@@ -38,6 +38,7 @@ ORDER = [
     "trackers",
     "association",
     "scene",
+    "ground",
     "counting",
     "decoder",
     "video",
