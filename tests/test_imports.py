@@ -27,6 +27,7 @@ ORDER = [
     "fusion",
     "estimate",
     "presence",
+    "adaptation",
     "particle_filter",
     "meanshift",
     "presets",

@@ -270,6 +270,29 @@ def maggio_growth(
     return _on_clips(rendered.growth, names, synthetic.growing, seeds, clips, output)
 
 
+@app.command(name="zhao-figure2")
+def zhao_figure2(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Zhao and Pei, figure 2: a target that turns around.
+
+    Parameters
+    ----------
+    presets
+        Trackers; zhao_pei:fixed, whose model stays, and zhao_pei if none is named.
+    """
+    from motes import synthetic
+    from motes.experiments import model_update
+
+    names = presets or ("zhao_pei:fixed", "zhao_pei")
+    output = Output("zhao-figure2", ("",), out, overwrite, plot=True)
+    return _on_clips(model_update.figure2, names, synthetic.rolling, seeds, clips, output)
+
+
 def _at_least_one(**counts: int) -> None:
     for name, count in counts.items():
         if count < 1:
