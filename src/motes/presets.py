@@ -145,6 +145,7 @@ PRESETS: dict[str, TrackerConfig] = {
     "zhao_pei:fixed": replace(  # figure 2, above
         ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)
     ),
+    "zhao_pei:72": replace(ZHAO_PEI, hog=Hog(cells=3)),  # section 2.1
     "zhao_pei:color": replace(
         ZHAO_PEI,
         hog=None,

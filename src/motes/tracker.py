@@ -242,7 +242,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 1
+FORMAT = 2
 """Of saved trackers."""
 
 

@@ -106,7 +106,7 @@ Preset = Annotated[
         group=CONFIGURATION,
         help="nummiaro, nummiaro:adaptive, maggio, ng_delp, zhao_pei, mean_shift or "
         "mean_shift:kalman; or a variant: ng_delp:color, ng_delp:edges, zhao_pei:fixed, "
-        "zhao_pei:color, zhao_pei:hog, maggio:C, maggio:O-FOH, maggio:O-ROH, "
+        "zhao_pei:72, zhao_pei:color, zhao_pei:hog, maggio:C, maggio:O-FOH, maggio:O-ROH, "
         "maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
         "maggio:C+O-A-FOH, maggio:C+O-A-ROH, maggio:C+O-A&SS-FOH, maggio:C+O-A&SS-ROH.",
     ),
