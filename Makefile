@@ -26,17 +26,19 @@ lint: $(READY)
 
 bench: $(READY)
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes bench
+	$(BIN)/motes bench --against docs/performance.md
 
 accuracy: $(READY)
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
+# TrackEval is what tests compare with; of what it asks for, an OpenCV would overwrite ours.
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[all,dev]'
+	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0
 	touch $@
 
 clean:

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from motes import Tracker
-from motes.cli.bench import MAIN, TARGETS, clip
 from motes.evaluate.peers import PEERS, peer
+from motes.experiments.speed import MAIN, OURS, SIZE, TARGETS, Film
+from motes.synthetic import still
 
 FRAMES = 31
 
@@ -30,24 +31,18 @@ def rerun(benchmark: Any, start: Any, images: list[Any]) -> None:
 
 
 @pytest.mark.parametrize("target", TARGETS, ids="{0[0]}x{0[1]}".format)
-@pytest.mark.parametrize(
-    "preset", ["nummiaro", "nummiaro:adaptive", "maggio", "ng_delp", "mean_shift"]
-)
+@pytest.mark.parametrize("preset", OURS)
 def test_update(benchmark: Any, preset: str, target: tuple[int, int]) -> None:
-    frames, region = clip(target, FRAMES)
-
-    def start() -> Tracker:
-        tracker = Tracker(preset)
-        tracker.init(frames[0], region)
-        return tracker
-
-    rerun(benchmark, start, frames)
+    frames, (region,) = Film.of(still(SIZE, target, FRAMES))
+    tracker = Tracker(preset)
+    tracker.init(frames[0], region)
+    rerun(benchmark, lambda: copy.copy(tracker), frames)
 
 
 @pytest.mark.parametrize("name", PEERS)
 def test_peer(benchmark: Any, name: str) -> None:
     pytest.importorskip("cv2")
-    frames, region = clip(MAIN, FRAMES)
+    frames, (region,) = Film.of(still(SIZE, MAIN, FRAMES))
     images = [frame.pixels[:, :, ::-1].copy() for frame in frames]
 
     def start() -> Any:

@@ -124,6 +124,20 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 # What users get
 
 
+def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
+    error = go("track FILM --init BOX -o r.csv --fps-target 1e6 --budget.least 31")[2]
+    assert "31 to 100 particles" in error  # 100 before it knows its pace
+    error = go("track FILM --init BOX -o s.csv --budget.least 31")[2]
+    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
+    assert found
+    least, most, mean = map(int, found.groups())
+    assert 31 <= least < mean < most <= 500
+    error = go("track FILM --init BOX -o t.csv --budget.least 40 --budget.most 40 --particles 40")[
+        2
+    ]
+    assert "ms a frame, 40 particles; wrote t.csv" in error
+
+
 def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go("track FILM --init BOX -o r.csv")
     assert (code, out) == (0, "")
@@ -361,6 +375,10 @@ SINGLE_TYPES = ("type",)
         ("track", 2, "There is no source; name a video"),
         ("track FILM", 2, "Give one of --init, --ellipse, --histogram, --detect, for example"),
         ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
+        ("track FILM --init BOX --fps-target 0", 2, "A rate of frames is a positive number; got 0"),
+        ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
+        ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "no run repeats itself"),
+        ("track FILM --init BOX --budget.least 9 --budget.most 3", 2, "least is 9, and most is 3"),
         ("track FILM --init BOX --at a.toml", 2, "belong to --histogram"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),

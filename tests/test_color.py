@@ -12,6 +12,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.cues.color import Color, ColorModel
 from motes.frame import as_rgb
 from motes.geometry import Ellipse
@@ -55,6 +56,26 @@ def on_a_border(shape: Any, ellipse: Ellipse) -> bool:
 
 
 # Bins
+
+
+@pytest.mark.parametrize("bins", [(8, 8, 4), (10, 10, 10), (7, 13, 61), (64, 64, 64)])
+def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
+    """Quotients in single precision against whole numbers, over a grid of 700,000 colors."""
+    levels = np.append(np.arange(0, 255, 3), [127, 254, 255])
+    r, g, b = (part.ravel() for part in np.meshgrid(levels, levels, levels))
+    found = (r + 256 * g + 65536 * b).astype(np.uint32)
+    kernels._color_bins(found, found.size, kernels.HSV, *bins)
+    high = np.maximum(np.maximum(r, g), b)
+    spread = high - np.minimum(np.minimum(r, g), b)
+    hue = np.select(
+        [spread == 0, (high == r) & (g >= b), high == r, high == g],
+        [0 * r, g - b, 6 * spread + g - b, 2 * spread + b - r],
+        4 * spread + r - g,
+    )
+    i0 = hue * bins[0] // np.maximum(6 * spread, 1)
+    i1 = np.minimum(spread * bins[1] // np.maximum(high, 1), bins[1] - 1)
+    expected = (i0 * bins[1] + i1) * bins[2] + (high * bins[2] >> 8)
+    np.testing.assert_array_equal(found, expected)
 
 
 def bins_of(colors: Any, space: Space, bins: Bins) -> NDArray[np.intp]:
@@ -359,3 +380,17 @@ def test_the_mean_shift_vector(seed: int, ellipse: Ellipse) -> None:
         total, x, y = total + weight, x + weight * column, y + weight * row
     expected = (x / total, y / total) if total > 0 else (ellipse.x, ellipse.y)
     np.testing.assert_allclose(cue.shift(model, picture, ellipse), expected, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (10, 10, 1e5, 1e5, 0), (10, 10, 1e9, 5, 0.3), (1e9, 3, 1e9, 4, 0), (5, 5, 1e18, 1e18, 0.2),
+        (-3e9, 3, 3e9 + 20, 4, 0), (5, 5, 1e200, 1, 0), (1e300, 5, 8, 8, 0), (9, np.inf, 8, 8, 0),
+    ],
+)  # fmt: skip
+def test_absurd_ellipses_read_nothing_that_is_not_there(values: tuple[float, ...]) -> None:
+    pixels = mosaic(4, 48, 64)
+    for cue in (Color(), Color(space="hsv", bins=HSV8, kernel="uniform")):
+        total = cue.histograms(frame(pixels), np.array([values], float)).sum()
+        assert total == 0 or total == pytest.approx(1)

@@ -112,7 +112,7 @@ def test_perturbed_times(frames: int, absent: range, expected: list[int]) -> Non
     film = sequence([ABSENT if i in absent else [i, 0, 9, 9] for i in range(frames)])
     found = starts("tre", film, 200, 100)
     assert [start.frame for start in found] == expected
-    assert [start.box.x for start in found] == expected
+    assert [start.box and start.box.x for start in found] == expected
     assert [start.label for start in found] == [f"from-{frame:03d}" for frame in expected]
 
 
@@ -307,7 +307,10 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     ("name", "error"),
     [
         ("numiaro", "did you mean nummiaro?"),
-        ("mean_shift:kalmn", "neither such a tracker nor a module mean_shift; did you mean mean_s"),
+        (
+            "mean_shift:kalmn",
+            "neither such a name here nor a module mean_shift; did you mean mean_s",
+        ),
         ("cv2:mill", "did you mean cv2:mil?"),
         ("zzz", "known are nummiaro"),
         ("no.toml", "cannot be read: No such file"),
@@ -448,7 +451,8 @@ def _odd(value: Any) -> Answer:
     contestant = entry("odd:Odd").begin(0)
     contestant.init(*film()[0])
     sys.modules["odd"].Odd.value = value
-    return contestant.update(film()[1][0])
+    answer: Answer = contestant.update(film()[1][0])
+    return answer
 
 
 def test_callables_must_make_trackers(home: Path) -> None:

@@ -46,9 +46,21 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a clip in which something walks by."""
+    path = tmp_path_factory.mktemp("readme") / "street.mp4"
+    states = np.array([[8 * i - 30, 120, 24, 17, 0] for i in range(45)], np.float64)
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in synthetic.Clip((320, 240), (synthetic.Target(states),)):
+            writer.write(frame.pixels)
+    return path
+
+
 @pytest.fixture
-def folder(video: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "video.mp4").symlink_to(video)
+    (tmp_path / "street.mp4").symlink_to(street)
     pictures = tmp_path / "sequences" / "beetle" / "img"
     pictures.mkdir(parents=True)
     with open_source(video, end=6) as film:
@@ -79,11 +91,15 @@ def test_make_targets_exist() -> None:
 
 
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, opencv = blocks("python")
+    code, several, opencv = blocks("python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     exec(code, {})
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == 30
+    assert all("tracking" in line for line in printed)
+    exec(several, {})
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 29
     assert all("tracking" in line for line in printed)
 
     clip = synthetic.still((640, 480), target=(60, 100), frames=2)

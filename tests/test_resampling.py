@@ -208,6 +208,6 @@ def test_when_selection_is_due() -> None:
 def test_the_configured_scheme_is_used(name: Scheme) -> None:
     log = np.log([0.1, 0.2, 0.3, 0.4])
     weights = Weights.from_log(log)
-    chosen = Resampling(scheme=name).ancestors(np.random.default_rng(3), weights)
+    chosen = Resampling(scheme=name).ancestors(np.random.default_rng(3), weights, 4)
     expected = SCHEMES[name](np.random.default_rng(3), weights.values, 4)
     np.testing.assert_array_equal(chosen, expected)

@@ -546,9 +546,7 @@ def test_mean_shift_says_that_it_lost_the_target(name: str) -> None:
 OCCLUDED = list(synthetic.occluded((160, 120), frames=110, length=12))
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in PRESETS if name in SEEING and name not in NEAR]
-)
+@pytest.mark.parametrize("name", [name for name in PRESETS if name in SEEING and name not in NEAR])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_behind_a_stem(name: str, seed: int) -> None:
     """A stale box is never sold as a sure one, in a picture with much that looks alike."""

@@ -6,11 +6,13 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from motes.background import BackgroundDetector
     from motes.detection import Detection, Detector, FaceDetector
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
     from motes.presets import PRESETS, configure, preset
+    from motes.scene import Scene, SceneTrack
     from motes.target import Place, Target
     from motes.track import Status, Track
     from motes.tracker import OpenCVTracker, Tracker
@@ -22,6 +24,7 @@ __version__ = "0.1.0"
 # Names are loaded on first use, so that `import motes` costs nothing.
 _HOMES = {
     "PRESETS": "presets",
+    "BackgroundDetector": "background",
     "Box": "geometry",
     "ConfigError": "errors",
     "Detection": "detection",
@@ -34,6 +37,8 @@ _HOMES = {
     "MotesError": "errors",
     "OpenCVTracker": "tracker",
     "Place": "target",
+    "Scene": "scene",
+    "SceneTrack": "scene",
     "SourceError": "errors",
     "Status": "track",
     "Target": "target",
@@ -47,6 +52,7 @@ _HOMES = {
 
 __all__ = [
     "PRESETS",
+    "BackgroundDetector",
     "Box",
     "ConfigError",
     "Detection",
@@ -59,6 +65,8 @@ __all__ = [
     "MotesError",
     "OpenCVTracker",
     "Place",
+    "Scene",
+    "SceneTrack",
     "SourceError",
     "Status",
     "Target",

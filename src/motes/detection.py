@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
-from motes.errors import LimitError
+import numpy as np
+
+from motes.errors import LimitError, SourceError
 from motes.frame import Frame
 from motes.geometry import Box
 
@@ -78,3 +82,86 @@ def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
         and 2 <= found.box.height <= frame.height
     ]
     return max(fitting, key=lambda found: found.score, default=None)
+
+
+class PeopleDetector:
+    """Upright people of some 100 pixels and more, by gradient histograms and a linear classifier.
+
+    Dalal and Triggs, CVPR 2005, as OpenCV ships it, trained.
+
+    Parameters
+    ----------
+    threshold
+        Least score, the distance from the classifier's boundary.
+
+    Raises
+    ------
+    LimitError
+        If OpenCV is not installed.
+    """
+
+    def __init__(self, threshold: float = 0.5) -> None:
+        try:
+            import cv2
+        except ImportError:
+            raise LimitError(
+                "Finding people needs OpenCV; install it with: pip install 'motes[opencv]'."
+            ) from None
+        self._find = cv2.HOGDescriptor()
+        self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
+        self._threshold = threshold
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the people in a frame."""
+        if frame.width < 64 or frame.height < 128:  # its window does not fit in
+            return []
+        boxes, scores = self._find.detectMultiScale(
+            frame.pixels, hitThreshold=self._threshold, winStride=(8, 8), scale=1.05
+        )
+        # The window has a margin around the person.
+        return [
+            Detection(Box(x + 0.15 * w, y + 0.07 * h, 0.7 * w, 0.86 * h), score)
+            for (x, y, w, h), score in zip(
+                np.reshape(boxes, (-1, 4)).tolist(), np.ravel(scores).tolist(), strict=True
+            )
+        ]
+
+
+class RecordedDetections:
+    """Detections in a file as the MOTChallenge writes them, a line for each.
+
+    Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
+    score, perhaps more; frames and pixels count from 1.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or a line is none.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._frames: dict[int, list[Detection]] = {}
+        try:
+            lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            raise SourceError(f"{path} cannot be read: {reason}; check the name.") from None
+        for number, line in enumerate(lines, start=1):
+            if not line.strip():
+                continue
+            try:
+                frame, _, x, y, width, height, score = map(float, (line + ",1").split(",")[:7])
+                if not (math.isfinite(x + y + score) and 0 < width < 1e6 and 0 < height < 1e6):
+                    raise ValueError
+                index = int(frame) - 1
+            except (ValueError, OverflowError):
+                raise SourceError(
+                    f"{path}, line {number}, is no detection: frame, -1, x, y, width, height, "
+                    f"score; got {line[:60]!r}."
+                ) from None
+            found = Detection(Box(x - 1, y - 1, width, height), score)
+            self._frames.setdefault(index, []).append(found)
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the detections that the file has for a frame."""
+        return self._frames.get(frame.index, [])

@@ -4,12 +4,11 @@ One file, though a long one: numba keeps a compiled kernel until the kernel's ow
 would not see a change in another file that it calls.
 
 Kernels that read pixels release the GIL; all allocate nothing inside loops and know no Python
-objects. An ellipse is a
-row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`, `HSV_V`); a pixel's bin is
-(i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel, or in `HSV_V`
-i0 * n1 + i1 of n0 x n1 for a pixel with color and n0 * n1 + i2 for one without. `slots` maps each
-of these bins to a place in a histogram that holds only the bins wanted, its last place taking
-all others.
+objects. An ellipse is a row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`, `HSV_V`);
+a pixel's bin is (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel, or in
+`HSV_V` i0 * n1 + i1 of n0 x n1 for a pixel with color and n0 * n1 + i2 for one without. `slots`
+maps each of these bins to a place in a histogram that holds only the bins wanted, its last place
+taking all others.
 
 An ellipse's pixels are read at the points of `lattice`, (2, n) in the unit disk; where it is empty,
 those are read whose row and column add up to a multiple of the first number of `grid`, and whose
@@ -271,8 +270,8 @@ def _points(
         du, dv = np.float32(uu), np.float32(vv)
         for i in range(us.shape[0]):  # without branches, so that it becomes vector code
             u, v = us[i], vs[i]
-            across_u, down_v = np.int32(x0 + u * ax + v * bx), np.int32(y0 + u * ay + v * by)
-            place = np.int32(down_v * line) + np.int32(across_u * pixel)
+            px, py = np.int32(x0 + u * ax + v * bx), np.int32(y0 + u * ay + v * by)
+            place = np.int32(py * line) + np.int32(px * pixel)
             offsets[i] = np.int32(corner + np.int32(place))
             weights[i] = one - (u * u * du + v * v * dv)
         if profile == GAUSSIAN:
@@ -282,10 +281,12 @@ def _points(
         ):  # fmt: skip
             for i in range(us.shape[0]):
                 u, v = us[i], vs[i]
-                px = column + np.int32(x0 + u * ax + v * bx)
-                py = row + np.int32(y0 + u * ay + v * by)
-                if px < 0 or py < 0 or px >= width or py >= height:
+                at_x = column + int(np.int32(x0 + u * ax + v * bx))
+                at_y = row + int(np.int32(y0 + u * ay + v * by))
+                if at_x < 0 or at_y < 0 or at_x >= width or at_y >= height:
                     offsets[i], weights[i] = np.uint32(0), 0.0
+                else:  # again: an absurdly large ellipse may have overflowed above, and elsewhere
+                    offsets[i] = np.uint32(channels * (at_y * width + at_x))
         return int(lattice.shape[1])
     first = max(left, math.ceil(x - across))
     last = min(left + width - 1, math.floor(x + across))
@@ -709,7 +710,8 @@ def orientation_histograms(
         points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
         for i in range(points):
             value = flat[offsets[i]]
-            weights[i] = weights[i] * value if value > threshold else 0.0
+            # A branch that goes either way half of the time would take longer than all the rest.
+            weights[i] *= value * np.float32(value > threshold)
         _fill(offsets, weights, points, numbers, lanes)
         total = 0.0
         for u in range(count):
@@ -718,15 +720,19 @@ def orientation_histograms(
         whole = math.floor(shift)
         part = shift - whole
         scale = 0.25 / total if total > 0.0 else 0.0
+        place = whole % count
         for u in range(count):
-            first = (u + whole) % count
+            before = (place if place > 0 else count) - 1
+            after = place + 1 if place + 1 < count else 0
+            last = after + 1 if after + 1 < count else 0
             # The triangle at distances 1 + part, part, 1 - part and 2 - part.
             histograms[n, u] = scale * (
-                (1.0 - part) * lanes[0, (first - 1) % count]
-                + (2.0 - part) * lanes[0, first]
-                + (1.0 + part) * lanes[0, (first + 1) % count]
-                + part * lanes[0, (first + 2) % count]
+                (1.0 - part) * lanes[0, before]
+                + (2.0 - part) * lanes[0, place]
+                + (1.0 + part) * lanes[0, after]
+                + part * lanes[0, last]
             )
+            place = after
 
 
 @_kernel
@@ -771,11 +777,8 @@ def sobel(
     height, width = bins.shape
     gray = np.empty((height + 2, width + 2), np.float32)
     _gray(pixels, left - 1, top - 1, 1, gray)
-    gx, gy, turn = (
-        np.empty(width, np.float32),
-        np.empty(width, np.float32),
-        np.empty(width, np.float32),
-    )
+    lines = np.empty((3, width), np.float32)
+    gx, gy, turn = lines[0], lines[1], lines[2]
     two = np.float32(2)
     for y in range(height):
         above, here, below = gray[y], gray[y + 1], gray[y + 2]
@@ -917,11 +920,8 @@ def edge_histograms_at(
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     work = np.empty((2, 3, room), np.int32)
     smooth, derivative = np.array([2, 1], np.float32), np.array([0, 1], np.float32)
-    gx, gy, turn = (
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-    )
+    planes = np.empty((3, room), np.float32)
+    gx, gy, turn = planes[0], planes[1], planes[2]
     order, bins = np.arange(room).astype(np.uint32), np.empty(room, np.uint8)
     lanes = np.empty((LANES, count + 1))
     for n in range(ellipses.shape[0]):
@@ -1100,11 +1100,8 @@ def hog_histograms_at(
     places, weights = np.empty(room, np.uint32), np.empty(room)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     work = np.empty((2, 2 * smooth.shape[0] - 1, room), np.int32)
-    gx, gy, strength = (
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-        np.empty(room, np.float32),
-    )
+    planes = np.empty((3, room), np.float32)
+    gx, gy, strength = planes[0], planes[1], planes[2]
     cells, bins = np.empty(room, np.uint32), np.empty(room, np.uint8)
     slots, lanes = np.arange(size).astype(np.uint8), np.empty((LANES, size))
     for n in range(ellipses.shape[0]):

@@ -19,6 +19,7 @@ Color = tuple[int, int, int]
 COLORS: dict[Status, Color] = {
     Status.TRACKING: (86, 180, 233),
     Status.SEARCHING: (230, 159, 0),
+    Status.OCCLUDED: (240, 228, 66),
     Status.LOST: (213, 94, 0),
 }
 PARTICLE: Color = (255, 110, 205)
@@ -40,7 +41,8 @@ def draw(
     """Return a copy of a frame's pixels with a track drawn on it.
 
     The estimate is an outline, solid and blue while tracking, dashed and orange while searching,
-    dashed and red-brown when lost. What lies outside the frame is clipped.
+    dashed and yellow when occluded, dashed and red-brown when lost. What lies
+    outside the frame is clipped.
 
     Parameters
     ----------

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.adaptation import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
+from motes.budget import Budget
 from motes.config import Config, Count
 from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
@@ -113,7 +114,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     Attributes
     ----------
     particles
-        How many: N.
+        How many: N; with a budget, only at the start.
+    budget
+        How many the next frame gets; without one, always the same number.
     motion
         How the target moves.
     color, orientation, edges, hog
@@ -144,6 +147,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
     adaptation: Adaptation = Forgetting()
+    budget: Budget | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -224,25 +228,31 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
     def step(
-        self, rng: np.random.Generator, state: FilterState, frame: Frame
+        self,
+        rng: np.random.Generator,
+        state: FilterState,
+        frame: Frame,
+        affordable: int | None = None,
     ) -> tuple[FilterState, Info]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
         While the target is searched for, half of the particles go on from where they are, and the
-        other half is spread anew over the places where it may appear.
+        other half is spread anew over the places where it may appear. With a budget, there are no
+        more particles than are `affordable`, but never fewer than its range allows.
         """
         searching = state.status is not Status.TRACKING
+        n = self._count(state, affordable)
         states, prior = state.states, state.weights.log
-        if searching or self.resampling.due(state.weights):
-            states = states.take(self.resampling.ancestors(rng, state.weights), axis=0)
-            prior = np.zeros(self.particles)
+        if searching or n != len(states) or self.resampling.due(state.weights):
+            states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
+            prior = np.zeros(n)
         dt = min(frame.time - state.time, LONGEST_INTERVAL)
         states = self.motion.propagate(rng, states, dt, state.first)
         if searching:
-            fresh = spread(rng, state.places, state.first, (self.particles + 1) // 2)
+            fresh = spread(rng, state.places, state.first, (n + 1) // 2)
             # A random half: most schemes return ancestors in order, so that any fixed half would
             # lose some particles for certain, however good.
-            replaced = rng.choice(self.particles, len(fresh), replace=False)
+            replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
         return self._observe(state, frame, states, prior)
 
@@ -253,6 +263,16 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
+
+    def _count(self, state: FilterState, affordable: int | None) -> int:
+        """Return how many particles the next frame gets."""
+        # Particles all in one place, as at the start, do not say how far they will spread.
+        if self.budget is None or (state.states == state.states[0]).all():
+            return self.particles
+        wanted = self.budget.count(self.motion.ellipses(state.states), state.first)
+        if affordable is None:
+            return wanted
+        return max(min(wanted, affordable), self.budget.least)
 
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
@@ -304,7 +324,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
         appearing, support = kernels.appearing(overall, weights.values, threshold)
-        there = appearing > self.presence.fraction * self.particles
+        there = appearing > self.presence.fraction * len(states)
         status, missed = self.presence.next_status(state.status, there, state.missed)
         models, memories, lessons = state.models, state.memories, dict[str, Lesson]()
         if there and frame.time > state.time:  # a frame that was learned from has no more to say

@@ -120,6 +120,6 @@ class Resampling(Config, frozen=True):
             or weights.effective_sample_size < self.threshold * weights.values.size
         )
 
-    def ancestors(self, rng: np.random.Generator, weights: Weights) -> Indices:
-        """Return the indices (N,) of the particles that go on."""
-        return SCHEMES[self.scheme](rng, weights.values, weights.values.size)
+    def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
+        """Return the indices (n,) of the particles that go on."""
+        return SCHEMES[self.scheme](rng, weights.values, n)

@@ -27,6 +27,11 @@ Colors = tuple[Color, Color, Color]
 
 REACH = 1.25
 """A texture covers -REACH … REACH half-axes, so that half-covered pixels find colors too."""
+COATS = np.frombuffer(
+    bytes.fromhex("eec45c2c1e1ac44e28 5a8cdc1e2850c8c8f0 c850505a1414fab478 78be6e1e4628f0f078"),
+    np.uint8,
+).reshape(4, 3, 3)
+"""Colors (RGB) of the shell, its stripes and the head, for four kinds of beetles."""
 
 
 class Truth(NamedTuple):
@@ -236,6 +241,26 @@ def crossing(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 
     return Clip(size, (Target(behind), Target(front, colors)), seed=seed)
 
 
+def hiding(size: tuple[int, int] = (320, 240), length: int = 12, seed: int = 0) -> Clip:
+    """Return a clip in which a target walks behind a larger one that comes towards it.
+
+    Both enter and leave the frame, the small one from the left. It is hidden whole for about
+    `length` frames, in which it keeps its pace. The seed also chooses their colors, and how high
+    they walk.
+    """
+    rng, scale = np.random.default_rng((seed, 3)), scale_of(size)
+    a, b, speed = 32 * scale, 24 * scale, 2.4 * scale  # of each; they approach twice as fast
+    large = a + speed * length, b + 16 * scale
+    way = np.arange(-0.5, 0.5, speed / (size[0] + 4 * large[0])) * (size[0] + 4 * large[0])
+    (x, y), off = _center(size), rng.uniform(-0.15, 0.15) * size[1]
+    behind, front = COATS[rng.permutation(len(COATS))[:2]].tolist()
+    walks = (
+        Target(_states(x + way, y + off, a, b, 0.0), _coat(behind)),
+        Target(_states(x - way, y + off, *large, math.pi), _coat(front)),
+    )
+    return Clip(size, walks, seed=seed)
+
+
 def still(
     size: tuple[int, int] = (640, 480),
     target: tuple[float, float] = (60, 100),
@@ -252,6 +277,35 @@ def still(
         x + 6 * np.cos(angle), y + 6 * np.sin(angle), target[1] / 2, target[0] / 2, -math.pi / 2
     )
     return Clip(size, (Target(states),), seed=seed)
+
+
+def crowd(
+    size: tuple[int, int] = (1920, 1080),
+    target: tuple[float, float] = (60, 100),
+    frames: int = 20,
+    seed: int = 0,
+) -> Clip:
+    """Return a clip for benchmarks: rows of upright targets, as many as have room to circle.
+
+    Each goes around its place, 6 pixels away, once in all frames, so that the clip can be repeated
+    without a seam. A hundred targets and some of the default size have room in the default frame.
+    """
+    columns, rows = int(size[0] / (2 * target[0])), int(size[1] / (1.5 * target[1]))
+    angle = np.arange(frames) * 2 * math.pi / frames
+    circling = [
+        _states(
+            size[0] * (i % columns + 0.5) / columns + 6 * np.cos(angle),
+            size[1] * (i // columns + 0.5) / rows + 6 * np.sin(angle),
+            target[1] / 2, target[0] / 2, -math.pi / 2,
+        )
+        for i in range(columns * rows)
+    ]  # fmt: skip
+    return Clip(size, tuple(map(Target, circling)), seed=seed)
+
+
+def _coat(colors: list[list[int]]) -> tuple[Color, Color, Color]:
+    shell, stripe, head = ((r, g, b) for r, g, b in colors)
+    return shell, stripe, head
 
 
 def _center(size: tuple[int, int]) -> tuple[float, float]:

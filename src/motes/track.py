@@ -18,6 +18,8 @@ class Status(StrEnum):
     """The target is looked for; the ellipse is the best guess, not a finding."""
     TRACKING = "tracking"
     """The target is followed."""
+    OCCLUDED = "occluded"
+    """Something hides the target; the ellipse is where it should be. Only a `Scene` says so."""
     LOST = "lost"
     """This frame ended the tracking; from the next one on the target is searched for."""
 

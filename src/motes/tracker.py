@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.budget import Budget, Pace
 from motes.config import from_dict, to_dict
 from motes.detection import Detector, best
 from motes.errors import ConfigError, FormatError, SourceError
@@ -36,6 +39,10 @@ class Tracker:
         A preset's name or a configuration.
     seed
         Of the random numbers; the same seed gives the same tracks to the last bit.
+    fps_target
+        Frames a second that the tracker shall manage by itself, decoding left aside: it then has a
+        budget, if need be the default one, and within its range no more particles than time allows.
+        Since that depends on the machine and its mood, tracks are then not the same twice.
 
     Attributes
     ----------
@@ -48,12 +55,24 @@ class Tracker:
 
     info: Info
 
-    def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
+    def __init__(
+        self,
+        config: str | TrackerConfig = "nummiaro",
+        seed: int = 0,
+        fps_target: float | None = None,
+    ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         if not isinstance(seed, int | np.integer) or seed < 0:
             raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
+        self._pace: Pace | None = None
+        if fps_target is not None:
+            self._pace = Pace(fps_target)
+            if not isinstance(self.config, ParticleFilter):
+                raise ConfigError("Only a particle filter can choose how many particles it has.")
+            if self.config.budget is None:
+                self.config = replace(self.config, budget=Budget())
         self._seed = int(seed)
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: State | None = None
@@ -157,7 +176,13 @@ class Tracker:
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
             )
-        return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
+        if self._pace is None:
+            return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
+        clock = time.perf_counter()
+        begun = self.config.step(self._rng, state, picture, self._pace.affordable)  # type: ignore
+        track = self._take(picture, begun)
+        self._pace.add(time.perf_counter() - clock, len(self.info.weights))
+        return track
 
     def correct(self, region: Sequence[float]) -> Track:
         """Say where the target really is in the last frame; what it looks like is kept."""

@@ -2,159 +2,126 @@
 
 from __future__ import annotations
 
-import copy
-import statistics
+import itertools
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Annotated
 
-from rich.console import Console
-from rich.table import Table
+from cyclopts import Parameter
 
-from motes.cli.follow import follow, on_region, prefetch
-from motes.errors import ConfigError, LimitError
-from motes.evaluate.peers import PEERS, peer
-from motes.frame import Frame
+from motes.cli.follow import prefetch
+from motes.cli.options import RUN, Overwrite, announce_compiling, read_text
+from motes.cli.results import Out, Output, show
+from motes.errors import ConfigError
+from motes.evaluate.tables import Table
+from motes.experiments import speed, speed_plot, speed_report
+from motes.experiments.result import Experiment, Result
+from motes.experiments.speed import LARGE, MAIN, SIZE, Film, Job, Run
+from motes.experiments.speed_report import Growth, Ratio, named_size
+from motes.frame import FRAME_INTERVAL
 from motes.geometry import Ellipse
-from motes.synthetic import still
-from motes.tracker import Tracker
+from motes.synthetic import crowd, still
+from motes.trackers import Trackers
 from motes.video import open_source
 from motes.writer import VideoWriter
 
-SIZE = (640, 480)
-MAIN, SMALLER = (120, 200), (60, 100)
-"""The targets, width and height, on which trackers are compared: all, and CSRT."""
-TARGETS = ((28, 44), SMALLER, MAIN)
+TABLES = ("trackers", "targets", "particles", "files")
+UPDATES = 5
+"""Of a crowd in each round: a thousand targets are not a matter of milliseconds."""
+LENGTH, LARGE_LENGTH = 400, 100
+"""Frames of the files."""
 
 
-FILE_FRAMES, FILE_ROUNDS = 1000, 3
+def bench(
+    *,
+    frames: Annotated[int, Parameter(group=RUN, help="Of each clip.")] = 31,
+    rounds: Annotated[int, Parameter(group=RUN, help="How often everything is measured.")] = 3,
+    against: Annotated[
+        Path | None,
+        Parameter(group=RUN, help="bench.md of another run: compare the ratios to peers with it."),
+    ] = None,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Measure trackers side by side on rendered clips, and how their time grows.
 
-
-def clip(target: tuple[int, int], frames: int) -> tuple[list[Frame], Ellipse]:
-    """Return the frames of a rendered clip and the target's first region."""
-    rendered = list(still(SIZE, target=target, frames=frames))
-    return [frame for frame, _ in rendered], rendered[0][1][0].ellipse
-
-
-def timed_updates(update: Callable[[Any], object], images: Sequence[Any]) -> list[float]:
-    """Return the seconds of each update, on images just written, as a decoder leaves them."""
-    seconds = []
-    for image in map(copy.deepcopy, images):
-        start = time.perf_counter()
-        update(image)
-        seconds.append(time.perf_counter() - start)
-    return seconds
-
-
-def started(preset: str, frames: list[Frame], region: Ellipse) -> Tracker:
-    """Return one of our trackers after its first frame."""
-    tracker = Tracker(preset)
-    tracker.init(frames[0], region)
-    return tracker
-
-
-def ours(tracker: Tracker, frames: list[Frame]) -> list[float]:
-    """Return the seconds of each update over a clip, from a copy of a started tracker."""
-    return timed_updates(copy.copy(tracker).update, frames[1:])
-
-
-def theirs(name: str, frames: list[Frame], region: Ellipse) -> list[float]:
-    """Return the seconds of each update of a peer over a clip; conversion to BGR is not timed."""
-    tracker = peer(name)
-    images = [frame.pixels[:, :, ::-1].copy() for frame in frames]
-    tracker.init(images[0], [round(value) for value in region.box])
-    return timed_updates(tracker.update, images[1:])
-
-
-def bench(*, frames: int = 31, rounds: int = 3) -> int:
-    """Measure trackers side by side on rendered clips of 640x480 and print ratios.
-
-    Each round runs every tracker over the same frames on one core; times are medians over all
-    updates of all rounds, inside the tracker only.
-
-    Parameters
-    ----------
-    frames
-        Length of each clip.
-    rounds
-        How often everything is run.
+    One update of each tracker beside OpenCV's; of 1 to 1,000 targets, in one and in two threads; of
+    50 to 5,000 particles; and files that are followed, beside the same ones only decoded. Each has
+    its turn in every round; times are medians over all updates, inside the tracker.
     """
     if frames < 3 or rounds < 1:
         raise ConfigError("Medians need --frames of 3 or more and --rounds of 1 or more.")
-    console = Console()
-    clips = {target: clip(target, frames) for target in TARGETS}
-    jobs: dict[tuple[str, tuple[int, int]], Callable[[], list[float]]] = {}
-    for preset in ("nummiaro", "maggio"):
-        for target in TARGETS:
-            jobs[preset, target] = partial(ours, started(preset, *clips[target]), clips[target][0])
-    for preset in ("nummiaro:adaptive", "mean_shift"):
-        jobs[preset, MAIN] = partial(ours, started(preset, *clips[MAIN]), clips[MAIN][0])
-    missing = ""
-    try:
-        peer("cv2:csrt")
-        for name, target in [("cv2:csrt", SMALLER), *((name, MAIN) for name in PEERS)]:
-            jobs[name, target] = partial(theirs, name, *clips[target])
-    except LimitError as error:
-        missing = str(error)
-    seconds: dict[tuple[str, tuple[int, int]], list[float]] = {job: [] for job in jobs}
-    with console.status("measuring"):
-        for _ in range(rounds):
-            for job, run in jobs.items():
-                seconds[job] += run()
-    print_trackers(console, seconds)
-    if missing:
-        console.print(missing)
-    print_file(console)
-    return 0
+    stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
+    tables = (*TABLES, *["against"] * (stored is not None))
+    output = Output("bench", tables, out, overwrite, plot=True)
+    announce_compiling()
+    return show(_measured(frames, rounds, stored), output)
 
 
-def print_trackers(
-    console: Console, seconds: dict[tuple[str, tuple[int, int]], list[float]]
-) -> None:
-    """Print the time of an update of each tracker, and its ratio to `nummiaro` on MAIN."""
-    reference = statistics.median(seconds["nummiaro", MAIN])
-    table = Table(title=f"one update, {SIZE[0]}x{SIZE[1]}, one core")
-    for column in ("tracker", "target", "median ms", "95 % ms", "times nummiaro"):
-        table.add_column(column, justify="left" if column == "tracker" else "right")
-    for (name, target), times in seconds.items():
-        median = statistics.median(times)
-        high = statistics.quantiles(times, n=20)[-1]
-        table.add_row(
-            name,
-            f"{target[0]}x{target[1]}",
-            f"{median * 1e3:.3f}",
-            f"{high * 1e3:.3f}",
-            f"{median / reference:.2f}",
-        )
-    console.print(table)
+def _measured(frames: int, rounds: int, stored: Mapping[Ratio, float] | None) -> Experiment:
+    """Yield what is known after each round; `stored` are ratios to compare with."""
+    tables: dict[str, Table] = {}
+    growths: dict[str, Growth] = {}
+    updates: dict[Job, list[float]] = {}
+
+    def result(progress: str) -> Result:
+        draw = partial(speed_plot.figure, updates, [*growths.values()])
+        return Result({**tables}, draw, progress=progress)
+
+    films = {target: Film.of(still(SIZE, target, frames)) for target in speed.TARGETS}
+    jobs, missing = speed.trackers(films)
+    for updates in speed.interleaved(jobs, rounds):
+        tables["trackers"] = speed_report.trackers_table(updates, missing)
+        if stored is not None:
+            tables["against"] = speed_report.against(tables["trackers"], stored)
+        yield result("trackers")
+
+    main, many = films[MAIN], Film.of(crowd(LARGE, MAIN))
+    few = many._replace(frames=many.frames[: UPDATES + 1])
+    for what, steps in (("targets", speed.targets(few)), ("particles", speed.particles(main))):
+        for seconds in speed.interleaved(steps, rounds):
+            growths[what] = Growth.over(what, seconds)
+            tables[what] = growths[what].table()
+            yield result(what)
+
+    with TemporaryDirectory(prefix="motes-") as folder:
+        files: dict[tuple[str, str], Run] = {}
+        for name, film, targets, length in (
+            (f"{named_size(SIZE)}, one target", main, 1, LENGTH),
+            (f"{named_size(LARGE)}, ten targets", many, 10, LARGE_LENGTH),
+        ):
+            path = Path(folder) / f"{targets}.mp4"
+            _write(path, film, length)
+            files[name, "decoded"] = partial(_decode, path)
+            files[name, "followed"] = partial(_follow, path, film.regions[:targets])
+        for paces in speed.interleaved(files, rounds):
+            tables["files"] = speed_report.files_table(paces)
+            yield result("files")
 
 
-def print_file(console: Console) -> None:
-    """Print how fast a file is followed, against how fast it is decoded."""
-    rendered = still(SIZE, target=MAIN, frames=FILE_FRAMES)
-    region = rendered[0][1][0].ellipse
-    decoding, following = [], []
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "clip.mp4"
-        with VideoWriter(path, 25) as writer:
-            for frame, _ in rendered:
-                writer.write(frame.pixels)
-        for _ in range(FILE_ROUNDS):
-            start = time.perf_counter()
-            with open_source(path) as source:
-                for _ in source:
-                    pass
-            decoding.append(len(rendered) / (time.perf_counter() - start))
-            start = time.perf_counter()
-            with open_source(path) as source, prefetch(source) as frames:
-                for _ in follow(Tracker("nummiaro"), on_region(region), frames):
-                    pass
-            following.append(len(rendered) / (time.perf_counter() - start))
-    decode, track = statistics.median(decoding), statistics.median(following)
-    console.print(
-        f"H.264 file of {SIZE[0]}x{SIZE[1]}, {FILE_FRAMES} frames: decoded at {decode:.0f}/s, "
-        f"followed whole at {track:.0f}: {track / decode:.0%}."
-    )
+def _write(path: Path, film: Film, length: int) -> None:
+    """Write a file of so many frames, in which a film comes again and again."""
+    with VideoWriter(path, 1 / FRAME_INTERVAL) as writer:
+        for frame in itertools.islice(itertools.cycle(film.frames), length):
+            writer.write(frame.pixels)
+
+
+def _decode(path: Path) -> list[float]:
+    """Return the seconds that it takes to decode one frame, over a whole file."""
+    start = time.perf_counter()
+    with open_source(path) as source:
+        count = sum(1 for _ in source)
+    return [(time.perf_counter() - start) / count]
+
+
+def _follow(path: Path, regions: Sequence[Ellipse]) -> list[float]:
+    """Return the same with targets followed, while a thread decodes ahead as in `motes track`."""
+    start = time.perf_counter()
+    with open_source(path) as source, prefetch(source) as frames:
+        trackers = Trackers(speed.soon_started())
+        trackers.init(next(frames), regions)
+        count = 1 + sum(1 for _ in map(trackers.update, frames))
+    return [(time.perf_counter() - start) / count]

@@ -14,7 +14,13 @@ from motes import __version__
 from motes.cli import DONE, FAULT
 
 CORE = ("numpy", "numba", "PIL", "msgspec", "rich")
-OPTIONAL = {"cv2": "opencv", "dlib": "faces", "matplotlib": "report"}
+OPTIONAL = {
+    "cv2": "opencv",
+    "dlib": "faces",
+    "matplotlib": "report",
+    "scipy": "report",
+    "trackers": "peers",
+}
 """Modules, and the extras that install them."""
 OPENCV = (
     "opencv-python",

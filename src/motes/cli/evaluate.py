@@ -25,18 +25,20 @@ from motes.cli.options import (
     worker_count,
 )
 from motes.errors import ConfigError, FormatError, LimitError, SourceError
-from motes.evaluate import contents, plots, runs
+from motes.evaluate import contents, mot_metrics, mot_report, mot_results, plots, runs
 from motes.evaluate.contestants import Own
-from motes.evaluate.entries import enter
+from motes.evaluate.entries import crowd_entry, detecting, enter
 from motes.evaluate.folder import prepare, record
+from motes.evaluate.mot_results import CrowdEvaluation, CrowdOutcome
+from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
 from motes.evaluate.reference import Reference
 from motes.evaluate.report import write_report
-from motes.evaluate.results import PROTOCOL_NAMES, Outcome, outcomes_of, write_results
+from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome, write_results
 from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
 from motes.evaluate.summaries import Evaluation
-from motes.evaluate.tables import counted
+from motes.evaluate.tables import Table, counted
 
 TRACKERS = """\
 Trackers:
@@ -46,6 +48,11 @@ Trackers:
   module:factory                a Python callable; it returns an object with
                                 init(image, box) and update(image)
   "trax:COMMAND ARGUMENTS"      a program that speaks TraX
+Trackers of many objects:
+  trackers:sort, trackers:bytetrack
+  module:factory                a Python callable; it returns an object with
+                                update(frame, detections)
+  results=FOLDER                results that are there: SEQUENCE.txt
 """
 
 app = App(name="evaluate", help_epilogue=TRACKERS, help_format="plaintext")
@@ -58,7 +65,19 @@ def evaluate(
     *,
     tracker: Annotated[
         list[str] | None,
-        Parameter(group=RUN, negative=(), help="Who is measured, again for each; else nummiaro."),
+        Parameter(
+            group=RUN,
+            negative=(),
+            help="Who is measured, again for each; else nummiaro. To be given for many objects.",
+        ),
+    ] = None,
+    detector: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="Who finds many objects, in place of det/det.txt: background, or the "
+            "module:factory of a Python callable.",
+        ),
     ] = None,
     protocol: Annotated[
         list[Literal["ope", "sre", "tre", "reset"]] | None,
@@ -109,7 +128,8 @@ def evaluate(
     Parameters
     ----------
     dataset
-        A folder of sequences in the layouts of OTB, VOT or GOT-10k, or a video with --annotation.
+        A folder of sequences in the layouts of OTB, VOT, GOT-10k or, with many objects, MOT; or a
+        video with --annotation.
     """
     if seeds < 1:
         raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
@@ -118,14 +138,23 @@ def evaluate(
         raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
     if not plots.available():
         raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
+    many = has_crowds(dataset)
+    single = {"protocol": protocol, "annotation": annotation, "first-pixel": first_pixel}
+    _check_kind(many, tracker, {**single, "reference": reference}, {"detector": detector})
     published = None if reference is None else _load(reference)
 
-    films, problems = load_dataset(dataset, first_pixels(first_pixel or []), annotation)
+    films: Sequence[Film | Crowd]
+    if many:
+        films, problems = load_crowds(dataset)
+    else:
+        films, problems = load_dataset(dataset, first_pixels(first_pixel or []), annotation)
     films, problems = _chosen(films, problems, sequence or ["*"])
-    entries, unusable = enter(tracker or ["nummiaro"])
+    entries, unusable = enter(tracker or ["nummiaro"], crowd_entry if many else None)
     if not entries:
         raise ConfigError("There is no tracker to run. " + _lines(unusable))
-    protocols = list(dict.fromkeys(protocol or ["ope"]))
+    if detector is not None:
+        entries = detecting(entries, detector)
+    protocols = ["mot"] if many else list(dict.fromkeys(protocol or ["ope"]))
     jobs, unreadable = runs.plan(entries, films, protocols, seeds)
     problems += unreadable
     if not jobs:
@@ -142,20 +171,47 @@ def evaluate(
         _run(jobs, out, processes, time_limit, errors)
     except KeyboardInterrupt:
         interrupted = True
-    outcomes = [
-        outcome
-        for entry in entries  # the first tracker first
-        for job in jobs
-        if job.entry is entry
-        for outcome in outcomes_of(job, out, errors)
-    ]
-    write_results(out, outcomes)
-    write_report(out, outcomes, problems, published, f"Trackers on {dataset.resolve().name}")
+    # The first tracker first.
+    jobs = [job for entry in entries for job in jobs if job.entry is entry]
+    title = f"Trackers on {dataset.resolve().name}"
+    outcomes: list[Outcome] | list[CrowdOutcome]
+    if many:
+        outcomes = [outcome for job in jobs for outcome in CrowdOutcome.of(job, out, errors)]
+        crowds = CrowdEvaluation(outcomes)
+        mot_results.write_results(out, crowds)
+        mot_report.write_report(out, crowds, problems, title)
+        tables = {protocol: mot_report.overall(crowds) for protocol in crowds.protocols}
+    else:
+        outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
+        write_results(out, outcomes)
+        write_report(out, outcomes, problems, published, title)
+        found = Evaluation(outcomes)
+        tables = {name: contents.overall(found, name) for name in found.protocols}
     problems = contents.problems(problems, outcomes)
-    _summarize(outcomes, problems, out, interrupted=interrupted)
+    _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
         return INTERRUPTED
     return PARTIAL if problems else DONE
+
+
+def _check_kind(
+    many: bool, tracker: list[str] | None, single: dict[str, object], crowds: dict[str, object]
+) -> None:
+    """Check that options are for this kind of dataset, one object or many, and all is there."""
+    kinds = ["one object", "many objects"]
+    for name, value in (single if many else crowds).items():
+        if value is not None:
+            raise ConfigError(
+                f"--{name} is for datasets with {kinds[not many]}, but this has {kinds[many]}; "
+                f"leave it out."
+            )
+    if many and not tracker:
+        raise ConfigError(
+            "There is no tracker; name some, such as --tracker trackers:sort --tracker "
+            "trackers:bytetrack."
+        )
+    if many:
+        mot_metrics.solver()
 
 
 def _load(reference: Path) -> Reference:
@@ -166,8 +222,8 @@ def _load(reference: Path) -> Reference:
 
 
 def _chosen(
-    films: list[Film], problems: list[Problem], patterns: Sequence[str]
-) -> tuple[list[Film], list[Problem]]:
+    films: Sequence[Film | Crowd], problems: list[Problem], patterns: Sequence[str]
+) -> tuple[list[Film | Crowd], list[Problem]]:
     """Return the sequences that fit one of the patterns, and their problems."""
     names = {film.name for film in films}
     names |= {problem.where.removeprefix("sequence ") for problem in problems}
@@ -249,12 +305,15 @@ class Progress:
 
 
 def _summarize(
-    outcomes: list[Outcome], problems: list[Problem], out: Path, *, interrupted: bool
+    tables: dict[str, Table],
+    outcomes: Sequence[Ended[Any, Any]],
+    problems: list[Problem],
+    out: Path,
+    *,
+    interrupted: bool,
 ) -> None:
-    """Print a table for each protocol on standard output, and problems on standard error."""
-    evaluation = Evaluation(outcomes)
-    for protocol in evaluation.protocols:
-        table = contents.overall(evaluation, protocol)
+    """Print the table of each protocol on standard output, and problems on standard error."""
+    for protocol, table in tables.items():
         rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         _print(f"{PROTOCOL_NAMES[protocol]}:")

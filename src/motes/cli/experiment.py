@@ -13,7 +13,6 @@ from cyclopts import App, Parameter
 
 from motes.cli import DONE
 from motes.cli.options import (
-    OUTPUT,
     RUN,
     FirstPixel,
     Overwrite,
@@ -23,7 +22,7 @@ from motes.cli.options import (
     numbers_of,
     worker_count,
 )
-from motes.cli.results import Output, show
+from motes.cli.results import Out, Output, show
 from motes.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:
@@ -40,10 +39,6 @@ Region = Annotated[
 ]
 Seeds = Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")]
 Clips = Annotated[int, Parameter(group=RUN, help="Sceneries.")]
-Out = Annotated[
-    Path | None,
-    Parameter(group=OUTPUT, help="Folder for the tables, as Markdown and CSV, and for plots."),
-]
 
 
 @app.default

@@ -6,12 +6,14 @@ import contextlib
 import difflib
 import inspect
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter, Token
 
@@ -266,6 +268,16 @@ def load_target(path: Path) -> Target:
         return Target.load(path)
     except FormatError as error:
         raise SourceError(str(error)) from None
+
+
+def default_output(source: str) -> str:
+    """Return where rows go if nobody says so."""
+    if not sys.stdout.isatty():
+        return "-"
+    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
+    stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
+    say(f"Writing {stem}.csv; choose another name with -o.")
+    return f"{stem}.csv"
 
 
 def check_not_source(source: str, *outputs: Path | None) -> None:

@@ -48,19 +48,22 @@ class Progress:
         self._at = time.perf_counter()
 
     def update(self, step: Step) -> None:
-        """Count a frame; show it if the last look is old enough."""
+        """Count the frame of a step; show it if the last look is old enough."""
+        self.count(f"{step.status} {step.track.confidence:.2f}" if step.track else step.status)
+
+    def count(self, state: str) -> None:
+        """Count a frame; show it, and the state of things, if the last look is old enough."""
         if self._bar is None:
             return
         self._frames += 1
         passed = time.perf_counter() - self._at
         if passed < INTERVAL:
             return
-        confidence = f" {step.track.confidence:.2f}" if step.track else ""
         self._bar.update(
             self._task,
             completed=self._frames,
             rate=(self._frames - self._shown) / passed,
-            state=f"{step.status}{confidence}",
+            state=state,
             refresh=True,
         )
         self._shown, self._at = self._frames, self._at + passed
@@ -76,11 +79,20 @@ class Progress:
 
 
 class Tally:
-    """What there is to say about a run when it is over."""
+    """What there is to say about a run when it is over.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    budget
+        Whether the tracker chooses how many particles it has.
+    """
+
+    def __init__(self, *, budget: bool = False) -> None:
+        self._budget = budget
         self.frames = self._tracked = self._updates = 0
         self._seconds = 0.0
+        self._particles = 0
+        self._range = (sys.maxsize, 0)
         self._before: Step | None = None
         self._events: list[str] = []
 
@@ -97,6 +109,9 @@ class Tally:
             if self._before.info is not None:  # the first frame takes long and says nothing
                 self._updates += 1
                 self._seconds += step.seconds
+                count = len(self._before.info.weights if step.info is None else step.info.weights)
+                self._particles += count
+                self._range = min(self._range[0], count), max(self._range[1], count)
             if step.status is Status.LOST:
                 self._events.append(f"lost at frame {step.frame.index}")
             if step.status is Status.TRACKING and self._before.status is not Status.TRACKING:
@@ -109,6 +124,10 @@ class Tally:
             parts.append(f"tracked in {100 * self._tracked / self.frames:.1f} %")
         if self._updates:
             parts.append(f"tracker {1000 * self._seconds / self._updates:.2f} ms a frame")
+        if self._updates and self._budget:
+            (least, most), mean = self._range, self._particles / self._updates
+            varied = f"{least} to {most} particles, {mean:.0f} on average"
+            parts.append(varied if least < most else f"{most} particles")
         parts += self._events[:EVENTS]
         if len(self._events) > EVENTS:
             parts.append(f"{len(self._events) - EVENTS} more changes")

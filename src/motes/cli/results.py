@@ -1,4 +1,4 @@
-"""How the results of `motes experiment` reach the user, whole or as far as it came."""
+"""How results of `motes experiment` and `bench` reach the user, whole or as far as they came."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import io
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from motes.cli import DONE, INTERRUPTED, PARTIAL
-from motes.cli.options import prepare_folder, say, undisturbed
+from motes.cli.options import OUTPUT, prepare_folder, say, undisturbed
 from motes.errors import LimitError
 
 if TYPE_CHECKING:
@@ -18,6 +20,10 @@ if TYPE_CHECKING:
     from motes.evaluate.tables import Table
     from motes.experiments.result import Experiment, Result
 
+Out = Annotated[
+    Path | None,
+    Parameter(group=OUTPUT, help="Folder for the tables, as Markdown and CSV, and for plots."),
+]
 WIDE = 200
 """Columns of text where no terminal says how many it has: no table needs to be folded."""
 

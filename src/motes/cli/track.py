@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
-from urllib.parse import urlsplit
 
 from cyclopts import App, Parameter
 
@@ -28,6 +25,7 @@ from motes.cli.options import (
     Settings,
     announce_compiling,
     check_not_source,
+    default_output,
     load_target,
     named,
     read_text,
@@ -42,8 +40,8 @@ if TYPE_CHECKING:
     from motes.cli.follow import Begin
     from motes.cli.outputs import Output
     from motes.cli.progress import Tally
-    from motes.presets import TrackerConfig
     from motes.target import Place, Target
+    from motes.tracker import Tracker
     from motes.video import Source
 
 app = App(name="track", help_epilogue=CONFIG_HELP, help_format="plaintext")
@@ -108,6 +106,14 @@ def track(
     preset: Preset = "nummiaro",
     config: ConfigFile = None,
     seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
+    fps_target: Annotated[
+        float | None,
+        Parameter(
+            group=CONFIGURATION,
+            help="Frames a second that the tracker shall manage: it chooses its number of "
+            "particles, from --budget.least 50 to --budget.most 500.",
+        ),
+    ] = None,
     dump_config: Annotated[
         bool,
         Parameter(
@@ -141,15 +147,20 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if seed < 0:
         raise ConfigError(f"--seed is {seed}; give 0 or more.")
+    if resume and fps_target is not None:
+        raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     begin = _begin(init, ellipse, known, detect, at, background)
     if output is None and overlay is None and figures is None:
-        output = _default_output(source)
+        output = default_output(source)
     check_not_source(source, Path(output) if output else None, overlay)
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
     from motes.cli.outputs import Figures, Overlay, Rows
+    from motes.tracker import Tracker
     from motes.video import open_source
+
+    tracker = Tracker(tracking, seed, fps_target)
 
     with open_source(source, start=start, end=end, stride=stride) as film:
         if resume and film.live:
@@ -158,10 +169,10 @@ def track(
         if overlay is not None:
             outputs.append(Overlay(overlay, film, stride, overwrite=overwrite or resume))
         if figures is not None:
-            outputs.append(Figures(figures, tracking, overwrite=overwrite or resume))
+            outputs.append(Figures(figures, tracker.config, overwrite=overwrite or resume))
         if output is not None:
             outputs.append(Rows(output, format, overwrite=overwrite, resume=resume))
-        return _run(film, tracking, seed, begin, outputs, quiet=output == "-")
+        return _run(film, tracker, begin, outputs, quiet=output == "-")
 
 
 def _begin(
@@ -206,20 +217,9 @@ def _begin(
     return follow.on_target(known, places, None if background is None else read_image(background))
 
 
-def _default_output(source: str) -> str:
-    """Return where rows go if nobody says so."""
-    if not sys.stdout.isatty():
-        return "-"
-    path = urlsplit(source).path if "://" in source else os.path.abspath(source)
-    stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
-    say(f"Writing {stem}.csv; choose another name with -o.")
-    return f"{stem}.csv"
-
-
 def _run(
     film: Source,
-    config: TrackerConfig,
-    seed: int,
+    tracker: Tracker,
     begin: Begin,
     outputs: Sequence[Output],
     *,
@@ -228,17 +228,18 @@ def _run(
     """Follow the target through the film, write all there is to write, and say how it went."""
     from motes.cli.follow import follow, prefetch
     from motes.cli.progress import Progress, Tally
-    from motes.tracker import Tracker
+    from motes.particle_filter import ParticleFilter
 
     announce_compiling()
-    tally, interrupted = Tally(), False
+    chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
+    tally, interrupted = Tally(budget=chooses), False
     try:
         with contextlib.ExitStack() as open_outputs, prefetch(film) as frames:
             for output in outputs:
                 open_outputs.enter_context(output)
             with Progress(film, quiet=quiet and sys.stdout.isatty()) as progress:
                 try:
-                    for step in follow(Tracker(config, seed), begin, frames):
+                    for step in follow(tracker, begin, frames):
                         with undisturbed():
                             for output in outputs:
                                 output.write(step)

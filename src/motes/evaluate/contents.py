@@ -6,17 +6,17 @@ import math
 import platform
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from motes import __version__
 from motes.evaluate import metrics
 from motes.evaluate.reference import Reference
-from motes.evaluate.results import Outcome
+from motes.evaluate.results import Ended, Outcome
 from motes.evaluate.runs import Pass
 from motes.evaluate.sequences import Problem
-from motes.evaluate.summaries import Evaluation, Of, measure
+from motes.evaluate.summaries import Evaluation, Of, Passes, measure
 from motes.evaluate.tables import (
     NOTHING,
     Cell,
@@ -29,14 +29,16 @@ from motes.evaluate.tables import (
     three_digits,
 )
 
-NAMES = {"auc": "AUC", "accuracy": "Accuracy"}
+NAMES = {"auc": "AUC", "accuracy": "Accuracy", "hota": "HOTA"}
 """For people, of what trackers are ranked by."""
 
 
-class _Column(NamedTuple):
+class Column(NamedTuple):
+    """A column of numbers: its title, the number of a tracker, and what is better: 1 for more."""
+
     title: str
     cell: Callable[[str], Cell]
-    sign: int  # 1 if more is better, -1 if less is
+    sign: int
 
 
 def overall(evaluation: Evaluation, protocol: str) -> Table:
@@ -59,22 +61,27 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         return three_digits(median)
 
     columns = [
-        _Column("AUC", mean("auc"), 1),
-        _Column("precision at 20 px", mean("precision_20"), 1),
-        _Column("OD", mean("od"), -1),
-        _Column("tracks lost", lost, -1),
+        Column("AUC", mean("auc"), 1),
+        Column("precision at 20 px", mean("precision_20"), 1),
+        Column("OD", mean("od"), -1),
+        Column("tracks lost", lost, -1),
     ]
     if protocol == "reset":
         columns = [
-            _Column("accuracy", mean("accuracy"), 1),
-            _Column("robustness", mean("robustness"), 1),
-            _Column("failures", mean("failures", 2), -1),
+            Column("accuracy", mean("accuracy"), 1),
+            Column("robustness", mean("robustness"), 1),
+            Column("failures", mean("failures", 2), -1),
         ]
     columns += [
-        _Column("F1 of lost", f1, 1),
-        _Column("ECE", calibration, -1),
-        _Column("ms", time, -1),
+        Column("F1 of lost", f1, 1),
+        Column("ECE", calibration, -1),
+        Column("ms", time, -1),
     ]
+    return ranking("All sequences", evaluation, protocol, columns)
+
+
+def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Column]) -> Table:
+    """Return a table with a row for each tracker, and how many sequences it finished."""
     cells = [
         best([column.cell(tracker) for tracker in evaluation.trackers], column.sign)
         for column in columns
@@ -85,7 +92,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         share = f"{finished} of {len(evaluation.tried(tracker, protocol))}"
         rows.append((Cell(tracker), Cell(share, finished), *(column[i] for column in cells)))
     head = ("tracker", "sequences", *(column.title for column in columns))
-    return Table("All sequences", head, rows)
+    return Table(title, head, rows)
 
 
 def lost_track(outcome: Outcome) -> float:
@@ -93,7 +100,7 @@ def lost_track(outcome: Outcome) -> float:
     return float(outcome.scores["lost_frame"] is not None)
 
 
-def per_sequence(evaluation: Evaluation, protocol: str) -> Table:
+def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
     """Return a table with a row for each sequence and a column for each tracker."""
     name, trackers = measure(protocol), evaluation.trackers
     tried = {tracker: set(evaluation.tried(tracker, protocol)) for tracker in trackers}
@@ -105,12 +112,15 @@ def per_sequence(evaluation: Evaluation, protocol: str) -> Table:
         pairs = zip(cells, failed, strict=True)
         rows.append((Cell(sequence), *(Cell("failed") if bad else cell for cell, bad in pairs)))
     means = bars(evaluation.mean(tracker, protocol, name) for tracker in trackers)
+    foot, note = "mean", "The mean of a tracker is over the sequences that it finished."
+    if protocol == "mot":
+        foot, note = "all", "The last line counts all sequences that a tracker finished as one."
     return Table(
         f"{NAMES[name]} on each sequence",
         ("sequence", *trackers),
         rows,
-        ((Cell("mean"), *means),),
-        "The mean of a tracker is over the sequences that it finished.",
+        ((Cell(foot), *means),),
+        note,
     )
 
 
@@ -165,7 +175,7 @@ def lost_status(evaluation: Evaluation, protocol: str) -> Table:
     )
 
 
-def times(evaluation: Evaluation, protocol: str) -> Table:
+def times(evaluation: Passes[Any], protocol: str) -> Table:
     """Return a table of the time that each tracker takes for an update, with bars."""
     seconds = [evaluation.seconds(tracker, protocol) for tracker in evaluation.trackers]
     quantiles = [metrics.time_quantiles(each) for each in seconds]
@@ -254,7 +264,7 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
     )
 
 
-def problems(found: Iterable[Problem], outcomes: Iterable[Outcome]) -> list[Problem]:
+def problems(found: Iterable[Problem], outcomes: Iterable[Ended[Any, Any]]) -> list[Problem]:
     """Return what went wrong, and the passes that failed: all of one sequence and error as one."""
     failed: dict[tuple[str, str], list[Pass]] = {}
     for outcome in outcomes:
@@ -279,7 +289,7 @@ def problem_table(found: list[Problem]) -> Table:
     return Table("Problems", ("where", "what"), rows)
 
 
-def described(evaluation: Evaluation) -> str:
+def described(evaluation: Passes[Any]) -> str:
     """Return what was run, in words."""
     if not evaluation.outcomes:
         return "Nothing was run."

@@ -16,6 +16,18 @@ for one start only. Images are RGB uint8 (H, W, 3), the box is x, y, width, heig
 `update` returns a region, or `(found, region)`, or a `motes.Track`, or None if it has lost the
 target; a region is a box or an ellipse x, y, a, b, theta. Modules are also looked for in the
 current folder.
+
+Where all objects of a video are followed, a name is one of
+
+| name | is |
+|---|---|
+| `trackers:sort`, `trackers:bytetrack` | a tracker of the package `trackers` |
+| `results=FOLDER` | results that are there already, SEQUENCE.txt for each sequence |
+| `module:factory` | a Python callable |
+
+This callable is called with a `mot_contestants.Info`, and `seed=` as above, and returns an object
+with `update(frame, detections)`: a `motes.Frame`, and a list of `motes.Detection`, or None where
+there are none to be had. It returns a list of (id, box, confidence).
 """
 
 from __future__ import annotations
@@ -27,16 +39,19 @@ import inspect
 import shlex
 import shutil
 import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from functools import partial
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
-from motes import presets
+from motes import __version__, presets
+from motes.background import BackgroundDetector
 from motes.config import from_toml, to_toml
 from motes.errors import ConfigError, MotesError, SourceError
+from motes.evaluate import mot_contestants as mot
 from motes.evaluate.contestants import (
-    Contestant,
     External,
     Made,
     OpenCV,
@@ -48,6 +63,9 @@ from motes.evaluate.peers import PEERS, STOCHASTIC, opencv
 from motes.evaluate.sequences import Problem
 from motes.meanshift import MeanShift
 from motes.presets import TrackerConfig
+
+KNOWN = [*presets.PRESETS, *PEERS]
+"""Names of trackers that motes has or knows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,26 +81,31 @@ class Entry:
     stochastic
         Whether different seeds may give different tracks.
     make
-        Makes a contestant, with a seed if it is stochastic.
+        Makes a contestant, or a follower of many objects, with a seed if it is stochastic.
     """
 
     name: str
     configuration: str
     stochastic: bool
-    make: partial[Own] | partial[OpenCV] | partial[Made] | partial[External]
+    make: partial[Any]
 
-    def begin(self, seed: int) -> Contestant:
+    def begin(self, seed: int) -> Any:
         """Return a fresh contestant."""
         return self.make(seed) if self.stochastic else self.make()
 
 
-def enter(names: Iterable[str]) -> tuple[list[Entry], list[Problem]]:
-    """Return the trackers of these names, each once, and what is wrong with the others."""
+def enter(
+    names: Iterable[str], find: Callable[[str], Entry] | None = None
+) -> tuple[list[Entry], list[Problem]]:
+    """Return the trackers of these names, each once, and what is wrong with the others.
+
+    `find` returns the tracker of a name; by default it is `entry`.
+    """
     entries: list[Entry] = []
     problems: list[Problem] = []
     for name in dict.fromkeys(names):
         try:
-            entries.append(entry(name))
+            entries.append((find or entry)(name))
         except MotesError as error:
             problems.append(Problem(f"tracker {name}", str(error)))
     return entries, problems
@@ -111,12 +134,84 @@ def entry(name: str) -> Entry:
     if name.endswith(".toml"):
         return _own(name, _from_file(Path(name)))
     if colon and rest and kind != "cv2":
-        return _callable(name)
-    raise ConfigError(f"There is no tracker of this name; {_hint(name)}")
+        return _callable(name, Made, KNOWN)
+    raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
 
 
-def _hint(name: str) -> str:
-    known = [*presets.PRESETS, *PEERS]
+def crowd_entry(name: str) -> Entry:
+    """Return the tracker of many objects of a name.
+
+    Raises
+    ------
+    ConfigError, SourceError, LimitError
+        As `entry` does.
+    """
+    kind, colon, rest = name.partition(":")
+    if name in mot.PEERS:
+        mot.peers()
+        version = f"trackers {metadata.version('trackers')}"
+        return Entry(name, version, False, partial(mot.Associating, name))
+    if name.startswith("results="):
+        return _recorded(name, Path(name.removeprefix("results=")))
+    if colon and rest and kind != "trackers":
+        return _callable(name, mot.Made, list(mot.PEERS))
+    raise ConfigError(
+        f"There is no tracker of this name for many objects; {_hint(name, list(mot.PEERS))}"
+    )
+
+
+def detecting(entries: Iterable[Entry], detector: str) -> list[Entry]:
+    """Return trackers of many objects that get what a detector finds, not the dataset's detections.
+
+    Parameters
+    ----------
+    entries
+        The trackers; results that are there already stay as they are.
+    detector
+        `background`, or the `module:factory` of a `motes.Detector`, called without arguments.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, or its callable makes no sense.
+    LimitError
+        If its package is not installed.
+    """
+    if detector == mot.BACKGROUND:
+        BackgroundDetector()
+        found = f"{detector}, motes {__version__}"
+    elif not all(detector.partition(":")):
+        raise ConfigError(f"There is no detector {detector}; give {mot.BACKGROUND} or MODULE:NAME.")
+    else:
+        try:
+            found, _ = _imported(detector, [mot.BACKGROUND])
+        except ConfigError as error:
+            raise ConfigError(f"The detector {detector}: {error}") from None
+    return [
+        entry
+        if entry.make.func is mot.Recorded
+        else replace(
+            entry,
+            configuration=f"{entry.configuration}; {found}",
+            make=partial(mot.Detecting, detector, entry.make),
+        )
+        for entry in entries
+    ]
+
+
+def _recorded(name: str, folder: Path) -> Entry:
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix == ".txt")
+        texts = [path.name.encode() + b"\0" + path.read_bytes() for path in files]
+    except OSError as error:
+        raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
+    if not texts:
+        raise SourceError(f"There is no text file in {folder}; it has one for each sequence.")
+    digest = hashlib.sha256(b"\0".join(texts)).hexdigest()
+    return Entry(name, digest, False, partial(mot.Recorded, folder.resolve()))
+
+
+def _hint(name: str, known: list[str]) -> str:
     near = difflib.get_close_matches(name, known, n=1)
     return f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
 
@@ -150,7 +245,13 @@ def _program(name: str, command: str) -> Entry:
     return Entry(name, shlex.join(words), False, partial(External, words))
 
 
-def _callable(name: str) -> Entry:
+def _callable(name: str, kind: type[Made | mot.Made], known: list[str]) -> Entry:
+    configuration, seeded = _imported(name, known)
+    return Entry(name, configuration, seeded, partial(kind, name))
+
+
+def _imported(name: str, known: list[str]) -> tuple[str, bool]:
+    """Return a text that stays the same as long as a callable, and whether it takes a seed."""
     module = name.partition(":")[0]
     try:
         with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
@@ -162,10 +263,10 @@ def _callable(name: str) -> Entry:
         if error.name != module.partition(".")[0]:
             raise ConfigError(f"It cannot be imported: {error}; install it.") from None
         raise ConfigError(
-            f"There is neither such a tracker nor a module {error.name}; {_hint(name)}"
+            f"There is neither such a name here nor a module {error.name}; {_hint(name, known)}"
         ) from None
     except ConfigError:
         raise
     except (Exception, SystemExit) as error:  # whatever the module does
         raise ConfigError(f"It cannot be imported: {explain(error)}; correct it.") from None
-    return Entry(name, f"{name} {digest}".strip(), seeded, partial(Made, name))
+    return f"{name} {digest}".strip(), seeded

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -15,7 +14,7 @@ from motes.config import Config, from_dict
 from motes.errors import ConfigError, FormatError
 from motes.evaluate.entries import Entry
 from motes.evaluate.runs import Job
-from motes.evaluate.sequences import Sequence, printable
+from motes.evaluate.sequences import printable
 from motes.target import write_whole
 
 
@@ -29,7 +28,7 @@ class Record(Config, frozen=True):
     dataset
         Its path.
     sequences
-        Names, and digests of their truth.
+        Names, and digests of their truth and detections.
     trackers
         Names and configurations.
     protocols, seeds, time_limit
@@ -58,16 +57,12 @@ def record(
     return Record(
         motes=__version__,
         dataset=printable(os.path.abspath(dataset)),
-        sequences={name: _digest(sequence) for name, sequence in sequences.items()},
+        sequences={name: sequence.digest for name, sequence in sequences.items()},
         trackers={entry.name: entry.configuration for entry in entries},
         protocols=tuple(protocols),
         seeds=seeds,
         time_limit=time_limit,
     )
-
-
-def _digest(sequence: Sequence) -> str:
-    return hashlib.sha256(sequence.boxes.tobytes()).hexdigest()
 
 
 RECORD = "run.json"
@@ -122,7 +117,7 @@ def _continued(out: Path, now: Record) -> Record:
         if before.trackers.get(name, text) != text
     ]
     changed += [
-        f"sequence {name}, whose truth was another"
+        f"sequence {name}, whose truth or detections were others"
         for name, text in now.sequences.items()
         if before.sequences.get(name, text) != text
     ]
@@ -148,7 +143,11 @@ def _continued(out: Path, now: Record) -> Record:
 
 def _clear(out: Path) -> None:
     """Remove what an evaluation wrote, and nothing else."""
-    tracks = [*out.glob("tracks/*/*/*.csv"), *out.glob("tracks/*/*/*.csv.partial")]
+    tracks = [
+        path
+        for ending in (".csv", ".txt", ".csv.partial", ".txt.partial")
+        for path in out.glob(f"tracks/*/*/*{ending}")
+    ]
     for path in [*(out / name for name in FILES), *tracks]:
         path.unlink(missing_ok=True)
     for folder in [*out.glob("tracks/*/*/"), *out.glob("tracks/*/"), out / "tracks"]:

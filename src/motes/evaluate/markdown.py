@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 from motes.evaluate import contents
 from motes.evaluate.reference import Reference
@@ -16,18 +17,28 @@ def summary(
     evaluation: Evaluation, problems: list[Problem], reference: Reference | None, title: str
 ) -> str:
     """Return the contents of summary.md: the tables of each protocol, references and problems."""
-    parts = [f"# {_literal(title)}", _literal(contents.described(evaluation))]
+    sections: dict[str, list[Table]] = {}
     for protocol in evaluation.protocols:
-        parts.append(f"## {_literal(PROTOCOL_NAMES[protocol])}")
-        parts.append(table(contents.overall(evaluation, protocol)))
+        tables = [contents.overall(evaluation, protocol)]
         if len(evaluation.trackers) > 1:
-            parts.append(table(contents.comparisons(evaluation, protocol)))
+            tables.append(contents.comparisons(evaluation, protocol))
         for make in (contents.per_sequence, contents.lost_status, contents.times):
-            parts.append(table(make(evaluation, protocol)))
+            tables.append(make(evaluation, protocol))
+        sections[PROTOCOL_NAMES[protocol]] = tables
     if reference is not None:
-        parts += ["## Other people's results", table(contents.reference(evaluation, reference))]
+        sections["Other people's results"] = [contents.reference(evaluation, reference)]
+    return document(title, contents.described(evaluation), sections, problems)
+
+
+def document(
+    title: str, described: str, sections: Mapping[str, list[Table]], problems: list[Problem]
+) -> str:
+    """Return a text of tables under the titles of their sections, and what went wrong."""
+    parts = [f"# {_literal(title)}", _literal(described)]
     if problems:
-        parts += ["## What went wrong", table(contents.problem_table(problems))]
+        sections = {**sections, "What went wrong": [contents.problem_table(problems)]}
+    for name, tables in sections.items():
+        parts += [f"## {_literal(name)}", *map(table, tables)]
     return "\n\n".join(parts) + "\n"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from html import escape
 
@@ -127,9 +127,15 @@ def page(title: str, body: str) -> str:
     )
 
 
-def glossary() -> str:
+def headed(title: str, content: str, name: str = "") -> str:
+    """Return a section with a title and, maybe, a name for links; the content is HTML."""
+    anchor = f' id="{name}"' if name else ""
+    return f"<h2{anchor}>{escape(title)}</h2>\n{content}"
+
+
+def glossary(meanings: Mapping[str, str] = GLOSSARY) -> str:
     """Return what the numbers mean, as HTML."""
-    items = (f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in GLOSSARY.items())
+    items = (f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in meanings.items())
     return "<dl>" + "".join(items) + "</dl>"
 
 

@@ -1,6 +1,6 @@
 """Other people's trackers, to measure ours against: OpenCV's, behind `Tracker`-like methods.
 
-The only module that imports cv2, and only when a peer is asked for.
+cv2 is imported only when a peer is asked for.
 """
 
 from __future__ import annotations

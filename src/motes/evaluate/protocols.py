@@ -6,6 +6,7 @@
 | `sre` | the same frame, with 12 boxes that are off | the same |
 | `tre` | up to 20 frames | the same |
 | `reset` | as `ope`, and anew after each failure | Kristan et al., VOT |
+| `mot` | all objects, from the first frame on: see `mot_protocol` | |
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 
 from motes.errors import FormatError
 from motes.evaluate.contestants import Contestant
+from motes.evaluate.mot_sequences import Crowd
 from motes.evaluate.sequences import Sequence
 from motes.frame import Frame
 from motes.geometry import Box, Ellipse, iou
@@ -63,22 +65,24 @@ class Start(NamedTuple):
     Attributes
     ----------
     protocol
-        `ope`, `sre`, `tre` or `reset`.
+        `ope`, `sre`, `tre`, `reset` or `mot`.
     label
         Which of the protocol's starts, such as `shift-left`, `scale-0.8` or `from-035`; empty
         where there is only one.
     frame, box
-        The first frame, and what the tracker is told there.
+        The first frame, and what the tracker is told there; None in `mot`, for nothing.
     """
 
     protocol: str
     label: str
     frame: int
-    box: Box
+    box: Box | None
 
 
-def starts(protocol: str, sequence: Sequence, width: int, height: int) -> list[Start]:
+def starts(protocol: str, sequence: Sequence | Crowd, width: int, height: int) -> list[Start]:
     """Return the starts of a protocol on a sequence with frames of a width and height."""
+    if isinstance(sequence, Crowd):
+        return [Start(protocol, "", 0, None)]
     return PROTOCOLS[protocol](protocol, sequence, (width, height))
 
 
@@ -214,7 +218,8 @@ class Running:
         if self._next is None:
             answer, event = contestant.update(frame), TRACKED
         elif there and frame.index >= self._next:
-            box = self._start.box if frame.index == self._start.frame else Box(*truth.tolist())
+            begun = self._start.box if frame.index == self._start.frame else None
+            box = begun or Box(*truth.tolist())
             answer, event = contestant.init(frame, box), STARTED
             self._next = None
         else:
@@ -236,6 +241,10 @@ class Running:
     def trace(self) -> Trace:
         """What was said so far."""
         return _trace(self._rows)
+
+    def save(self, path: Path) -> None:
+        """Write the trace, as `save_trace` does."""
+        save_trace(path, self.trace)
 
 
 def _trace(rows: list[Row]) -> Trace:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +17,8 @@ from motes.evaluate.markdown import summary
 from motes.evaluate.reference import Reference
 from motes.evaluate.results import PROTOCOL_NAMES, Outcome, write_text
 from motes.evaluate.sequences import Problem
-from motes.evaluate.summaries import Evaluation, precision_curve, success_curve
-from motes.evaluate.tables import counted, number
+from motes.evaluate.summaries import Evaluation, Passes, precision_curve, success_curve
+from motes.evaluate.tables import Table, counted, number
 
 Floats = NDArray[np.float64]
 
@@ -55,13 +56,21 @@ def write_report(
     evaluation = Evaluation(outcomes)
     problems = contents.problems(problems, evaluation.outcomes)
     write_text(out / "summary.md", summary(evaluation, problems, reference, title))
-    body = "\n".join(_body(evaluation, problems, reference))
-    write_text(out / "report.html", page.page(title, body))
+    parts = _parts(evaluation, reference)
+    write_text(out / "report.html", page.page(title, body(evaluation, problems, parts)))
 
 
-def _body(
-    evaluation: Evaluation, problems: list[Problem], reference: Reference | None
-) -> Iterable[str]:
+def body(
+    evaluation: Passes[Any],
+    problems: list[Problem],
+    parts: Iterable[str],
+    meanings: Mapping[str, str] = page.GLOSSARY,
+) -> str:
+    """Return a report as HTML: what was run, its parts, what numbers mean, and what went wrong."""
+    return "\n".join([*_opening(evaluation, problems), *parts, *_closing(meanings, problems)])
+
+
+def _opening(evaluation: Passes[Any], problems: list[Problem]) -> Iterable[str]:
     yield f"<p>{escape(contents.described(evaluation))}</p>"
     if problems:
         count = counted(len(problems), "problem")
@@ -71,8 +80,19 @@ def _body(
             '<p class="alarm">There are no plots, as matplotlib is not installed. Install it with '
             "<code>pip install 'motes[report]'</code> and make the report again.</p>"
         )
+
+
+def _closing(meanings: Mapping[str, str], problems: list[Problem]) -> Iterable[str]:
+    yield page.headed("What the numbers mean", page.glossary(meanings))
+    if problems:
+        yield page.headed("Problems", page.table(contents.problem_table(problems)), "problems")
+
+
+def _parts(evaluation: Evaluation, reference: Reference | None) -> Iterable[str]:
     for protocol in evaluation.protocols:
-        yield _headed(PROTOCOL_NAMES[protocol], page.table(contents.overall(evaluation, protocol)))
+        yield page.headed(
+            PROTOCOL_NAMES[protocol], page.table(contents.overall(evaluation, protocol))
+        )
         if protocol != "reset":
             yield _plots(evaluation, protocol)
         if len(evaluation.trackers) > 1:
@@ -81,64 +101,61 @@ def _body(
     if evaluation.protocols:
         yield from _closer(evaluation, evaluation.protocols[0])
     if "ope" in evaluation.protocols:
-        yield _headed("Where they fail", _failures(evaluation))
+        yield page.headed("Where they fail", _failures(evaluation))
     if reference is not None:
         table = contents.reference(evaluation, reference)
-        yield _headed(table.title, page.table(table, _columns(len(evaluation.trackers))))
+        yield page.headed(table.title, page.table(table, column_tints(len(evaluation.trackers))))
     for protocol in evaluation.protocols:
         table = contents.details(evaluation, protocol)
-        head = f"{table.title}: {PROTOCOL_NAMES[protocol]}"
-        yield f"<details><summary>{escape(head)}</summary>{page.table(table)}</details>"
-    yield _headed("What the numbers mean", page.glossary())
-    if problems:
-        yield _headed("Problems", page.table(contents.problem_table(problems)), "problems")
-
-
-def _headed(title: str, content: str, name: str = "") -> str:
-    anchor = f' id="{name}"' if name else ""
-    return f"<h2{anchor}>{escape(title)}</h2>\n{content}"
+        yield folded(f"{table.title}: {PROTOCOL_NAMES[protocol]}", table)
 
 
 def _closer(evaluation: Evaluation, protocol: str) -> Iterable[str]:
     """Yield what the page shows of a single protocol, the first one."""
     aside = "" if len(evaluation.protocols) == 1 else f" ({protocol})"
     for table, tint in (
-        (contents.per_sequence(evaluation, protocol), _columns(len(evaluation.trackers))),
-        (contents.times(evaluation, protocol), lambda row, _: _tint(row)),
+        (contents.per_sequence(evaluation, protocol), column_tints(len(evaluation.trackers))),
+        (contents.times(evaluation, protocol), lambda row, _: tracker_tint(row)),
         (contents.lost_status(evaluation, protocol), page.no_tint),
     ):
-        yield _headed(table.title + aside, page.table(table, tint))
-    yield _headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))
+        yield page.headed(table.title + aside, page.table(table, tint))
+    yield page.headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))
 
 
-def _tint(tracker: int) -> str:
+def tracker_tint(tracker: int) -> str:
+    """Return the color of a tracker's bars."""
     return plots.style(tracker)[0] + "4d"
 
 
-def _columns(trackers: int) -> Callable[[int, int], str]:
+def folded(title: str, table: Table) -> str:
+    """Return a table that is seen after a click on its title."""
+    return f"<details><summary>{escape(title)}</summary>{page.table(table)}</details>"
+
+
+def column_tints(trackers: int) -> Callable[[int, int], str]:
     """Return the tints of a table with a column for each tracker, and maybe more."""
     return lambda row, column: (
-        _tint(column - 1) if column <= trackers else page.no_tint(row, column)
+        tracker_tint(column - 1) if column <= trackers else page.no_tint(row, column)
     )
 
 
 def _plots(evaluation: Evaluation, protocol: str) -> str:
     """Return the success and precision plots of a protocol."""
-    success = _plot(
+    success = plot(
         evaluation, protocol, success_curve, metrics.THRESHOLDS, np.mean,
         ("Success", "overlap threshold (IoU)", "share of frames above it", "AUC"),
     )  # fmt: skip
-    precision = _plot(
+    precision = plot(
         evaluation, protocol, precision_curve, metrics.PIXELS.astype(float), lambda y: float(y[20]),
         ("Precision", "distance threshold (pixels)", "share of frames within it", "at 20 pixels"),
     )  # fmt: skip
     return f'<div class="plots">{success}{precision}</div>'
 
 
-def _plot(
-    evaluation: Evaluation,
+def plot(
+    evaluation: Passes[Any],
     protocol: str,
-    of: Callable[[Outcome], Floats],
+    of: Callable[[Any], Floats],
     x: Floats,
     worth: Callable[[Floats], float],
     words: tuple[str, str, str, str],

@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from collections.abc import Sequence as Many
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,8 @@ from motes.target import write_whole
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Scores = dict[str, float | int | None]
+S = TypeVar("S")
+T = TypeVar("T")
 
 MISSED = 0.1
 """With an overlap (IoU) below this, a tracker does not have the target."""
@@ -37,6 +41,7 @@ PROTOCOL_NAMES = {
     "sre": "Perturbed starts (SRE)",
     "tre": "Perturbed times (TRE)",
     "reset": "Started anew after failures (VOT)",
+    "mot": "All objects (MOT)",
 }
 """Their names for people, in the order of reports."""
 
@@ -122,7 +127,7 @@ def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
     """
     found, present = (judged := fit(trace, sequence)).overlaps, judged.present
     lost, confidence = trace.lost[judged.rows], trace.confidence[judged.rows]
-    sure, seconds = np.isfinite(confidence), updates(trace)
+    sure = np.isfinite(confidence)
     values: Scores = dict.fromkeys(COLUMNS[5:-1])
     values["frames"] = len(trace.frames)
     if protocol == "reset":
@@ -152,10 +157,17 @@ def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
         values["ece"] = metrics.calibration_error(
             confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
         )
-    if seconds.size:
-        values["ms_median"], values["ms_95"] = metrics.time_quantiles(seconds)
-        values["fps"] = float(seconds.size / seconds.sum()) if seconds.sum() else None
+    values |= speed(updates(trace))
     return {name: None if _is_nan(value) else value for name, value in values.items()}
+
+
+def speed(seconds: Floats) -> Scores:
+    """Return the columns of results.csv on the running times (n,) of updates."""
+    if not seconds.size:
+        return dict.fromkeys(("ms_median", "ms_95", "fps"))
+    median, high = metrics.time_quantiles(seconds)
+    fps = float(seconds.size / seconds.sum()) if seconds.sum() else None
+    return {"ms_median": median, "ms_95": high, "fps": fps}
 
 
 def _is_nan(value: float | int | None) -> bool:
@@ -163,7 +175,7 @@ def _is_nan(value: float | int | None) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class Ended(ABC, Generic[S, T]):
     """What came of a pass.
 
     Attributes
@@ -176,10 +188,61 @@ class Outcome:
         Why it failed, in one line.
     """
 
-    sequence: Sequence
+    sequence: S
     item: Pass
-    trace: Trace | None
+    trace: T | None
     error: str = ""
+
+    @property
+    @abstractmethod
+    def scores(self) -> Scores:
+        """The numbers of results.csv by column, without those that name the pass."""
+
+    @property
+    @abstractmethod
+    def seconds(self) -> Floats:
+        """Running times of the updates, (n,); none if the pass failed."""
+
+    @staticmethod
+    @abstractmethod
+    def load(path: Path) -> T:
+        """Read what the tracker said; raise a FormatError if that is not possible."""
+
+    @classmethod
+    def of(cls, job: Job, out: Path, errors: Mapping[Pass, str]) -> list[Self]:
+        """Return what came of a job's passes, as far as they are over.
+
+        Parameters
+        ----------
+        job
+            Which one.
+        out
+            The folder of the evaluation, which has their tracks.
+        errors
+            Why passes failed.
+        """
+        sequence: Any = job.sequence
+        found = []
+        for item in job.passes:
+            if item in errors:
+                found.append(cls(sequence, item, None, errors[item]))
+            elif (path := item.path(out)).exists():
+                try:
+                    found.append(cls(sequence, item, cls.load(path)))
+                except FormatError as error:
+                    found.append(cls(sequence, item, None, f"{error} Delete it and --resume."))
+        return found
+
+
+class Outcome(Ended[Sequence, Trace]):
+    """What came of a pass that followed one object."""
+
+    load = staticmethod(load_trace)
+
+    @property
+    def seconds(self) -> Floats:
+        """Of updates, not of starts."""
+        return np.zeros(0) if self.trace is None else updates(self.trace)
 
     @cached_property
     def fit(self) -> Fit | None:
@@ -194,42 +257,17 @@ class Outcome:
         return score(self.trace, self.sequence, self.item.start.protocol)
 
 
-def outcomes_of(job: Job, out: Path, errors: Mapping[Pass, str]) -> list[Outcome]:
-    """Return what came of a job's passes, as far as they are over.
-
-    Parameters
-    ----------
-    job
-        Which one.
-    out
-        The folder of the evaluation, which has their tracks.
-    errors
-        Why passes failed.
-    """
-    found = []
-    for item in job.passes:
-        if item in errors:
-            found.append(Outcome(job.sequence, item, None, errors[item]))
-        elif (path := item.path(out)).exists():
-            found.append(_read(job.sequence, item, path))
-    return found
+E = TypeVar("E", bound=Ended[Any, Any])
 
 
-def _read(sequence: Sequence, item: Pass, path: Path) -> Outcome:
-    try:
-        return Outcome(sequence, item, load_trace(path))
-    except FormatError as error:
-        return Outcome(sequence, item, None, f"{error} Delete it and --resume.")
-
-
-def in_order(outcomes: Iterable[Outcome]) -> list[Outcome]:
+def in_order(outcomes: Iterable[E]) -> list[E]:
     """Return outcomes by tracker and sequence as they come first, protocol, start and seed."""
     outcomes = list(outcomes)
     trackers = {name: i for i, name in enumerate(dict.fromkeys(o.item.tracker for o in outcomes))}
     sequences = {name: i for i, name in enumerate(dict.fromkeys(o.item.sequence for o in outcomes))}
     protocols = list(PROTOCOL_NAMES)
 
-    def place(outcome: Outcome) -> tuple[int, int, int, int, str, int]:
+    def place(outcome: E) -> tuple[int, int, int, int, str, int]:
         item = outcome.item
         start = protocols.index(item.start.protocol), item.start.frame, item.start.label
         return trackers[item.tracker], sequences[item.sequence], *start, item.seed
@@ -240,28 +278,35 @@ def in_order(outcomes: Iterable[Outcome]) -> list[Outcome]:
 def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
     """Write results.csv into a folder: a row for each pass, with the `COLUMNS`.
 
-    Numbers have six significant digits; what makes no sense is empty.
+    What makes no sense is empty.
 
     Raises
     ------
     FormatError
         If it cannot be written.
     """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for outcome in in_order(outcomes):
-        item = outcome.item
-        names = [item.tracker, item.sequence, item.start.protocol, item.start.label, item.seed]
-        numbers = [_number(value) for value in outcome.scores.values()]
-        writer.writerow([*names, *numbers, " ".join(outcome.error.split())])
-    write_text(out / "results.csv", text.getvalue())
+    write_table(out / "results.csv", COLUMNS, map(row_of, in_order(outcomes)))
 
 
-def _number(value: float | int | None) -> str:
+def row_of(outcome: Ended[Any, Any]) -> list[str]:
+    """Return the row of a pass in results.csv."""
+    item = outcome.item
+    names = [item.tracker, item.sequence, item.start.protocol, item.start.label, str(item.seed)]
+    return [*names, *map(digits, outcome.scores.values()), " ".join(outcome.error.split())]
+
+
+def digits(value: float | int | None) -> str:
+    """Return a number with six significant digits, nothing if there is none."""
     if value is None:
         return ""
     return str(value) if isinstance(value, int) else f"{value:.6g}"
+
+
+def write_table(path: Path, columns: Many[str], rows: Iterable[Many[str]]) -> None:
+    """Write a file of CSV; raise a FormatError if that is not possible."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([columns, *rows])
+    write_text(path, text.getvalue())
 
 
 def write_text(path: Path, text: str) -> None:

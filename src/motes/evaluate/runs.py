@@ -20,6 +20,7 @@ import time
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
 from pathlib import Path
@@ -29,7 +30,9 @@ from urllib.parse import quote
 from motes.errors import FormatError, MotesError, SourceError
 from motes.evaluate.contestants import explain
 from motes.evaluate.entries import Entry
-from motes.evaluate.protocols import Running, Start, save_trace, starts
+from motes.evaluate.mot_protocol import Following
+from motes.evaluate.mot_sequences import Crowd
+from motes.evaluate.protocols import Running, Start, starts
 from motes.evaluate.sequences import Problem, Sequence
 from motes.frame import Frame
 from motes.video import open_source
@@ -71,7 +74,7 @@ class Job:
     """All passes of a tracker over a sequence in a protocol."""
 
     entry: Entry
-    sequence: Sequence
+    sequence: Sequence | Crowd
     passes: tuple[Pass, ...]
 
     @property
@@ -82,7 +85,10 @@ class Job:
 
 
 def plan(
-    entries: Iterable[Entry], sequences: Iterable[Sequence], protocols: Iterable[str], seeds: int
+    entries: Iterable[Entry],
+    sequences: Iterable[Sequence | Crowd],
+    protocols: Iterable[str],
+    seeds: int,
 ) -> tuple[list[Job], list[Problem]]:
     """Return all jobs, sequence by sequence, and which sequences cannot be opened.
 
@@ -292,11 +298,7 @@ def _end_with(sentinel: int, scratch: str) -> None:
 def _do(job: Job, out: Path) -> dict[Pass, str]:
     """Do a job; return the errors of the passes that failed."""
     errors: dict[Pass, str] = {}
-    boxes = job.sequence.boxes
-    running = {
-        item: Running(lambda item=item: job.entry.begin(item.seed), item.start, boxes)  # type: ignore[misc]
-        for item in job.passes
-    }
+    running = {item: _running(job, item) for item in job.passes}
     try:
         for frame in _film(job.sequence):
             for item in list(running):
@@ -308,7 +310,7 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
             if not running:
                 break
         for item, ended in running.items():
-            save_trace(item.path(out), ended.trace)
+            ended.save(item.path(out))
     except FormatError:
         raise
     except Exception as error:
@@ -319,9 +321,17 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
     return errors
 
 
-def _film(sequence: Sequence) -> Iterator[Frame]:
+def _running(job: Job, item: Pass) -> Running | Following:
+    """Return a pass that has not begun yet."""
+    begin = partial(job.entry.begin, item.seed)
+    if isinstance(job.sequence, Crowd):
+        return Following(begin, job.sequence)
+    return Running(begin, item.start, job.sequence.boxes)
+
+
+def _film(sequence: Sequence | Crowd) -> Iterator[Frame]:
     """Yield the frames of a sequence; raise a SourceError if they are not as many as the truth."""
-    count, rows = 0, len(sequence.boxes)
+    count, rows = 0, sequence.frames
     with open_source(sequence.source) as film:
         for frame in film:
             count += 1

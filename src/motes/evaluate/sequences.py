@@ -22,13 +22,15 @@ A dataset is a folder of such folders; with `list.txt`, of those that it names.
 from __future__ import annotations
 
 import glob
+import hashlib
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +38,8 @@ from numpy.typing import NDArray
 from motes.errors import ConfigError, FormatError, MotesError, SourceError
 from motes.evaluate.regions import Region, read_mask, read_regions
 from motes.video import IMAGE_ENDINGS
+
+S = TypeVar("S")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,6 +66,16 @@ class Sequence:
     source: str | Path
     boxes: NDArray[np.float64]
     ellipses: NDArray[np.float64]
+
+    @property
+    def frames(self) -> int:
+        """How many frames the truth is for."""
+        return len(self.boxes)
+
+    @property
+    def digest(self) -> str:
+        """Another one for any other truth."""
+        return hashlib.sha256(self.boxes.tobytes()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,22 +156,32 @@ def load_dataset(
         if pixel not in (0, 1):
             raise ConfigError(f"First pixel of {pattern!r} is {pixel}; it is 0 or 1.")
     pixels = first_pixel if annotation is None else {"*": 0, **first_pixel}
-    sequences: list[Sequence] = []
+
+    def load(entry: _Entry) -> Sequence:
+        fitting = [p for pattern, p in pixels.items() if fnmatchcase(entry.name, pattern)]
+        return _load(entry, fitting[-1] if fitting else None)
+
+    return gather((entry.name, partial(load, entry)) for entry in entries)
+
+
+def gather(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], list[Problem]]:
+    """Return what can be loaded of sequences with these names, and what is wrong with the others.
+
+    The second one of a name is a problem, and so is what raises a MotesError or OSError.
+    """
+    sequences: list[S] = []
     problems: list[Problem] = []
     names: set[str] = set()
-    for entry in entries:
+    for name, load in loaders:
         try:
-            if entry.name in names:
+            if name in names:
                 raise FormatError("there are two of this name; rename one")
-            names.add(entry.name)
-            fitting = [p for pattern, p in pixels.items() if fnmatchcase(entry.name, pattern)]
-            sequences.append(_load(entry, fitting[-1] if fitting else None))
+            names.add(name)
+            sequences.append(load())
         except OSError as error:
-            problems.append(
-                Problem(f"sequence {entry.name}", f"{error.filename}: {error.strerror}")
-            )
+            problems.append(Problem(f"sequence {name}", f"{error.filename}: {error.strerror}"))
         except MotesError as error:
-            problems.append(Problem(f"sequence {entry.name}", str(error)))
+            problems.append(Problem(f"sequence {name}", str(error)))
     return sequences, problems
 
 
@@ -170,7 +194,7 @@ def _entries(root: Path) -> list[_Entry]:
             return _of_folder(root)
         listed = (root / "list.txt").is_file()
         if listed:
-            names = [line.strip() for line in _text(root / "list.txt").splitlines()]
+            names = [line.strip() for line in read_text(root / "list.txt").splitlines()]
             folders = [root / name for name in names if name]
         else:
             folders = sorted(p for p in root.iterdir() if p.is_dir() and p.name[0] != ".")
@@ -223,11 +247,11 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
         raise FormatError(
             "it has no truth; that would be groundtruth_rect.txt, groundtruth.txt or masks/"
         )
-    source, count = (place, None) if place.is_file() else _source(_home(place))
+    source, count = (place, None) if place.is_file() else series_source(_home(place))
     if truth.is_dir():
         regions = [read_mask(path) for path in _series(truth)]
     else:
-        text = _text(truth)
+        text = read_text(truth)
         try:
             regions = read_regions(text)
         except FormatError as error:
@@ -237,7 +261,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)
     ellipses = np.array([region.ellipse for region in regions], np.float64).reshape(-1, 5)
     if (label := place / "absence.label").is_file() and truth.name == "groundtruth.txt":
-        absent = np.array(_text(label).split()) == "1"
+        absent = np.array(read_text(label).split()) == "1"
         if absent.size != len(regions):
             raise FormatError(f"{label.name} is for {absent.size} frames, not {len(regions)}")
         boxes[absent] = ellipses[absent] = np.nan
@@ -273,7 +297,7 @@ def _pictures(folder: Path) -> list[Path]:
     ]
 
 
-def _source(folder: Path) -> tuple[str | Path, int]:
+def series_source(folder: Path) -> tuple[str | Path, int]:
     """Return a source of the frames in a folder, without other pictures there, and their number."""
     series, pictures = _series(folder), _pictures(folder)
     if len(series) == len(pictures):
@@ -323,7 +347,8 @@ def printable(name: str) -> str:
     return name.encode(errors="backslashreplace").decode()
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Return the text of a file; raise an OSError or a FormatError if there is none."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

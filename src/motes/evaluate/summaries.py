@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from motes.evaluate import metrics
-from motes.evaluate.results import PROTOCOL_NAMES, Outcome, in_order, updates
+from motes.evaluate.results import PROTOCOL_NAMES, E, Outcome, in_order
 
 Floats = NDArray[np.float64]
 Of = Callable[[Outcome], ArrayLike]
@@ -64,14 +65,13 @@ class LostStatus(NamedTuple):
 
 def measure(protocol: str) -> str:
     """Return the column of results.csv by which trackers are ranked in a protocol."""
-    return "accuracy" if protocol == "reset" else "auc"
+    return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
 
 
-class Evaluation:
+class Passes(ABC, Generic[E]):
     """Outcomes by tracker, protocol and sequence.
 
-    Numbers of a tracker are over the sequences that it finished: those with no pass that failed. A
-    mean is over the sequences first, each of them the mean over its starts, and then over seeds.
+    Numbers of a tracker are over the sequences that it finished: those with no pass that failed.
 
     Attributes
     ----------
@@ -81,13 +81,13 @@ class Evaluation:
         Their names; trackers and sequences as they come first among the outcomes.
     """
 
-    def __init__(self, outcomes: Iterable[Outcome]) -> None:
+    def __init__(self, outcomes: Iterable[E]) -> None:
         self.outcomes = in_order(outcomes)
         self.trackers = list(dict.fromkeys(o.item.tracker for o in self.outcomes))
         self.sequences = list(dict.fromkeys(o.item.sequence for o in self.outcomes))
         used = {o.item.start.protocol for o in self.outcomes}
         self.protocols = [protocol for protocol in PROTOCOL_NAMES if protocol in used]
-        self._outcomes: dict[tuple[str, str], dict[str, list[Outcome]]] = {
+        self._outcomes: dict[tuple[str, str], dict[str, list[E]]] = {
             (tracker, protocol): {} for tracker in self.trackers for protocol in self.protocols
         }
         for outcome in self.outcomes:
@@ -107,31 +107,57 @@ class Evaluation:
             if all(outcome.trace is not None for outcome in outcomes)
         ]
 
-    def passes(self, tracker: str, protocol: str) -> list[Outcome]:
+    def passes(self, tracker: str, protocol: str) -> list[E]:
         """Return the passes over the sequences that a tracker finished."""
         by_sequence = self._outcomes[tracker, protocol]
         return [o for name in self.finished(tracker, protocol) for o in by_sequence[name]]
 
-    def seeds(self, tracker: str, protocol: str) -> dict[int, list[Outcome]]:
+    def seeds(self, tracker: str, protocol: str) -> dict[int, list[E]]:
         """Return those passes by seed."""
-        by_seed: dict[int, list[Outcome]] = {}
+        by_seed: dict[int, list[E]] = {}
         for outcome in self.passes(tracker, protocol):
             by_seed.setdefault(outcome.item.seed, []).append(outcome)
         return dict(sorted(by_seed.items()))
 
+    def seconds(self, tracker: str, protocol: str) -> Floats:
+        """Return the running times of all updates."""
+        return np.concatenate([[], *(o.seconds for o in self.passes(tracker, protocol))])
+
+    @abstractmethod
     def per_seed(
-        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
+        """Return a number, or an array, of the sequences that a tracker finished, (seeds, ...).
 
         Parameters
         ----------
         tracker, protocol
             Whose, and where.
         of
-            What: a column of results.csv, or a function of the outcome of a pass.
+            What: a column of results.csv, or a function.
         sequences
             Only over these, of those that the tracker finished.
+        """
+
+    def mean(
+        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+    ) -> Mean:
+        """Return mean and standard deviation over seeds of what `per_seed` gives."""
+        return Mean.over(self.per_seed(tracker, protocol, of, sequences))
+
+
+class Evaluation(Passes[Outcome]):
+    """Outcomes of passes that followed one object.
+
+    A mean is over the sequences first, each of them the mean over its starts, and then over seeds.
+    """
+
+    def per_seed(
+        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
+
+        As in `Passes`; the function is of the outcome of a pass.
         """
         wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
         means = []
@@ -144,12 +170,6 @@ class Evaluation:
             if values:
                 means.append(_mean([_mean(starts) for starts in values.values()]))
         return np.array(means)
-
-    def mean(
-        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
-    ) -> Mean:
-        """Return mean and standard deviation over seeds of what `per_seed` gives."""
-        return Mean.over(self.per_seed(tracker, protocol, of, sequences))
 
     def comparisons(self, protocol: str) -> list[Comparison]:
         """Compare each tracker with the first one, by `measure`, on sequences that both finished.
@@ -209,11 +229,6 @@ class Evaluation:
         """Return the calibration error, each seed's over all sequences; NaN without confidence."""
         found = map(_reliability, self.seeds(tracker, protocol).values())
         return Mean.over(np.array([seed.error for seed in found if seed is not None]))
-
-    def seconds(self, tracker: str, protocol: str) -> Floats:
-        """Return the running times of all updates."""
-        passes = self.passes(tracker, protocol)
-        return np.concatenate([[], *(updates(o.trace) for o in passes if o.trace is not None)])
 
 
 def success_curve(outcome: Outcome) -> Floats:

@@ -119,10 +119,11 @@ def table1(views: Iterable[View]) -> Experiment:
 def _table(name: str, samples: Sequence[Sample], where: str) -> Table:
     distances = np.array([sample.distances for sample in samples])
     seconds = np.concatenate([sample.seconds for sample in samples])
+    likelihoods = np.exp(LIKELIHOOD.log([name], distances.reshape(1, -1)))
     columns = zip(
         (1 - distances**2).T,
         distances.T,
-        np.exp(LIKELIHOOD.log([name], distances.T)),
+        likelihoods.reshape(distances.shape).T,
         np.median(seconds, axis=0),
         np.median(seconds / seconds[:, :1], axis=0),
         strict=True,

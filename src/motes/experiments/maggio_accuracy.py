@@ -15,7 +15,7 @@ from motes import charts
 from motes.errors import SourceError
 from motes.evaluate import contents, runs
 from motes.evaluate.entries import enter
-from motes.evaluate.results import Outcome, outcomes_of
+from motes.evaluate.results import Outcome
 from motes.evaluate.runs import Pass
 from motes.evaluate.sequences import Problem
 from motes.evaluate.sequences import Sequence as Film
@@ -125,7 +125,7 @@ def evaluated(
             for job, failed in steps:
                 if failed is not None:
                     errors |= failed
-                    outcomes += outcomes_of(job, out, errors)
+                    outcomes += Outcome.of(job, out, errors)
                     done += 1
                     progress = f"{done} of {len(jobs)} jobs, last {job.name}"
                     yield _standing(trackers, outcomes, unreadable, progress)

@@ -1,0 +1,316 @@
+"""Where the microseconds of one update go, and how much there is to do.
+
+    python benchmarks/breakdown.py
+
+Times are those of the real functions in the midst of real updates; what a kernel does step by step
+is timed in a loop that calls the kernel's own steps, on the same frames and particles, and each
+step counts as what it adds. (This is not called profile.py, which would hide Python's module.)
+"""
+
+from __future__ import annotations
+
+import copy
+import statistics
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+from unittest.mock import patch
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from motes import Tracker, kernels, particle_filter
+from motes.cues.color import ColorModel
+from motes.cues.orientation import OrientationModel, filters_of
+from motes.evaluate import markdown
+from motes.evaluate.tables import NOTHING, Cell, Table, number
+from motes.experiments.speed import MAIN, SIZE, Film, timed
+from motes.frame import Frame
+from motes.particle_filter import Info, ParticleFilter
+from motes.presets import preset
+from motes.resampling import Resampling
+from motes.sampling import PROFILES
+from motes.synthetic import still
+
+PRESETS = ("nummiaro", "ng_delp", "maggio")
+FRAMES, ROUNDS = 31, 10
+SELECT, PROPAGATE = "select: resampling", "propagate: random numbers, motion"
+COLOR = (
+    "color: places of the points",
+    "color: pixels gathered",
+    "color: bins",
+    "color: histogram",
+    "color: Bhattacharyya coefficient",
+)
+DENSE, PLACES, FILL, COMPARE = EDGES = (
+    "edges: dense filters",
+    "edges: places of the points",
+    "edges: gathered, histogram",
+    "edges: Bhattacharyya coefficient",
+)
+WEIGH, ESTIMATE, OWN, LEARN = LAST = (
+    "weigh: likelihood, fusion",
+    "estimate: mean, covariance",
+    "estimate: its own distance",
+    "learn: what the next reading takes",
+)
+ROWS = (SELECT, PROPAGATE, *COLOR, *EDGES, *LAST)
+KERNELS = {
+    "sobel": DENSE,
+    "structure_tensor": DENSE,
+    "edge_histograms": FILL,
+    "orientation_histograms": FILL,
+    "bhattacharyya": COMPARE,
+}
+"""Of the cues of edges, each with its row; those of histograms also compute the places."""
+
+
+def watched(spent: dict[str, float], row: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function whose seconds are added up in a row."""
+
+    def run(*args: Any) -> Any:
+        start = time.perf_counter()
+        try:
+            return function(*args)
+        finally:
+            spent[row] += time.perf_counter() - start
+
+    return run
+
+
+@contextmanager
+def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
+    """Time the steps of a particle filter, and what the kernels of its cues do for particles."""
+    spent: dict[str, float] = defaultdict(float)
+    distances = ParticleFilter._distances
+    own = watched(spent, OWN, distances)
+
+    def reading(config: ParticleFilter, models: Any, frame: Frame, ellipses: Any) -> Any:
+        if len(ellipses) == 1:
+            return own(config, models, frame, ellipses)
+        with ExitStack() as stack:
+            for name, row in KERNELS.items():
+                timed_kernel = watched(spent, row, getattr(kernels, name))
+                stack.enter_context(patch.object(kernels, name, timed_kernel))
+            return distances(config, models, frame, ellipses)
+
+    steps: tuple[tuple[Any, str, str], ...] = (
+        (Resampling, "ancestors", SELECT),
+        (type(config.motion), "propagate", PROPAGATE),
+        (type(config.likelihood), "log", WEIGH),
+        (type(config.fusion), "fuse", WEIGH),
+        (particle_filter, "mean_ellipse", ESTIMATE),
+        (ParticleFilter, "_learned", LEARN),
+    )
+    with ExitStack() as stack, patch.object(ParticleFilter, "_distances", reading):
+        for owner, name, row in steps:
+            function = watched(spent, row, getattr(owner, name))
+            stack.enter_context(patch.object(owner, name, function))
+        yield spent
+
+
+@numba.njit(error_model="numpy")
+def read(
+    steps: int,
+    flat: NDArray[np.uint8],
+    window: tuple[int, int, int, int],
+    channels: int,
+    ellipses: NDArray[np.float64],
+    lattice: NDArray[np.float32],
+    profile: int,
+    slots: NDArray[np.uint32],
+    roots: NDArray[np.float64],
+    space: tuple[int, int, int, int],
+    rho: NDArray[np.float64],
+) -> None:
+    """Do the first steps of `kernels.color_distances` for each particle."""
+    room = lattice.shape[1]
+    offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
+    weights, lanes = np.empty(room), np.empty((kernels.LANES, roots.shape[0] + 1))
+    for n in range(ellipses.shape[0]):
+        count = kernels._points(
+            window, ellipses[n], lattice, (1, 1), profile, channels, offsets, weights
+        )
+        if steps > 1:
+            kernels._colors(flat, offsets, count, colors)
+        if steps > 2:
+            kernels._color_bins(colors, count, space[0], space[1], space[2], space[3])
+        if steps > 3:
+            kernels._fill(colors, weights, count, slots, lanes)
+        if steps > 4:
+            rho[n] = kernels._coefficient(roots, lanes[0])
+
+
+def color_steps(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, float]:
+    """Return the seconds that each step of reading colors adds to those before."""
+    cue, model = config.color, info.models["color"]
+    assert cue is not None
+    assert isinstance(model, ColorModel)
+    window, profile, rho = (0, 0, frame.width, frame.height), PROFILES[cue.kernel], np.empty(0)
+    seconds, before = {}, 0.0
+    for steps, row in enumerate(COLOR, 1):
+        flat = frame.pixels.copy().reshape(-1)  # just written, as by a decoder
+        rho = np.empty(len(info.ellipses))
+        start = time.perf_counter()
+        read(
+            steps, flat, window, 3, info.ellipses, cue.sampling.lattice, profile, model.slots,
+            model.roots, cue._space, rho,
+        )  # fmt: skip
+        taken = time.perf_counter() - start
+        seconds[row], before = taken - before, taken
+    expected = cue.distances(model, frame, info.ellipses)
+    np.testing.assert_allclose(np.sqrt(np.maximum(0, 1 - rho)), expected, atol=1e-7)
+    return seconds
+
+
+def plane_of(frame: Frame) -> Any:
+    """Return the plane of edges that particles read; what is learned may have needed another."""
+    return next(iter(frame.planes.values()))
+
+
+def edge_places(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, float]:
+    """Return the seconds for the places that are read in the plane of edges."""
+    cue = config.edges or config.orientation
+    assert cue is not None
+    plane = plane_of(frame)
+    height, width = plane.bins.shape
+    ellipses = plane.in_blocks(info.ellipses)
+    start = time.perf_counter()
+    read(
+        1, plane.bins.reshape(-1), (plane.column, plane.row, width, height), 1, ellipses,
+        cue.sampling.lattice, PROFILES[cue.kernel], np.empty(0, np.uint32), np.empty(0),
+        (0, 0, 0, 0), np.empty(0),
+    )  # fmt: skip
+    return {PLACES: time.perf_counter() - start}
+
+
+@dataclass(frozen=True)
+class Breakdown:
+    """Medians over updates.
+
+    Attributes
+    ----------
+    whole
+        Seconds of an update.
+    parts
+        By row.
+    counts
+        How much there is to do in one of them.
+    """
+
+    whole: float
+    parts: dict[str, float]
+    counts: dict[str, int]
+
+
+def break_down(name: str) -> Breakdown:
+    """Take a preset's updates apart."""
+    config = preset(name)
+    assert isinstance(config, ParticleFilter)
+    frames, (region,) = Film.of(still(SIZE, MAIN, FRAMES))
+    tracker = Tracker(config)
+    tracker.init(frames[0], region)
+    whole: list[float] = []
+    parts: dict[str, list[float]] = defaultdict(list)
+    for turn in range(1 + ROUNDS):
+        if turn == 1:  # all is compiled and warm
+            parts.clear()
+            whole.clear()
+        whole += timed(copy.copy(tracker).update, frames[1:])
+        with watching(config) as spent:
+            again = copy.copy(tracker)
+            for frame in map(copy.deepcopy, frames[1:]):
+                spent.clear()
+                again.update(frame)
+                seconds = dict(spent)
+                seconds |= color_steps(config, frame, again.info)
+                if frame.planes:
+                    seconds |= edge_places(config, frame, again.info)
+                    seconds[FILL] -= seconds[PLACES]
+                for row, value in seconds.items():
+                    parts[row].append(value)
+    return Breakdown(
+        statistics.median(whole),
+        {row: statistics.median(values) for row, values in parts.items()},
+        counted(config, frame, again.info),
+    )
+
+
+def counted(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, int]:
+    """Return how much there is to do in an update, as docs/performance.md derives it."""
+    cue, model = config.color, info.models["color"]
+    assert cue is not None
+    assert isinstance(model, ColorModel)
+    particles, points, bins = config.particles, cue.sampling.lattice.shape[1], len(model.roots)
+    pixels = particles * points
+    scattered, dense, blocks, side = 3, 0, 0, 0
+    if config.edges:
+        scattered, dense = 5, 39
+    elif config.orientation:
+        learned = info.models["orientation"]
+        assert isinstance(learned, OrientationModel)
+        filters = filters_of(learned.scale, config.orientation.window)
+        r, w = len(filters.smooth) - 1, len(filters.window) - 1
+        scattered, dense = 6, 4 * (1 + 4 * r) + 6 * (1 + 4 * w) + 30
+    if frame.planes:
+        blocks, side = plane_of(frame).bins.size, plane_of(frame).step
+    cues = len(config.cues)
+    return {
+        "particles, N": particles,
+        "points of each, P": points,
+        "occupied bins of the model, m": bins,
+        "pixels gathered, N P": pixels,
+        "bytes of these, 3 N P": 3 * pixels,
+        "scattered reads, 3 N P; edges 2, orientation 3 more": scattered * pixels,
+        "operations for places, 14 N P a cue": 14 * pixels * cues,
+        "for bins, 22 N P in HSV": 22 * pixels * (cue.space == "hsv"),
+        "for histograms, N P a cue": pixels * cues,
+        "for coefficients of color, 4 m N": 4 * bins * particles,
+        "blocks under dense filters, A": blocks,
+        "pixels in a block, s²": side**2,
+        "bytes of all blocks, 3 A s²": 3 * blocks * side**2,
+        "operations in a block, c": dense,
+        "in all blocks, c A": dense * blocks,
+    }
+
+
+def times(found: dict[str, Breakdown]) -> Table:
+    """Return microseconds by row; what no row explains is the rest."""
+    rows = []
+    for row in ROWS:
+        cells = (
+            number(1e6 * each.parts[row], 1) if row in each.parts else Cell(NOTHING)
+            for each in found.values()
+        )
+        rows.append((Cell(row), *cells))
+    rests = (each.whole - sum(each.parts.values()) for each in found.values())
+    rows.append(
+        (Cell("rest: Python between all these"), *(number(1e6 * rest, 1) for rest in rests))
+    )
+    foot = (Cell("whole"), *(number(1e6 * each.whole, 1) for each in found.values()))
+    return Table("Microseconds of an update", ("part", *found), rows, (foot,))
+
+
+def amounts(found: dict[str, Breakdown]) -> Table:
+    """Return counts by row."""
+    first, *_ = (each.counts for each in found.values())
+    rows = [
+        (Cell(row), *(Cell(f"{each.counts[row]:,}") for each in found.values())) for row in first
+    ]
+    return Table(
+        "Counts of an update; operations are those of floating point", ("count", *found), rows
+    )
+
+
+def main() -> None:
+    found = {name: break_down(name) for name in PRESETS}
+    for table in (times(found), amounts(found)):
+        print(markdown.table(table), end="\n\n")
+
+
+if __name__ == "__main__":
+    main()

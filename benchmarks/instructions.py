@@ -1,0 +1,113 @@
+"""How many instructions it takes to follow a target, and and a guess at speed on small boards.
+
+    python benchmarks/instructions.py        # needs valgrind; takes some minutes
+
+Instructions are counted by valgrind in code for any x86-64 processor, whose vectors have 128 bits
+as those of the boards do; a run over fewer frames is subtracted, and with it all that starting
+takes. Frames per second on a board are a guess from these: its clock times the instructions that
+it may get done in a cycle, the lower and the higher guess.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from msgspec.structs import replace
+
+from motes import Tracker
+from motes.evaluate import markdown
+from motes.evaluate.tables import Cell, Row, Table
+from motes.particle_filter import ParticleFilter
+from motes.presets import preset
+from motes.synthetic import still
+from motes.writer import VideoWriter
+
+SIZE, TARGET = (320, 240), (30, 50)
+PRESETS = ("nummiaro", "ng_delp", "maggio")
+FEW, MORE = 10, 310
+BOARDS = {
+    "Raspberry Pi 4 (Cortex-A72, 1.5 GHz)": (1.5e9, 0.7, 1.4),
+    "Raspberry Pi Zero 2 W (Cortex-A53, 1.0 GHz)": (1.0e9, 0.4, 0.8),
+}
+"""Cycles in a second, and how many instructions are done in one, at least and at most."""
+PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"
+
+
+def update(name: str, frames: int) -> None:
+    """Follow a target through so many frames of eight in turn."""
+    config = preset(name)
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(replace(config, presence=replace(config.presence, step=20)))
+    clip = still(SIZE, TARGET, 8)
+    pixels = [frame.pixels for frame, _ in clip]
+    tracker.init(pixels[0], clip[0][1][0].ellipse)
+    for i in range(1, frames):
+        tracker.update(pixels[i % 8])
+
+
+def instructions(arguments: list[str], folder: Path) -> int:
+    """Return how many instructions Python executes with some arguments."""
+    environment = os.environ | {
+        "NUMBA_CPU_NAME": "generic",
+        "NUMBA_CACHE_DIR": str(folder),
+        "PYTHONHASHSEED": "0",
+    }
+    command = [sys.executable, *arguments]
+    # Once without, so that all is compiled.
+    subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+    counter = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={os.devnull}"]
+    done = subprocess.run(
+        [*counter, *command], env=environment, check=True, capture_output=True, text=True
+    )
+    (found,) = re.findall(r"Collected : (\d+)", done.stderr)
+    return int(found)
+
+
+def main() -> None:
+    works = {f"an update of {name}": [__file__, name] for name in PRESETS}
+    rows: list[Row] = []
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        film = folder / "film.mp4"
+        clip = still(SIZE, TARGET, MORE)
+        with VideoWriter(film, 25) as writer:
+            for frame, _ in clip:
+                writer.write(frame.pixels)
+        box = ",".join(f"{value:.0f}" for value in clip[0][1][0].ellipse.box)
+        rows_file = str(folder / "rows.csv")
+        track = [
+            "-c",
+            PROGRAM,
+            "track",
+            str(film),
+            "--init",
+            box,
+            "-o",
+            rows_file,
+            "--overwrite",
+            "--end",
+        ]
+        works["a frame of motes track"] = track
+        for what, arguments in works.items():
+            counts = [instructions([*arguments, str(frames)], folder) for frames in (FEW, MORE)]
+            each = (counts[1] - counts[0]) / (MORE - FEW)
+            guesses = (
+                f"{low * hertz / each:.0f} to {high * hertz / each:.0f}"
+                for hertz, low, high in BOARDS.values()
+            )
+            rows.append((Cell(what), Cell(f"{each / 1e6:.2f}"), *map(Cell, guesses)))
+            print(what, counts, file=sys.stderr)
+    head = ("what", "million instructions", *(f"{board}, a second" for board in BOARDS))
+    print(markdown.table(Table(f"Estimates at {SIZE[0]}x{SIZE[1]}", head, rows)))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        update(sys.argv[1], int(sys.argv[2]))
+    else:
+        main()

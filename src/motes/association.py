@@ -1,0 +1,105 @@
+"""Which detection is which object: by overlap and by appearance, one to one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.config import Config, NonNegative, Share
+from motes.geometry import Box
+
+Floats = NDArray[np.float64]
+
+
+class Association(Config, frozen=True):
+    """What makes a detection the same object as before.
+
+    Attributes
+    ----------
+    overlap
+        Least intersection over union of an object that was just seen with its detection.
+    distance
+        Largest distance between a hidden object's model and the detection that it may be.
+    appearance
+        What appearance counts beside overlap.
+    reach
+        How far from where it should be a hidden object may come up, in its own mean half-sizes.
+    spread
+        How much farther for every second that it was hidden.
+    """
+
+    overlap: Share = 0.2
+    distance: Share = 0.45
+    appearance: NonNegative = 0.5
+    reach: NonNegative = 1.5
+    spread: NonNegative = 2.0
+
+    def costs(self, overlaps: Floats, distances: Floats) -> Floats:
+        """Return the costs (n, m) of objects that were just seen; infinite where ruled out.
+
+        Parameters
+        ----------
+        overlaps, distances
+            (n, m), of each object with each detection: intersection over union, and distance of
+            the object's model from what is seen there.
+        """
+        costs = 1 - overlaps + self.appearance * distances
+        return np.where(overlaps >= self.overlap, costs, np.inf)
+
+    def recoveries(self, away: Floats, hidden: Floats, distances: Floats) -> Floats:
+        """Return the costs (n, m) of hidden objects; infinite where ruled out.
+
+        Parameters
+        ----------
+        away, distances
+            (n, m), how far each detection is from where each object should be, in mean half-sizes,
+            and how far from its model.
+        hidden
+            (n,), seconds since it was seen.
+        """
+        reach = self.reach + self.spread * hidden[:, None]
+        off = away / np.maximum(reach, np.finfo(float).tiny)
+        # Half of what comes up is still hidden, so where it should be counts the more for its look.
+        near = (off <= 1) & (distances <= self.distance + (1 - self.distance) * (1 - off))
+        return np.where(near, distances + off, np.inf)
+
+
+def assign(costs: Floats) -> list[tuple[int, int]]:
+    """Return rows and columns of the one-to-one assignment of least cost.
+
+    As many pairs as possible are formed of those that are not ruled out, (n, m) with infinite cost.
+    """
+    from scipy.optimize import linear_sum_assignment  # takes half a second to import
+
+    allowed = np.isfinite(costs)
+    if not allowed.any():
+        return []
+    # A pair that is ruled out costs more than any number of others.
+    forbidden = 1 + 2 * min(costs.shape) * costs[allowed].max()
+    rows, columns = linear_sum_assignment(np.where(allowed, costs, forbidden))
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    return [(i, j) for i, j in pairs if allowed[i, j]]
+
+
+def inside(first: Floats, second: Floats) -> Floats:
+    """Return which share of each box (n, 4) lies inside each other one (m, 4): (n, m)."""
+    low = np.maximum(first[:, None, :2], second[None, :, :2])
+    high = np.minimum(
+        first[:, None, :2] + first[:, None, 2:], second[None, :, :2] + second[None, :, 2:]
+    )
+    areas = first[:, 2:].prod(axis=1)
+    shares: Floats = np.clip(high - low, 0, None).prod(axis=2) / areas[:, None]
+    return shares
+
+
+def meet(first: Box, second: Box) -> bool:
+    """Return whether two objects are so near that one may hide the other.
+
+    Zhao and Pei, equations 18 and 19: the squared distance of their centers is less than
+    A² + B², where A and B are half the sum of their widths and of their heights. The paper compares
+    it with the root of that.
+    """
+    dx = first.x + first.width / 2 - second.x - second.width / 2
+    dy = first.y + first.height / 2 - second.y - second.height / 2
+    a, b = (first.width + second.width) / 2, (first.height + second.height) / 2
+    return dx * dx + dy * dy < a * a + b * b

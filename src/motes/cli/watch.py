@@ -1,0 +1,257 @@
+"""`motes watch`: follow and count all that moves before a fixed camera."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Group, Parameter
+
+from motes.cli import DONE, INTERRUPTED, NOT_FOUND
+from motes.cli.options import (
+    CONFIGURATION,
+    FRAMES,
+    OUTPUT,
+    Overwrite,
+    announce_compiling,
+    check_not_source,
+    default_output,
+    named,
+    numbers_of,
+    read_text,
+    say,
+    undisturbed,
+)
+from motes.errors import ConfigError, MotesError
+
+if TYPE_CHECKING:
+    from motes.cli.watch_outputs import Output
+    from motes.counting import Counting, Places
+    from motes.detection import Detector
+    from motes.scene import Scene
+    from motes.video import Source
+
+OBJECTS = Group("Objects", sort_key=1)
+COUNTED = Group("Counting", sort_key=1)
+
+
+def watch(
+    source: str,
+    /,
+    *,
+    detector: Annotated[
+        str | None,
+        Parameter(
+            group=OBJECTS,
+            help="What finds objects: mog2, knn or gaussian, backgrounds before which they move; "
+            "people; or a file of detections as the MOTChallenge has them, a .txt. By default "
+            "mog2, or gaussian where OpenCV is not installed.",
+        ),
+    ] = None,
+    line: Annotated[
+        list[str] | None,
+        Parameter(
+            group=COUNTED,
+            negative=(),
+            allow_leading_hyphen=True,
+            help="Count who crosses a line: x1,y1,x2,y2. May be repeated.",
+        ),
+    ] = None,
+    zone: Annotated[
+        list[str] | None,
+        Parameter(
+            group=COUNTED,
+            negative=(),
+            allow_leading_hyphen=True,
+            help="Count who enters and leaves a polygon: x1,y1,x2,y2,x3,y3,... May be repeated.",
+        ),
+    ] = None,
+    places: Annotated[
+        Path | None,
+        Parameter(group=COUNTED, help="TOML with [[line]] and [[zone]], their points and name."),
+    ] = None,
+    start: Annotated[int, Parameter(group=FRAMES, help="First frame.")] = 0,
+    end: Annotated[int | None, Parameter(group=FRAMES, help="Frame to stop before.")] = None,
+    stride: Annotated[int, Parameter(group=FRAMES, help="Take every n-th frame.")] = 1,
+    output: Annotated[
+        str | None,
+        Parameter(
+            name=["--output", "-o"],
+            group=OUTPUT,
+            allow_leading_hyphen=True,
+            help="Rows, one for each object in each frame: .csv, .jsonl, .txt as the MOTChallenge "
+            "has it, or - for standard output.",
+        ),
+    ] = None,
+    events: Annotated[
+        str | None,
+        Parameter(
+            group=OUTPUT,
+            allow_leading_hyphen=True,
+            help="Who appears, disappears, crosses, enters and leaves, while it happens, as JSON "
+            "Lines: a file, or - for standard output.",
+        ),
+    ] = None,
+    overlay: Annotated[
+        Path | None, Parameter(group=OUTPUT, help="Annotated video: .mp4, .mkv, .mov or .m4v.")
+    ] = None,
+    overwrite: Overwrite = False,
+    preset: Annotated[
+        str, Parameter(group=CONFIGURATION, help="The particle filter that follows each object.")
+    ] = "nummiaro:adaptive",
+    seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
+) -> int:
+    """Follow all that moves before a fixed camera, and give each object an identity.
+
+    It keeps its identity from entry to exit, also while something hides it. Without -o, --events
+    and --overlay the rows go to standard output, or to a file named after the source if that is a
+    terminal. The end says what was counted in each minute.
+
+    Parameters
+    ----------
+    source
+        A video, a folder or pattern of images, the number of a camera, or an address.
+    """
+    where = _places(line or [], zone or [], places)
+    if output is None and overlay is None and events is None:
+        output = default_output(source)
+    if output == events == "-":
+        raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
+    files = [Path(name) for name in (output, events) if name is not None and name != "-"]
+    check_not_source(source, overlay, *files)
+
+    from motes.cli.watch_outputs import Events, Overlay, Rows
+    from motes.counting import Counting
+    from motes.scene import Scene
+    from motes.video import open_source
+
+    counting = Counting(where)
+    scene = Scene(_detector(detector), preset, seed)
+    with open_source(source, start=start, end=end, stride=stride) as film:
+        outputs: list[Output] = []
+        if overlay is not None:
+            outputs.append(Overlay(overlay, film, stride, where, overwrite=overwrite))
+        if events is not None:
+            outputs.append(Events(events, overwrite))
+        if output is not None:
+            outputs.append(Rows(output, overwrite))
+        return _run(film, scene, counting, outputs)
+
+
+def _places(lines: Sequence[str], zones: Sequence[str], file: Path | None) -> Places:
+    """Return lines and zones of the options and of the file."""
+    from motes.counting import Line, Places, Zone
+
+    given = Places()
+    if file is not None:
+        text = read_text(file)
+        with named(file):
+            given = Places.parse(text)
+    more = Places(
+        tuple(Line(tuple(numbers_of("--line", text, "x1,y1,x2,y2"))) for text in lines),  # type: ignore[arg-type]
+        tuple(Zone(tuple(_corners(text))) for text in zones),
+    )
+    return Places(given.line + more.line, given.zone + more.zone)
+
+
+def _corners(text: str) -> list[float]:
+    """Return the numbers of --zone, at least three corners."""
+    form = ",".join("xy"[i % 2] for i in range(max(6, text.count(",") + 1)))
+    return numbers_of("--zone", text, form)
+
+
+def _detector(name: str | None) -> Detector:
+    """Return what an option calls a detector."""
+    from motes.background import BackgroundDetector
+    from motes.detection import PeopleDetector, RecordedDetections
+
+    if name == "people":
+        return PeopleDetector()
+    if name is not None and name.endswith(".txt"):
+        return RecordedDetections(name)
+    if name not in (None, "mog2", "knn", "gaussian"):
+        raise ConfigError(
+            f"--detector is mog2, knn, gaussian, people or a .txt file; got {name!r}."
+        )
+    return BackgroundDetector(name)  # type: ignore[arg-type]
+
+
+def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Output]) -> int:
+    """Watch the film, write all there is to write, and say how it went."""
+    from motes.cli.follow import prefetch
+    from motes.cli.progress import Progress
+    from motes.cli.watch_outputs import Moment
+
+    announce_compiling()
+    frames, interrupted, said = 0, False, set[str]()
+    try:
+        with contextlib.ExitStack() as opened, prefetch(film) as pictures:
+            for output in outputs:
+                opened.enter_context(output)
+            with Progress(film) as progress:
+                try:
+                    for frame in pictures:
+                        tracks = scene.update(frame)
+                        with undisturbed():
+                            moment = Moment(frame, tracks, counting.update(tracks))
+                            for output in outputs:
+                                output.write(moment)
+                            frames += 1
+                        for kind, text in scene.remarks.items():
+                            if kind not in said:
+                                said.add(kind)
+                                say(text)
+                        progress.count(
+                            f"{scene.born - scene.gone} objects, {scene.born} came, "
+                            f"{scene.gone} went"
+                        )
+                except KeyboardInterrupt:
+                    interrupted = True  # and all files are closed as at the end
+    except MotesError:
+        _summarize(frames, film, scene, counting, outputs, interrupted=False)
+        raise
+    _summarize(frames, film, scene, counting, outputs, interrupted=interrupted)
+    if interrupted:
+        return INTERRUPTED
+    if not scene.born:
+        say("error: No object was ever found; try another --detector.")
+        return NOT_FOUND
+    return DONE
+
+
+def _summarize(
+    frames: int,
+    film: Source,
+    scene: Scene,
+    counting: Counting,
+    outputs: Sequence[Output],
+    *,
+    interrupted: bool,
+) -> None:
+    """Print one line on how a run went, and what was counted in each minute."""
+    if not frames:
+        return
+    parts = [
+        "interrupted after " * interrupted
+        + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone"
+    ]
+    written = [output.name for output in outputs if output.name != "-"]
+    if written:
+        parts.append("wrote " + ", ".join(written))
+    if film.report.problems:
+        parts.append(f"{film.name}: {film.report.problems}")
+    say("; ".join(parts) + ".")
+    for text in table(counting.counts):
+        say(text)
+
+
+def table(counts: Counter[tuple[int, str, str, str]]) -> list[str]:
+    """Return what was counted, a line for each minute in which something was."""
+    minutes: dict[int, list[str]] = {}
+    for (minute, event, place, direction), count in sorted(counts.items()):
+        what = " ".join(part for part in (event, place, direction) if part)
+        minutes.setdefault(minute, []).append(f"{what} {count}")
+    return [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]

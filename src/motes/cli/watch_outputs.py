@@ -1,0 +1,186 @@
+"""What `motes watch` writes: rows of all objects, events, an annotated video."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Literal, Protocol, Self
+
+import msgspec
+
+from motes.counting import Event, Places
+from motes.errors import ConfigError, FormatError
+from motes.formats import check_writable
+from motes.frame import FRAME_INTERVAL, Frame
+from motes.scene import SceneTrack
+from motes.scene_overlay import Point, draw_scene
+from motes.track import Status
+from motes.writer import VideoWriter
+
+if TYPE_CHECKING:
+    from motes.video import Source
+
+Form = Literal["mot", "csv", "jsonl"]
+FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
+COLUMNS = (
+    "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "behind",
+)  # fmt: skip
+TRAIL = 50
+"""The overlay shows the way of so many frames."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What became of a frame."""
+
+    frame: Frame
+    tracks: Sequence[SceneTrack]
+    events: Sequence[Event]
+
+
+class Output(Protocol):
+    """Takes moments; ends as a context manager."""
+
+    name: str
+
+    def write(self, moment: Moment) -> None:
+        """Add a frame."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *exception: object) -> None: ...
+
+
+class _Lines:
+    """Lines that are in a file, or on standard output, as soon as they are written."""
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        self.name = name
+        self._file: BinaryIO | None = None
+        if name != "-":
+            check_writable(name, overwrite)
+
+    def put(self, lines: Sequence[str]) -> None:
+        assert self._file is not None
+        rest = memoryview("".join(line + "\n" for line in lines).encode())
+        try:
+            while rest:
+                rest = rest[self._file.write(rest) :]
+        except BrokenPipeError:  # whoever reads has seen enough
+            raise
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _failure(self, error: OSError) -> FormatError:
+        return FormatError(
+            f"{self.name} cannot be written: {error.strerror}; make room, or choose another place. "
+            f"What is written is kept."
+        )
+
+    def __enter__(self) -> Self:
+        try:
+            if self.name == "-":
+                self._file = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
+            else:
+                self._file = Path(self.name).open("wb", buffering=0)
+        except OSError as error:
+            raise self._failure(error) from error
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._file is not None:
+            self._file.close()
+
+
+class Rows(_Lines):
+    """A row for each object in each frame.
+
+    As CSV and JSON Lines with `COLUMNS`, of all objects. As the MOTChallenge has it, frames and
+    pixels counted from 1, of those that are seen: frame, identity, x, y, width, height, confidence,
+    -1, -1, -1.
+    """
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        ending = ".csv" if name == "-" else Path(name).suffix.lower()
+        if ending not in FORMS:
+            raise ConfigError(f"{name} ends in none of {', '.join(FORMS)}; rename it.")
+        super().__init__(name, overwrite)
+        self._form = FORMS[ending]
+        self._begun = False
+
+    def write(self, moment: Moment) -> None:
+        """Add a frame's rows."""
+        if self._form == "csv" and not self._begun:
+            self.put([",".join(COLUMNS)])
+        self._begun = True
+        if self._form == "mot":
+            seen = [each for each in moment.tracks if each.track.status is Status.TRACKING]
+            self.put([_mot(each) for each in seen])
+        else:
+            self.put([_row(each, self._form) for each in moment.tracks])
+
+
+def _mot(each: SceneTrack) -> str:
+    (x, y, width, height), track = each.track.box, each.track
+    box = f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
+    return f"{track.frame + 1},{each.identity},{box},{track.confidence:.4f},-1,-1,-1"
+
+
+def _row(each: SceneTrack, form: Form) -> str:
+    track = each.track
+    values = [
+        track.frame, round(track.time, 6), each.identity,
+        *(round(value, 3) for value in track.box), round(track.confidence, 5), track.status,
+        each.behind,
+    ]  # fmt: skip
+    if form == "csv":
+        return ",".join("" if value is None else str(value) for value in values)
+    return msgspec.json.encode(dict(zip(COLUMNS, values, strict=True))).decode()
+
+
+class Events(_Lines):
+    """A line of JSON for each event."""
+
+    def write(self, moment: Moment) -> None:
+        """Add a frame's events."""
+        self.put([event.json() for event in moment.events])
+
+
+class Overlay:
+    """An annotated video."""
+
+    def __init__(
+        self, path: Path, source: Source, stride: int, places: Places, *, overwrite: bool
+    ) -> None:
+        check_writable(path, overwrite)
+        self.name = str(path)
+        self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
+        self._places = places
+        self._trails: dict[int, deque[Point]] = {}
+        self._start: float | None = None
+
+    def write(self, moment: Moment) -> None:
+        """Add a picture."""
+        here = {each.identity for each in moment.tracks}
+        self._trails = {who: trail for who, trail in self._trails.items() if who in here}
+        for each in moment.tracks:
+            trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
+            trail.append(each.track.ellipse[:2])
+        pixels = draw_scene(moment.frame.pixels, moment.tracks, self._trails, self._places)
+        if self._start is None:
+            self._start = moment.frame.time
+        self._writer.write(pixels, moment.frame.time - self._start)
+
+    def __enter__(self) -> Self:
+        self._writer.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        kind, error, trace = exception
+        # A video that Ctrl-C ended is as good as any that is shorter.
+        self._writer.__exit__(kind, error, trace)  # type: ignore[arg-type]
