@@ -130,7 +130,7 @@ def test_a_lost_target_gets_more_particles() -> None:
         assert tracker.update(frame).status is Status.SEARCHING
         numbers.append(len(tracker.info.weights))
     assert numbers[0] == 100
-    assert min(numbers[2:]) > 200
+    assert min(numbers[2:]) > 150
 
 
 class Clock:

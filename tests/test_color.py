@@ -16,7 +16,7 @@ from motes import kernels
 from motes.cues.color import Color, ColorModel
 from motes.frame import as_rgb
 from motes.geometry import Ellipse
-from motes.sampling import Checkerboard, EveryPixel, Lattice, Profile, sunflower
+from motes.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Profile, sunflower
 from oracles import (
     Bins,
     between_pixels,
@@ -330,11 +330,21 @@ def test_distance_worked_by_hand(p: list[float], q: list[float], rho: float) -> 
 
 def test_a_region_is_at_no_distance_from_itself() -> None:
     picture, ellipse = frame(mosaic(6, 50, 50)), Ellipse(20, 30, 9, 6, 0.4)
-    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
+    for sampling in (Lattice(points=DENSE), EveryPixel(), Checkerboard()):
         cue = Color(sampling=sampling)
         model = cue.learn(picture, ellipse)
         assert cue.distances(model, picture, np.array([ellipse]))[0] < 1e-7
         assert model.histogram.sum() == pytest.approx(1)
+
+
+def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
+    """A lattice's own error is in the candidates only."""
+    picture, where = frame(mosaic(6, 90, 90)), Ellipse(40, 45, 37, 26, 0.4)
+    cue, region = Color(), np.array([where])
+    exact = Color(sampling=EveryPixel()).histograms(picture, region)[0]
+    of_model = np.abs(cue.learn(picture, where).histogram - exact).sum()
+    of_reading = np.abs(cue.histograms(picture, region)[0] - exact).sum()
+    assert of_model < of_reading / 2
 
 
 def test_compact_bins() -> None:

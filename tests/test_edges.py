@@ -261,9 +261,10 @@ def test_the_operator_at_points_finds_what_it_finds_everywhere(
 
 def test_large_regions_are_read_at_points_only() -> None:
     picture = frame(mosaic(0, 60, 80))
-    Edges().learn(picture, Ellipse(40, 30, 20, 10))  # 861 pixels, 256 points at thrice the cost
+    where = np.array([Ellipse(40, 30, 20, 10)])  # 861 pixels, 256 points at thrice the cost
+    Edges().histograms(picture, where)
     assert picture.planes == {}
-    Edges(sampling=EveryPixel()).learn(picture, Ellipse(40, 30, 20, 10))
+    Edges(sampling=EveryPixel()).histograms(picture, where)
     assert len(picture.planes) == 1
 
 

@@ -514,7 +514,8 @@ def test_models(seed: int, ellipse: Ellipse, scale: float, cue: Orientation) -> 
     cue = replaced(cue, scale=scale)
     picture = frame(mosaic(seed, 45, 52))
     model = cue.learn(picture, ellipse)
-    expected = drawn(cue, picture, ellipse, model.threshold)
+    dense = replaced(cue, sampling=cue.sampling.dense)
+    expected = drawn(dense, picture, ellipse, model.threshold)
     np.testing.assert_allclose(model.histogram, expected, atol=1e-6)
     np.testing.assert_array_equal(model.anchor, model.histogram)
     assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
@@ -543,7 +544,7 @@ def test_distances(seed: int, ellipses: list[Ellipse], form: Form) -> None:
 def test_the_target_itself_is_at_no_distance(form: Form, sampling: Sampling) -> None:
     picture = frame(mosaic(1, 60, 60))
     where = Ellipse(30, 28, 17, 11, 0.7)
-    cue = Orientation(form=form, sampling=sampling)
+    cue = Orientation(form=form, sampling=sampling.dense)
     model = cue.learn(picture, where)
     assert cue.distances(model, picture, rows(where))[0] == pytest.approx(0, abs=1e-7)
     assert cue.distances(model, picture, rows(where._replace(x=10.0)))[0] > 0.02

@@ -346,13 +346,13 @@ def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
 
 def test_a_model_follows_the_estimate() -> None:
     config, state = begun(adaptation=Forgetting(rate=0.3, anchor=0.2))
-    first = state.models["color"].histogram
+    before = state.models["color"]
     picture = scene(1, (42, 31))
     after, info = config.step(np.random.default_rng(0), state, picture)
-    seen = Color().learn(picture, info.track.ellipse).histogram
-    expected = 0.7 * first + 0.3 * (0.2 * first + 0.8 * seen)
+    seen = Color().histograms(picture, np.array([info.track.ellipse]))[0]
+    expected = 0.7 * before.histogram + 0.3 * (0.2 * before.anchor + 0.8 * seen)
     np.testing.assert_allclose(after.models["color"].histogram, expected, atol=1e-12)
-    np.testing.assert_allclose(info.models["color"].histogram, first)
+    np.testing.assert_allclose(info.models["color"].histogram, before.histogram)
 
 
 def test_the_rule_counts_particles() -> None:

@@ -41,6 +41,7 @@ NUMMIARO = ParticleFilter(
     likelihood=Gaussian(sigma=0.1),  # equation 10
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # figure 2
     presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
+    calibration=Calibration(middle=0.34, width=0.08),
 )
 
 # A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
@@ -48,7 +49,7 @@ ADAPTIVE = replace(
     NUMMIARO,
     adaptation=Forgetting(rate=0.05, anchor=0.4),  # sections IV and VIII
     presence=replace(NUMMIARO.presence, margin=0.75),
-    calibration=Calibration(middle=0.31, width=0.11),
+    calibration=Calibration(middle=0.31, width=0.09),
 )
 
 MEAN_SHIFT = MeanShift(  # section VI
@@ -69,10 +70,10 @@ MAGGIO = ParticleFilter(
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.39, width=0.08),
+    calibration=Calibration(middle=0.37, width=0.08),
 )
 MAGGIO_FOH = replace(
-    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.34, width=0.09)
+    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
 )  # spectra differ less than histograms: a calibration of their own, as each cue alone has
 FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
 
@@ -91,7 +92,7 @@ NG_DELP = ParticleFilter(
     likelihood=BestParticle(epsilon=0.001),  # equations 23 and 24
     resampling=Resampling(scheme="multinomial", threshold=1.0),
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.67, width=0.2),  # particles that appear have little weight
+    calibration=Calibration(middle=0.55, width=0.17),  # particles that appear have little weight
 )
 
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
@@ -125,22 +126,22 @@ PRESETS: dict[str, TrackerConfig] = {
     "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
     "maggio": MAGGIO,
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": replace(MAGGIO, orientation=None, calibration=Calibration(middle=0.36, width=0.11)),
+    "maggio:C": replace(MAGGIO, orientation=None, calibration=Calibration(middle=0.36, width=0.1)),
     "maggio:O-FOH": replace(
-        MAGGIO_FOH, color=None, calibration=Calibration(middle=0.055, width=0.065)
+        MAGGIO_FOH, color=None, calibration=Calibration(middle=0.02, width=0.1)
     ),
-    "maggio:O-ROH": replace(MAGGIO, color=None, calibration=Calibration(middle=0.17, width=0.06)),
+    "maggio:O-ROH": replace(MAGGIO, color=None, calibration=Calibration(middle=0.17, width=0.05)),
     "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
     "maggio:C+O-SS-ROH": replace(
-        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.45, width=0.1)
+        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)
     ),
     "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
     "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
     "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
     "maggio:C+O-A&SS-ROH": MAGGIO,
     "ng_delp": NG_DELP,
-    "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.69, width=0.2)),
-    "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.06, width=0.14)),
+    "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
+    "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
     "zhao_pei": ZHAO_PEI,
     "zhao_pei:fixed": replace(  # figure 2, above
         ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)

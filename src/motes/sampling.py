@@ -30,8 +30,17 @@ PROFILES: dict[str, int] = {
 }
 
 
+DENSE = 4096
+"""Points of the lattice that reads a target model."""
+
+
 class EveryPixel(Config, frozen=True, tag="every_pixel"):
     """Every pixel whose center lies inside the ellipse: the reference; cost grows with area."""
+
+    @property
+    def dense(self) -> EveryPixel:
+        """What a target model is read with: the same."""
+        return self
 
     @property
     def lattice(self) -> NDArray[np.float32]:
@@ -60,6 +69,11 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
     share: Literal["half", "quarter"] = "half"
 
     @property
+    def dense(self) -> Checkerboard:
+        """What a target model is read with: the same, so that it is compared with its like."""
+        return self
+
+    @property
     def lattice(self) -> NDArray[np.float32]:
         """No lattice: (2, 0)."""
         return np.empty((2, 0), np.float32)
@@ -74,7 +88,8 @@ class Lattice(Config, frozen=True, tag="lattice"):
     """A fixed set of points spread evenly over the unit disk, mapped by each ellipse.
 
     A candidate costs the same whatever its size, and its region's histogram is an unbiased
-    estimate of the one over every pixel.
+    estimate of the one over every pixel. What all candidates are compared with, the target model,
+    is read once, and by a denser lattice.
 
     Attributes
     ----------
@@ -83,6 +98,11 @@ class Lattice(Config, frozen=True, tag="lattice"):
     """
 
     points: Annotated[int, Meta(ge=8, le=65536)] = 256
+
+    @property
+    def dense(self) -> Lattice:
+        """What a target model is read with: `DENSE` points, or more."""
+        return Lattice(points=max(self.points, DENSE))
 
     @property
     def lattice(self) -> NDArray[np.float32]:

@@ -59,8 +59,8 @@ CONFIG_FLAGS = """\
   --presence.ceiling 0.9
   --presence.step 1
   --presence.places 400000
-  --calibration.middle 0.33
-  --calibration.width 0.09
+  --calibration.middle 0.34
+  --calibration.width 0.08
   --adaptation.type forgetting
   --adaptation.rate 0.0
   --adaptation.anchor 0.0

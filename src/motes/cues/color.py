@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
@@ -108,8 +109,9 @@ class Color(Config, frozen=True):
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
-        """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        cue = replace(self, sampling=self.sampling.dense)
+        histogram = cue.histograms(frame, np.array([ellipse]))[0]
         return ColorModel(histogram, histogram)
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:

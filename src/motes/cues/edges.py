@@ -10,6 +10,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
@@ -106,8 +107,9 @@ class Edges(Config, frozen=True):
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> EdgesModel:
-        """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        cue = replace(self, sampling=self.sampling.dense)
+        histogram = cue.histograms(frame, np.array([ellipse]))[0]
         return EdgesModel(histogram, histogram)
 
     def distances(self, model: EdgesModel, frame: Frame, ellipses: Floats) -> Floats:

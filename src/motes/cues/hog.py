@@ -11,6 +11,7 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
@@ -128,8 +129,9 @@ class Hog(Config, frozen=True):
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> HogModel:
-        """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        cue = replace(self, sampling=self.sampling.dense)
+        histogram = cue.histograms(frame, np.array([ellipse]))[0]
         return HogModel(histogram, histogram)
 
     def distances(self, model: HogModel, frame: Frame, ellipses: Floats) -> Floats:

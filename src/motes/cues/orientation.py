@@ -118,10 +118,11 @@ class Orientation(Config, frozen=True):
     sampling: Sampling = Lattice()
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
-        """Return the target model of the region in `ellipse`."""
+        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
         scale = self._scale(ellipse)
         threshold = self._threshold(frame, scale, ellipse)
-        histogram = self._histograms(frame, scale, threshold, np.array([ellipse]))[0]
+        cue = msgspec.structs.replace(self, sampling=self.sampling.dense)
+        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse]))[0]
         return OrientationModel(histogram, histogram, scale, threshold)
 
     def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
