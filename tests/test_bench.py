@@ -233,7 +233,7 @@ def test_the_command_writes_all_there_is(
 ) -> None:
     pytest.importorskip("cv2")
     pytest.importorskip("matplotlib")
-    line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new"]
+    line = ["bench", "--frames", "3", "--rounds", "1", "--plot", "--out", "new"]
     assert main(line) == 0
     out, error = capfd.readouterr()
     assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV and PNG.\n")
@@ -249,6 +249,9 @@ def test_the_command_writes_all_there_is(
     measured: list[object] = []
     monkeypatch.setattr(bench, "_measured", lambda *given: measured.append(given))
     assert main(line) == 5  # before anything is measured
+    Path("bench").mkdir()
+    Path("bench/bench.png").touch()
+    assert main(["bench", "--plot"]) == 5  # where it goes by itself
     assert main([*line, "--against", "none.md"]) == 3
     Path("text.md").write_text("text")
     assert main([*line, "--against", "text.md"]) == 3
@@ -268,6 +271,7 @@ def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixtu
     out = capfd.readouterr().out
     assert re.search(r"nummiaro +60x100 +cv2:mosse +\S+ +1\.00e-09 +\+\d+% +slower", out)
     assert "1 of 1 are more than 15% slower" in out
+    assert not Path("new/bench.png").exists()  # nobody asked for it
     for path in Path("new").iterdir():
         if path.name != "bench-against.csv":
             path.unlink()

@@ -507,7 +507,7 @@ def test_presets_by_name() -> None:
 def covers(track: Track, truth: Ellipse) -> bool:
     """Whether the estimate is where the target is; the size of a plain one is hard to tell."""
     off = math.hypot(track.ellipse.x - truth.x, track.ellipse.y - truth.y)
-    return off < 4 and bool(iou(track.box, truth.box) > 0.3)
+    return bool(off < 4 and iou(track.box, truth.box) > 0.3)
 
 
 def hidden_for_long(name: str, seed: int) -> list[Track]:

@@ -13,7 +13,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.follow import prefetch
-from motes.cli.options import RUN, Overwrite, announce_compiling, read_text
+from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling, read_text
 from motes.cli.results import Out, Output, show
 from motes.errors import ConfigError
 from motes.evaluate.tables import Table
@@ -43,6 +43,10 @@ def bench(
         Path | None,
         Parameter(group=RUN, help="bench.md of another run: compare the ratios to peers with it."),
     ] = None,
+    plot: Annotated[
+        bool,
+        Parameter(group=OUTPUT, negative=(), help="Draw it all too; into bench/, if no --out."),
+    ] = False,
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> int:
@@ -56,12 +60,15 @@ def bench(
         raise ConfigError("Medians need --frames of 3 or more and --rounds of 1 or more.")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
     tables = (*TABLES, *["against"] * (stored is not None))
-    output = Output("bench", tables, out, overwrite, plot=True)
+    folder = out or (Path("bench") if plot else None)
+    output = Output("bench", tables, folder, overwrite, plot=plot)
     announce_compiling()
-    return show(_measured(frames, rounds, stored), output)
+    return show(_measured(frames, rounds, stored, plot), output)
 
 
-def _measured(frames: int, rounds: int, stored: Mapping[Ratio, float] | None) -> Experiment:
+def _measured(
+    frames: int, rounds: int, stored: Mapping[Ratio, float] | None, plot: bool
+) -> Experiment:
     """Yield what is known after each round; `stored` are ratios to compare with."""
     tables: dict[str, Table] = {}
     growths: dict[str, Growth] = {}
@@ -69,7 +76,7 @@ def _measured(frames: int, rounds: int, stored: Mapping[Ratio, float] | None) ->
 
     def result(progress: str) -> Result:
         draw = partial(speed_plot.figure, updates, [*growths.values()])
-        return Result({**tables}, draw, progress=progress)
+        return Result({**tables}, draw if plot else None, progress=progress)
 
     films = {target: Film.of(still(SIZE, target, frames)) for target in speed.TARGETS}
     jobs, missing = speed.trackers(films)
