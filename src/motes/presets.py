@@ -110,7 +110,7 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.15, width=0.15),  # a model that learns fast is always near
+    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
     adaptation=ByCue(
         cues={
             "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15
@@ -146,18 +146,20 @@ PRESETS: dict[str, TrackerConfig] = {
     "zhao_pei:fixed": replace(  # figure 2, above
         ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)
     ),
-    "zhao_pei:72": replace(ZHAO_PEI, hog=Hog(cells=3)),  # section 2.1
+    "zhao_pei:72": replace(  # section 2.1
+        ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
+    ),
     "zhao_pei:color": replace(
         ZHAO_PEI,
         hog=None,
         adaptation=KalmanBins(frames=10, alpha=0.1),
-        calibration=Calibration(middle=0.12, width=0.2),
+        calibration=Calibration(middle=0.11, width=0.2),
     ),
     "zhao_pei:hog": replace(
         ZHAO_PEI,
         color=None,
         adaptation=GaussianBins(beta=0.1, deviations=3.0),
-        calibration=Calibration(middle=0.03, width=0.07),
+        calibration=Calibration(middle=0.0, width=0.05),
     ),
 }
 
