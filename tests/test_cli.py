@@ -408,7 +408,11 @@ SINGLE_TYPES = ("type",)
         ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
         ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),
-        ("track FILM --init BOX -o r.txt", 2, "neither in .csv nor in .jsonl; rename"),
+        (
+            "track FILM --init BOX -o r.text",
+            2,
+            "in none of .txt, .csv, .jsonl, .json, .xml; rename",
+        ),
         ("track FILM --init BOX -o none/r.csv", 5, "There is no folder none for r.csv; make it"),
         ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),
         ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),

@@ -113,7 +113,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --preset mean_shift", 2, "particle filters"),
-        ("FILM -o r.xml", 2, ".txt, .csv, .jsonl"),
+        ("FILM -o r.text", 2, ".txt, .csv, .jsonl, .json, .xml"),
         ("FILM -o - --events -", 2, "give one of them a file"),
         ("FILM -o FILM", 2, "cannot be an output"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),

@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from motes.config import Config, from_dict, from_toml
 from motes.errors import ConfigError
+from motes.ground import Ground
 from motes.scene import SceneTrack
 from motes.track import Status
 
@@ -62,10 +63,14 @@ class Zone(Config, frozen=True):
 
 
 class Places(Config, frozen=True):
-    """Where is counted. In TOML, any number of [[line]] and [[zone]] with `points`, and `name`."""
+    """Where is counted, and on what ground.
+
+    In TOML, any number of [[line]] and [[zone]] with `points`, and `name`; and a [ground].
+    """
 
     line: tuple[Line, ...] = ()
     zone: tuple[Zone, ...] = ()
+    ground: Ground | None = None
 
     @classmethod
     def parse(cls, text: str, name: str = "this file") -> Places:
@@ -103,6 +108,8 @@ class Event(msgspec.Struct, frozen=True):
         The line or zone, and to which side of a line.
     seconds
         How long it has been in the zone that it leaves, or in the picture.
+    metres_per_second
+        The speed on the ground, where that is known.
     """
 
     frame: int
@@ -115,6 +122,7 @@ class Event(msgspec.Struct, frozen=True):
     place: str | None = None
     direction: Literal["left", "right"] | None = None
     seconds: float | None = None
+    metres_per_second: float | None = None
 
     def json(self) -> str:
         """Return a line of JSON, rounded, without what does not apply."""
@@ -163,7 +171,7 @@ class Counting:
 
     def __init__(self, places: Places | None = None) -> None:
         places = places or Places()
-        self._lines, self._zones = places.lines, places.zones
+        self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         if len({*self._lines, *self._zones}) < len(places.line) + len(places.zone):
             raise ConfigError("Two lines or zones have the same name; give each its own.")
         self._walks: dict[int, _Walk] = {}
@@ -232,8 +240,19 @@ class Counting:
         speed = math.dist(first, last) / (now - began) if now > began else 0.0
         track = each.track
         return Event(
-            track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds
-        )
+            track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds,
+            self._metres_per_second(walk),
+        )  # fmt: skip
+
+    def _metres_per_second(self, walk: _Walk) -> float | None:
+        """Return an object's speed on the ground; None where that or the ground is not known."""
+        (began, first), (now, last) = walk.feet[0], walk.feet[-1]
+        if self._ground is None:
+            return None
+        start, end = self._ground.metres(first), self._ground.metres(last)
+        if start is None or end is None:
+            return None
+        return math.dist(start, end) / (now - began) if now > began else 0.0
 
 
 def crossing(

@@ -81,13 +81,17 @@ FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
 # color and edges become one. The motion is nummiaro's; 150 particles are those of the other filter
 # of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
 # many bad particles outweigh the good ones; 150 times 0.001 is less than the best one's exp(-1).
-# Not the paper's: the appearance rule with its margin, and the lattice, which reads fewer pixels
-# still: its cost does not grow with the target.
+# Not the paper's: the appearance rule with its margin, and lattices, which read fewer pixels still:
+# so many points as cost no accuracy.
 NG_DELP = ParticleFilter(
     particles=150,
     motion=NUMMIARO.motion,
-    color=Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov"),  # sections 3.1 and 3.3
-    edges=Edges(threshold=100.0, bins=8, kernel="epanechnikov"),  # section 3.2, equation 14
+    color=Color(  # sections 3.1 and 3.3
+        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
+    ),
+    edges=Edges(  # section 3.2, equation 14
+        threshold=100.0, bins=8, kernel="epanechnikov", sampling=Lattice(points=128)
+    ),
     fusion=Product(),
     likelihood=BestParticle(epsilon=0.001),  # equations 23 and 24
     resampling=Resampling(scheme="multinomial", threshold=1.0),

@@ -84,8 +84,8 @@ class SceneTrack:
 
     identity: int
     track: Track
-    behind: int | None
-    detected: bool
+    behind: int | None = None
+    detected: bool = False
 
 
 class SceneConfig(Config, frozen=True):

@@ -64,7 +64,7 @@ def draw_scene(
         box = each.track.box
         corners = _whole(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
-        text = f"{each.identity}" + (" hidden" if hidden else "")
+        text = f"{each.identity}" + (f" {each.track.status}" if hidden else "")
         # Inside the frame, whatever the box does.
         _, _, right, bottom = pen.textbbox((0, 0), text, letters)
         x = min(max(corners[0], 0), image.width - right)

@@ -310,7 +310,7 @@ def zhao_figure9(
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Zhao and Pei, figure 9: objects detected over objects there, by frame.
+    """Zhao and Pei, figure 9: objects detected over objects there.
 
     Parameters
     ----------

@@ -236,12 +236,12 @@ def tracker_config(
 
 
 @contextlib.contextmanager
-def named(file: Path) -> Iterator[None]:
-    """Say of a configuration's error which file it is in."""
+def named(where: Path | str) -> Iterator[None]:
+    """Say of a configuration's error which file or option it is in."""
     try:
         yield
     except ConfigError as error:
-        raise ConfigError(f"{file}: {error}") from None
+        raise ConfigError(f"{where}: {error}") from None
 
 
 def read_text(path: Path) -> str:

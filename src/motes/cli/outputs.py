@@ -8,11 +8,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.follow import Companion, Step
+from motes.cli.watch_outputs import Moment, objects_output
 from motes.errors import FormatError
 from motes.formats import Form, TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL
 from motes.overlay import draw
 from motes.presets import TrackerConfig
+from motes.scene import SceneTrack
 from motes.track import Status
 from motes.writer import VideoWriter
 
@@ -73,6 +75,32 @@ class Rows:
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         self._writer.__exit__(kind, *rest)
         self._complete = kind is None
+
+
+class AsObjects:
+    """The target as one of several objects, in a form that only these have."""
+
+    def __init__(self, path: str, *, overwrite: bool) -> None:
+        self._inner = objects_output(path, overwrite)
+        self._begun = False
+
+    def write(self, step: Step) -> None:
+        """Add a frame."""
+        tracks = [SceneTrack(1, step.track)] if step.track else []
+        self._inner.write(Moment(step.frame, tracks, ()))
+        self._begun = True
+
+    @property
+    def result(self) -> str | None:
+        """The file."""
+        return self._inner.name if self._begun else None
+
+    def __enter__(self) -> Self:
+        self._inner.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._inner.__exit__(*exception)
 
 
 class Overlay:

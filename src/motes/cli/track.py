@@ -1,4 +1,4 @@
-"""`motes track`: follow one object through a video."""
+"""`motes track`: follow an object, or several, through a video."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from motes.cli.options import (
     TARGET,
     ConfigFile,
     Ellipse,
-    Init,
     Overwrite,
     Preset,
     Settings,
@@ -28,8 +27,8 @@ from motes.cli.options import (
     default_output,
     load_target,
     named,
+    numbers_of,
     read_text,
-    region_of,
     say,
     tracker_config,
     undisturbed,
@@ -52,7 +51,15 @@ def track(
     source: str | None = None,
     /,
     *,
-    init: Init = None,
+    init: Annotated[
+        list[str] | None,
+        Parameter(
+            group=TARGET,
+            negative=(),
+            allow_leading_hyphen=True,
+            help="Box: x,y,width,height. Again for each of several objects.",
+        ),
+    ] = None,
     ellipse: Ellipse = None,
     histogram: Annotated[
         Path | None, Parameter(group=TARGET, help="What to look for: a file of motes histogram.")
@@ -78,7 +85,8 @@ def track(
             name=["--output", "-o"],
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Rows, one for each frame: a .csv or .jsonl file, or - for standard output.",
+            help="Rows, one for each frame: a .csv or .jsonl file, or - for standard output; or "
+            "as the MOTChallenge (.txt), COCO (.json) or CVAT (.xml) have it.",
         ),
     ] = None,
     format: Annotated[  # noqa: A002
@@ -125,11 +133,12 @@ def track(
     ] = False,
     **settings: Settings,
 ) -> int:
-    """Follow one object through a video.
+    """Follow an object, or several, through a video.
 
     Writes where it is in every frame, how sure that is, and whether it is searched, tracked or
-    lost. Without -o, --overlay and --figures the rows go to standard output, or to a file named
-    after the source if that is a terminal.
+    lost; of several, their boxes with identities from 1, in the order of --init. Without -o,
+    --overlay and --figures the rows go to standard output, or to a file named after the source if
+    that is a terminal.
 
     Parameters
     ----------
@@ -149,18 +158,35 @@ def track(
         raise ConfigError(f"--seed is {seed}; give 0 or more.")
     if resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
-    begin = _begin(init, ellipse, known, detect, at, background)
+    boxes = [numbers_of("--init", text, "x,y,width,height") for text in init or []]
+    begin = _begin(boxes, ellipse, known, detect, at, background)
+    several = len(boxes) > 1
+    if several and (figures is not None or resume or fps_target is not None):
+        raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
     if output is None and overlay is None and figures is None:
         output = default_output(source)
     check_not_source(source, Path(output) if output else None, overlay)
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
-    from motes.cli.outputs import Figures, Overlay, Rows
-    from motes.tracker import Tracker
     from motes.video import open_source
 
+    if several:
+        from motes.cli.track_several import open_outputs, track_several
+        from motes.trackers import Trackers
+
+        with open_source(source, start=start, end=end, stride=stride) as film:
+            files = open_outputs(film, stride, output, format, overlay, overwrite=overwrite)
+            return track_several(film, Trackers(tracking, seed), boxes, files)
+
+    from motes.cli.outputs import AsObjects, Figures, Overlay, Rows
+    from motes.formats import FORMS
+    from motes.tracker import Tracker
+
     tracker = Tracker(tracking, seed, fps_target)
+    rows = output == "-" or format is not None or Path(output or "").suffix.lower() in FORMS
+    if resume and not rows:
+        raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
 
     with open_source(source, start=start, end=end, stride=stride) as film:
         if resume and film.live:
@@ -170,13 +196,15 @@ def track(
             outputs.append(Overlay(overlay, film, stride, overwrite=overwrite or resume))
         if figures is not None:
             outputs.append(Figures(figures, tracker.config, overwrite=overwrite or resume))
-        if output is not None:
+        if output is not None and rows:
             outputs.append(Rows(output, format, overwrite=overwrite, resume=resume))
+        elif output is not None:
+            outputs.append(AsObjects(output, overwrite=overwrite))
         return _run(film, tracker, begin, outputs, quiet=output == "-")
 
 
 def _begin(
-    init: str | None,
+    boxes: Sequence[Sequence[float]],
     ellipse: str | None,
     known: Target | None,
     detect: str | None,
@@ -184,7 +212,7 @@ def _begin(
     background: Path | None,
 ) -> Begin:
     """Return how tracking begins; it must be told in exactly one way."""
-    ways = {"--init": init, "--ellipse": ellipse, "--histogram": known, "--detect": detect}
+    ways = {"--init": boxes or None, "--ellipse": ellipse, "--histogram": known, "--detect": detect}
     given = [flag for flag, value in ways.items() if value is not None]
     if not given:
         raise ConfigError(
@@ -198,9 +226,10 @@ def _begin(
 
     from motes.cli import follow
 
-    region = region_of(init, ellipse)
-    if region is not None:
-        return follow.on_region(region)
+    if boxes:
+        return follow.on_region(boxes[0])
+    if ellipse is not None:
+        return follow.on_region(numbers_of("--ellipse", ellipse, "x,y,a,b,theta"))
     if known is None:
         from motes.detection import FaceDetector
 

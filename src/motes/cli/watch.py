@@ -71,7 +71,15 @@ def watch(
     ] = None,
     places: Annotated[
         Path | None,
-        Parameter(group=COUNTED, help="TOML with [[line]] and [[zone]], their points and name."),
+        Parameter(
+            group=COUNTED,
+            help="TOML with [[line]] and [[zone]], their points and name; and [ground], for speeds "
+            "in metres: scale, homography (9 numbers), or points (four or more [x, y, X, Y]).",
+        ),
+    ] = None,
+    scale: Annotated[
+        float | None,
+        Parameter(group=COUNTED, help="Pixels in a metre, for speeds in metres a second."),
     ] = None,
     start: Annotated[int, Parameter(group=FRAMES, help="First frame.")] = 0,
     end: Annotated[int | None, Parameter(group=FRAMES, help="Frame to stop before.")] = None,
@@ -82,8 +90,8 @@ def watch(
             name=["--output", "-o"],
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Rows, one for each object in each frame: .csv, .jsonl, .txt as the MOTChallenge "
-            "has it, or - for standard output.",
+            help="Each object in each frame: rows as .csv, .jsonl, .txt as the MOTChallenge has "
+            "it, or - for standard output; or a document as COCO (.json) or CVAT (.xml) has it.",
         ),
     ] = None,
     events: Annotated[
@@ -115,7 +123,7 @@ def watch(
     source
         A video, a folder or pattern of images, the number of a camera, or an address.
     """
-    where = _places(line or [], zone or [], places)
+    where = _places(line or [], zone or [], places, scale)
     if output is None and overlay is None and events is None:
         output = default_output(source)
     if output == events == "-":
@@ -123,7 +131,7 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     check_not_source(source, overlay, *files)
 
-    from motes.cli.watch_outputs import Events, Overlay, Rows
+    from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
     from motes.scene import Scene
     from motes.video import open_source
@@ -137,13 +145,16 @@ def watch(
         if events is not None:
             outputs.append(Events(events, overwrite))
         if output is not None:
-            outputs.append(Rows(output, overwrite))
+            outputs.append(objects_output(output, overwrite))
         return _run(film, scene, counting, outputs)
 
 
-def _places(lines: Sequence[str], zones: Sequence[str], file: Path | None) -> Places:
-    """Return lines and zones of the options and of the file."""
+def _places(
+    lines: Sequence[str], zones: Sequence[str], file: Path | None, scale: float | None
+) -> Places:
+    """Return lines, zones and ground of the options and of the file."""
     from motes.counting import Line, Places, Zone
+    from motes.ground import Ground
 
     given = Places()
     if file is not None:
@@ -154,7 +165,13 @@ def _places(lines: Sequence[str], zones: Sequence[str], file: Path | None) -> Pl
         tuple(Line(tuple(numbers_of("--line", text, "x1,y1,x2,y2"))) for text in lines),  # type: ignore[arg-type]
         tuple(Zone(tuple(_corners(text))) for text in zones),
     )
-    return Places(given.line + more.line, given.zone + more.zone)
+    ground = given.ground
+    if scale is not None:
+        if ground is not None:
+            raise ConfigError(f"--scale and the [ground] of {file} contradict each other.")
+        with named("--scale"):
+            ground = Ground(scale)
+    return Places(given.line + more.line, given.zone + more.zone, ground)
 
 
 def _corners(text: str) -> list[float]:

@@ -1,8 +1,7 @@
-"""What `motes watch` writes: rows of all objects, events, an annotated video."""
+"""What is written of several objects: rows or annotations of all, events, an annotated video."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import deque
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, BinaryIO, Literal, Protocol, Self
 
 import msgspec
 
+from motes.annotations import coco, cvat
 from motes.counting import Event, Places
 from motes.errors import ConfigError, FormatError
 from motes.formats import check_writable
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 Form = Literal["mot", "csv", "jsonl"]
 FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
+DOCUMENTS = {".json": coco, ".xml": cvat}
+"""By ending: what a user names as an output is rows or a document."""
 COLUMNS = (
     "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "behind",
 )  # fmt: skip
@@ -57,7 +59,10 @@ class Output(Protocol):
 
 
 class _Lines:
-    """Lines that are in a file, or on standard output, as soon as they are written."""
+    """Lines that are in a file, or on standard output, as soon as they are written.
+
+    The file is made with the first line, or at the end of a run that had none.
+    """
 
     def __init__(self, name: str, overwrite: bool) -> None:
         self.name = name
@@ -66,11 +71,11 @@ class _Lines:
             check_writable(name, overwrite)
 
     def put(self, lines: Sequence[str]) -> None:
-        assert self._file is not None
+        file = self._file or self._open()
         rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
             while rest:
-                rest = rest[self._file.write(rest) :]
+                rest = rest[file.write(rest) :]
         except BrokenPipeError:  # whoever reads has seen enough
             raise
         except OSError as error:
@@ -82,19 +87,45 @@ class _Lines:
             f"What is written is kept."
         )
 
-    def __enter__(self) -> Self:
+    def _open(self) -> BinaryIO:
+        screen = self.name == "-"
         try:
-            if self.name == "-":
-                self._file = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
-            else:
-                self._file = Path(self.name).open("wb", buffering=0)
+            file: BinaryIO = open(  # noqa: SIM115  (closed by __exit__)
+                sys.stdout.fileno() if screen else self.name, "wb", buffering=0, closefd=not screen
+            )
         except OSError as error:
             raise self._failure(error) from error
+        self._file = file
+        return file
+
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
+        if self._file is None and exception[0] is None:
+            self._open()
         if self._file is not None:
             self._file.close()
+
+
+def objects_output(name: str, overwrite: bool, form: Form | None = None) -> Output:
+    """Return what writes all objects of each frame, in the form that a name's ending asks for.
+
+    Raises
+    ------
+    ConfigError
+        If the ending says nothing and no form of rows is given.
+    FormatError
+        If a file is there and must not be overwritten, or cannot be made.
+    """
+    if form is not None:
+        return Rows(name, form, overwrite)
+    ending = ".csv" if name == "-" else Path(name).suffix.lower()
+    if ending in DOCUMENTS:
+        return Annotations(name, overwrite)
+    if ending in FORMS:
+        return Rows(name, FORMS[ending], overwrite)
+    raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
 
 
 class Rows(_Lines):
@@ -105,12 +136,9 @@ class Rows(_Lines):
     -1, -1, -1.
     """
 
-    def __init__(self, name: str, overwrite: bool) -> None:
-        ending = ".csv" if name == "-" else Path(name).suffix.lower()
-        if ending not in FORMS:
-            raise ConfigError(f"{name} ends in none of {', '.join(FORMS)}; rename it.")
+    def __init__(self, name: str, form: Form, overwrite: bool) -> None:
         super().__init__(name, overwrite)
-        self._form = FORMS[ending]
+        self._form = form
         self._begun = False
 
     def write(self, moment: Moment) -> None:
@@ -141,6 +169,31 @@ def _row(each: SceneTrack, form: Form) -> str:
     if form == "csv":
         return ",".join("" if value is None else str(value) for value in values)
     return msgspec.json.encode(dict(zip(COLUMNS, values, strict=True))).decode()
+
+
+class Annotations:
+    """A document for annotation tools, written at the end, also if the run is cut short."""
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        check_writable(name, overwrite)
+        self.name = name
+        self._frames: dict[int, Sequence[SceneTrack]] = {}
+        self._size = (0, 0)
+
+    def write(self, moment: Moment) -> None:
+        """Keep a frame's objects for the end."""
+        self._size = moment.frame.width, moment.frame.height
+        self._frames[moment.frame.index] = moment.tracks
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        from motes.evaluate.results import write_text
+
+        if self._frames:
+            document = DOCUMENTS[Path(self.name).suffix.lower()]
+            write_text(Path(self.name), document(self._frames, self._size))
 
 
 class Events(_Lines):
