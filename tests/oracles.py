@@ -24,10 +24,11 @@ Bins = tuple[int, int, int]
 @cache
 def bin_of(r: int, g: int, b: int, space: str, bins: Bins) -> int:
     """Return a color's bin in exact arithmetic; a channel's bins are equally wide."""
+    high = max(r, g, b)
     if space == "rgb":
         parts = [Fraction(r, 256), Fraction(g, 256), Fraction(b, 256)]
     else:
-        high, low = max(r, g, b), min(r, g, b)
+        low = min(r, g, b)
         if high == low:
             hue = saturation = Fraction(0)
         else:
@@ -43,7 +44,16 @@ def bin_of(r: int, g: int, b: int, space: str, bins: Bins) -> int:
             hue = (hue / 6) % 1
         parts = [hue, saturation, Fraction(high, 256)]
     indices = [min(int(part * n), n - 1) for part, n in zip(parts, bins, strict=True)]
+    if space == "hsv+v":
+        colored = parts[1] > Fraction(1, 10) and Fraction(high, 255) > Fraction(2, 10)
+        pair = indices[0] * bins[1] + indices[1]
+        return pair if colored else bins[0] * bins[1] + indices[2]
     return (indices[0] * bins[1] + indices[1]) * bins[2] + indices[2]
+
+
+def size(space: str, bins: Bins) -> int:
+    """Return how many bins there are."""
+    return bins[0] * bins[1] + bins[2] if space == "hsv+v" else math.prod(bins)
 
 
 def bin_image(pixels: Pixels, space: str, bins: Bins) -> NDArray[np.int64]:
@@ -74,6 +84,8 @@ def weighted(profile: str, ellipse: Sequence[float], distance: Floats, own: Floa
     """Return the weights of pixels inside an ellipse, by their `radii`."""
     if profile == "uniform":
         return np.ones_like(own)
+    if profile == "gaussian":
+        return np.exp(-(own**2) / 2)
     return kernel(distance / math.hypot(ellipse[2], ellipse[3]) if profile == "radial" else own)
 
 
@@ -103,7 +115,7 @@ def every_pixel(
     distance, own = radii(pixels.shape, ellipse)
     weights = weighted(profile, ellipse, distance, own) * (own < 1)
     weights *= checkerboard(pixels.shape, share)
-    return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), bins)
+    return _normalized(weights.ravel(), bin_image(pixels, space, bins).ravel(), size(space, bins))
 
 
 def lattice_places(ellipse: Sequence[float], lattice: NDArray[np.float32]) -> tuple[Floats, Floats]:
@@ -138,11 +150,11 @@ def on_lattice(
         [bin_of(*map(int, pixels[r, c]), space, bins) for r, c in zip(rows, columns, strict=True)],
         np.int64,
     )
-    return _normalized(weights[inside], numbers, bins)
+    return _normalized(weights[inside], numbers, size(space, bins))
 
 
-def _normalized(weights: Floats, numbers: NDArray[np.int64], bins: Bins) -> Floats:
-    histogram = np.zeros(math.prod(bins))
+def _normalized(weights: Floats, numbers: NDArray[np.int64], size: int) -> Floats:
+    histogram = np.zeros(size)
     np.add.at(histogram, numbers, weights)
     total = histogram.sum()
     return histogram / total if total > 0 else histogram
@@ -257,6 +269,30 @@ def sobel(pixels: Pixels) -> tuple[Floats, Floats]:
             strength[y, x] = math.sqrt(gx**2 + gy**2)
             angle[y, x] = math.atan(gy / gx) if gx != 0 else -math.pi / 2
     return strength, angle
+
+
+def smooth_gradient(pixels: Pixels, y: int, x: int) -> tuple[float, float]:
+    """Return the gradient of a pixel's gray values, smoothed by (1, 6, 1) / 8 both ways.
+
+    Past the border of the image its pixels repeat.
+    """
+    height, width = pixels.shape[:2]
+
+    def gray(row: int, column: int) -> float:
+        r, g, b = map(int, pixels[min(max(row, 0), height - 1), min(max(column, 0), width - 1)])
+        return (77 * r + 150 * g + 29 * b) / 256
+
+    taps = {-1: 1 / 8, 0: 6 / 8, 1: 1 / 8}
+
+    def smooth(row: int, column: int) -> float:
+        return sum(
+            p * q * gray(row + i, column + j) for i, p in taps.items() for j, q in taps.items()
+        )
+
+    return (
+        (smooth(y, x + 1) - smooth(y, x - 1)) / 2,
+        (smooth(y + 1, x) - smooth(y - 1, x)) / 2,
+    )
 
 
 def edge_bins(strength: Floats, angle: Floats, threshold: float, count: int) -> NDArray[np.int64]:

@@ -31,12 +31,14 @@ from oracles import (
 )
 
 Floats = NDArray[np.float64]
-Space = Literal["rgb", "hsv"]
+Space = Literal["rgb", "hsv", "hsv+v"]
 RGB8: Bins = (8, 8, 8)
 HSV8: Bins = (8, 8, 4)
 
-spaces = st.sampled_from([("rgb", RGB8), ("hsv", HSV8), ("rgb", (3, 5, 1)), ("hsv", (10, 7, 6))])
-profiles = st.sampled_from(["radial", "epanechnikov", "uniform"])
+spaces = st.sampled_from(
+    [("rgb", RGB8), ("hsv", HSV8), ("rgb", (3, 5, 1)), ("hsv", (10, 7, 6)), ("hsv+v", RGB8)]
+)
+profiles = st.sampled_from(["radial", "epanechnikov", "uniform", "gaussian"])
 pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 24), st.integers(1, 24))
 regions = st.builds(
     Ellipse,
@@ -87,7 +89,10 @@ def bins_of(colors: Any, space: Space, bins: Bins) -> NDArray[np.intp]:
     return numbers
 
 
-@pytest.mark.parametrize(("space", "bins"), [("rgb", RGB8), ("hsv", HSV8), ("hsv", (10, 7, 6))])
+@pytest.mark.parametrize(
+    ("space", "bins"),
+    [("rgb", RGB8), ("hsv", HSV8), ("hsv", (10, 7, 6)), ("hsv+v", RGB8), ("hsv+v", (5, 3, 9))],
+)
 def test_every_bin_of_a_coarse_color_cube(space: Space, bins: Bins) -> None:
     values = sorted({0, 255, *range(0, 256, 23), *(v + d for v in (64, 128, 192) for d in (-1, 0))})
     cube = np.array(np.meshgrid(values, values, values)).reshape(3, -1).T
@@ -99,7 +104,7 @@ colors = st.lists(st.tuples(*[st.integers(0, 255)] * 3), min_size=1, max_size=30
 counts = st.tuples(*[st.integers(1, 64)] * 3)
 
 
-@given(colors, counts, st.sampled_from(["rgb", "hsv"]))
+@given(colors, counts, st.sampled_from(["rgb", "hsv", "hsv+v"]))
 def test_bins_are_exact(colors: list[tuple[int, int, int]], bins: Bins, space: Any) -> None:
     expected = [bin_of(*color, space, bins) for color in colors]
     np.testing.assert_array_equal(bins_of(colors, space, bins), expected)
@@ -116,6 +121,26 @@ def test_hsv_is_the_standard_library_s(colors: list[tuple[int, int, int]]) -> No
             for ds in (-1e-9, 0, 1e-9)
         }
         assert found in near
+
+
+@pytest.mark.parametrize(
+    ("color", "number"),
+    [
+        ((255, 0, 0), 7),  # hue 0, saturation 1
+        ((0, 255, 0), 2 * 8 + 7),
+        ((52, 0, 0), 7),
+        ((51, 0, 0), 64 + 1),  # a value of 0.2 is not above it
+        ((255, 229, 229), 0),  # a saturation of 26 / 255
+        ((250, 225, 225), 64 + 7),  # and of exactly 0.1
+        ((0, 0, 0), 64),
+        ((128, 128, 128), 64 + 4),
+        ((255, 255, 255), 64 + 7),
+    ],
+)
+def test_a_pixel_has_color_or_value(color: tuple[int, int, int], number: int) -> None:
+    """Zhao and Pei, section 2.1: 8 x 8 + 8 bins, none of which holds two kinds of pixels."""
+    assert Color(space="hsv+v", bins=RGB8).size == 72
+    assert bins_of([color], "hsv+v", RGB8) == [number]
 
 
 def test_pixels_do_not_wrap() -> None:
@@ -220,7 +245,7 @@ def test_a_nan_ellipse_sees_nothing() -> None:
     assert cue.distances(model, picture, np.full((1, 5), np.nan))[0] == 1
 
 
-@pytest.mark.parametrize("profile", ["radial", "epanechnikov", "uniform"])
+@pytest.mark.parametrize("profile", ["radial", "epanechnikov", "uniform", "gaussian"])
 def test_more_points_approach_every_pixel(profile: Profile) -> None:
     smooth = np.indices((200, 200)).sum(axis=0)
     pixels = np.stack([smooth // 2, 255 - smooth // 2, smooth // 3], axis=2).astype(np.uint8)
@@ -331,32 +356,16 @@ def test_compact_bins() -> None:
 # Adaptation
 
 
-def test_adaptation_is_its_formula() -> None:
+def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
     before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
     ellipse = Ellipse(14, 15, 8, 6, 0.2)
     cue = Color(sampling=EveryPixel())
     model = cue.learn(before, ellipse)
-    first = every_pixel(before.pixels, ellipse, "rgb", RGB8, "radial")
-    seen = every_pixel(after.pixels, ellipse, "rgb", RGB8, "radial")
-    expected = first
-    for _ in range(3):
-        model = cue.adapt(model, after, ellipse, rate=0.2, anchor=0.3)
-        expected = 0.8 * expected + 0.2 * (0.3 * first + 0.7 * seen)
-    np.testing.assert_allclose(model.histogram, expected, atol=1e-12)
-    np.testing.assert_allclose(model.anchor, first, atol=1e-12)
-    assert model.histogram.sum() == pytest.approx(1)
-
-
-@pytest.mark.parametrize("anchor", [0.0, 0.4, 1.0])
-def test_in_the_long_run_the_anchor_keeps_its_share(anchor: float) -> None:
-    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
-    ellipse = Ellipse(14, 15, 8, 6, 0.2)
-    cue = Color()
-    model = cue.learn(before, ellipse)
-    first, seen = model.histogram, cue.histograms(after, np.array([ellipse]))[0]
-    for _ in range(400):
-        model = cue.adapt(model, after, ellipse, rate=0.1, anchor=anchor)
-    np.testing.assert_allclose(model.histogram, anchor * first + (1 - anchor) * seen, atol=1e-9)
+    for picture in (before, after):
+        expected = every_pixel(picture.pixels, ellipse, "rgb", RGB8, "radial")
+        np.testing.assert_allclose(cue.observe(model, picture, ellipse), expected, atol=1e-12)
+    np.testing.assert_array_equal(model.anchor, model.histogram)
+    assert not cue.observe(model, after, ellipse._replace(x=200.0)).any()
 
 
 # Mean shift

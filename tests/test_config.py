@@ -11,16 +11,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motes.adaptation import ByCue, Forgetting, GaussianBins, KalmanBins
 from motes.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.cues.color import Color
 from motes.cues.edges import Edges
+from motes.cues.hog import Hog
 from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
 from motes.fusion import Adaptive, Fixed, Product
-from motes.likelihood import BestParticle, Gaussian
+from motes.likelihood import BestParticle, Exponential, Gaussian
 from motes.meanshift import Kalman, MeanShift
-from motes.motion import ConstantVelocity, EllipseWalk, Noise, RandomWalk, SecondOrder
-from motes.particle_filter import Adaptation, ParticleFilter
+from motes.motion import (
+    Autoregressive,
+    ConstantVelocity,
+    EllipseWalk,
+    Noise,
+    RandomWalk,
+    SecondOrder,
+)
+from motes.particle_filter import ParticleFilter
 from motes.presence import AppearanceRule, Calibration
 from motes.presets import PRESETS, TrackerConfig, configure, preset
 from motes.resampling import Resampling
@@ -54,7 +63,7 @@ presets = pytest.mark.parametrize("name", PRESETS)
         (AppearanceRule, "frames", [0]),
         (AppearanceRule, "step", [0]),
         (Calibration, "width", [0, math.nan]),
-        (Adaptation, "rate", [-0.01, 1.01, math.nan]),
+        (Forgetting, "rate", [-0.01, 1.01, math.nan]),
         (MeanShift, "iterations", [0]),
         (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
         (Kalman, "measurement", [0, math.inf]),
@@ -100,10 +109,11 @@ def test_presets_survive_toml(name: str) -> None:
             st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
             st.builds(SecondOrder, acceleration=st.floats(0, 10)),
             st.builds(EllipseWalk, position=st.floats(0, 10)),
+            st.builds(Autoregressive, persistence=st.floats(0, 1)),
         ),
         color=st.builds(
             Color,
-            space=st.sampled_from(["rgb", "hsv"]),
+            space=st.sampled_from(["rgb", "hsv", "hsv+v"]),
             bins=st.tuples(*[st.integers(1, 64)] * 3),
             sampling=st.one_of(
                 st.just(EveryPixel()),
@@ -113,6 +123,7 @@ def test_presets_survive_toml(name: str) -> None:
         ),
         orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
         edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
+        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), turned=st.booleans()),
         fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
         | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
         | st.just(Product()),
@@ -122,7 +133,15 @@ def test_presets_survive_toml(name: str) -> None:
             cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
             epsilon=st.floats(0, 1),
         )
-        | st.builds(BestParticle, floor=st.floats(1e-3, 1)),
+        | st.builds(BestParticle, floor=st.floats(1e-3, 1))
+        | st.builds(Exponential, rate=st.floats(0.1, 100)),
+        adaptation=st.builds(Forgetting, rate=st.floats(0, 1))
+        | st.builds(KalmanBins, frames=st.integers(1, 99))
+        | st.builds(GaussianBins, beta=st.floats(0, 1))
+        | st.builds(
+            ByCue,
+            cues=st.dictionaries(st.just("color"), st.builds(KalmanBins) | st.just(Forgetting())),
+        ),
     )
 )
 def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
@@ -270,7 +289,7 @@ def test_numbers_of_the_paper() -> None:
     assert isinstance(config.motion, ConstantVelocity)
     assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
     assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)
-    assert config.adaptation.rate == 0
+    assert config.adaptation == Forgetting(rate=0)
     shift = preset("mean_shift")
     assert isinstance(shift, MeanShift)
     assert shift.scale == 0.05
@@ -288,6 +307,28 @@ def test_numbers_of_ng_and_delp() -> None:
         variant = preset(name)
         assert isinstance(variant, ParticleFilter)
         assert list(variant.cues) == cues
+
+
+def test_numbers_of_zhao_and_pei() -> None:
+    config = preset("zhao_pei")
+    assert isinstance(config, ParticleFilter)
+    assert config.particles == 400
+    assert config.color == Color(space="hsv+v", bins=(8, 8, 8), kernel="radial")
+    assert config.color.size == 72
+    assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", turned=True)
+    assert isinstance(config.motion, Autoregressive)
+    assert isinstance(config.likelihood, Exponential)
+    assert config.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
+    assert config.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
+    for name, cues in (("zhao_pei:color", ["color"]), ("zhao_pei:hog", ["hog"])):
+        variant = preset(name)
+        assert isinstance(variant, ParticleFilter)
+        assert list(variant.cues) == cues
+        assert variant.strategies == {name: config.strategies[name] for name in cues}
+    fixed = preset("zhao_pei:fixed")
+    assert isinstance(fixed, ParticleFilter)
+    assert list(fixed.cues) == list(config.cues)
+    assert not any(strategy.learns for strategy in fixed.strategies.values())
 
 
 def test_extreme_but_allowed_values_work() -> None:

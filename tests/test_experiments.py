@@ -33,6 +33,7 @@ from motes.experiments import (
     known_histogram,
     likelihoods,
     maggio_accuracy,
+    model_update,
     rendered,
     views,
 )
@@ -367,6 +368,32 @@ def test_growth() -> None:
     assert follows == rendered.grown(Orientation(scale_selection=True), clip)
 
 
+def test_a_target_that_turns_around() -> None:
+    clip = synthetic.rolling((160, 120), frames=30)
+    result = last(model_update.figure2(["zhao_pei:fixed", "zhao_pei:color"], [clip], 2))
+    rows = cells(result.tables[""])
+    truth = [target.ellipse.box for _, (target,) in clip]
+    curves = []
+    for name in ("zhao_pei:fixed", "zhao_pei:color"):
+        overlaps = np.array(
+            [
+                [iou(e.box, t) for e, t in zip(run(name, clip, s), truth, strict=True)]
+                for s in (0, 1)
+            ]
+        )
+        curves.append(overlaps.mean(axis=0))
+        final = overlaps[:, 22:].mean(axis=1)  # the last 8 of 30 frames
+        for key, values in (("mean IoU", overlaps.mean(axis=1)), ("in the last quarter", final)):
+            assert rows[name][key].value == pytest.approx(values.mean())
+            assert rows[name][key].deviation == pytest.approx(values.std(ddof=1))
+        assert rows[name]["turns followed"].text == f"{(final > 0.5).sum()} of 2"
+        assert rows[name]["runs"].text == "2"
+    assert result.draw is not None
+    (axes,) = result.draw().axes
+    for line, curve in zip(axes.lines, curves, strict=True):
+        np.testing.assert_allclose(np.asarray(line.get_ydata(), float), curve)
+
+
 def test_runs_are_told_from_each_other_and_counted() -> None:
     clips = [synthetic.still(SIZE, target=(30, 40), frames=2, seed=seed) for seed in (0, 1)]
     found = list(rendered.passes(["mean_shift", "nummiaro"], clips, 3))
@@ -542,11 +569,12 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 8
+    assert len(COMMANDS) == 10
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
-    assert all(" et al., " in line or " Ng and Delp, " in line for line in out.splitlines())
+    papers = (" et al., ", " Ng and Delp, ", "Zhao and Pei, ")
+    assert all(any(paper in line for paper in papers) for line in out.splitlines())
     assert max(map(len, out.splitlines())) <= 80
     assert go(capfd, "--list") == (code, out, error)
 
@@ -601,6 +629,7 @@ SMALL_CLIPS = {
     "jumping": partial(synthetic.jumping, (160, 120), frames=30),
     "turning": partial(synthetic.turning, (160, 120), frames=3),
     "growing": partial(synthetic.growing, (160, 120), frames=3),
+    "rolling": partial(synthetic.rolling, (160, 120), frames=4),
 }
 RUNS = {
     "ng-delp-table1": "",
@@ -609,6 +638,7 @@ RUNS = {
     "nummiaro-figure9": "",
     "maggio-rotation": "maggio:C --clips 1 --seeds 1",
     "maggio-growth": "maggio:C --clips 1 --seeds 1",
+    "zhao-figure2": "--clips 1 --seeds 1",
 }
 
 

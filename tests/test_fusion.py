@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.adaptation import Forgetting
 from motes.cues.color import Color
 from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
@@ -22,7 +23,7 @@ from motes.fusion import Adaptive, Fixed
 from motes.geometry import Ellipse
 from motes.likelihood import Gaussian
 from motes.motion import EllipseWalk
-from motes.particle_filter import Adaptation, FilterState, Info, ParticleFilter
+from motes.particle_filter import FilterState, Info, ParticleFilter
 from motes.presence import AppearanceRule, Background
 from motes.presets import PRESETS
 from motes.resampling import Resampling, Weights
@@ -270,7 +271,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
     config = with_cues(
         fusion=fusion,
         resampling=Resampling(threshold=threshold),
-        adaptation=Adaptation(rate=0.2, anchor=0.3),
+        adaptation=Forgetting(rate=0.2, anchor=0.3),
     )
     state, info = begun(config)
     rng = np.random.default_rng(3)
@@ -332,7 +333,10 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
             expected = models[name]
             if there:
                 learned += 1
-                expected = cue.adapt(expected, copy, info.track.ellipse, 0.2, 0.3)
+                histogram, first = expected.histogram, expected.anchor
+                seen = cue.observe(expected, copy, info.track.ellipse)
+                histogram = 0.8 * histogram + 0.2 * (0.3 * first + 0.7 * seen)
+                expected = replace(expected, histogram=histogram)
                 expected = cue.settle(expected, copy, info.track.ellipse)
             for one, other in zip(
                 msgspec.structs.astuple(state.models[name]),
@@ -418,7 +422,7 @@ def test_shares_of_every_preset(name: str) -> None:
 
 
 def test_a_filter_needs_a_cue() -> None:
-    with pytest.raises(ConfigError, match="needs a cue: color, orientation or edges"):
+    with pytest.raises(ConfigError, match="needs a cue: color, orientation, edges or hog"):
         ParticleFilter()
     assert list(ParticleFilter(color=Color()).cues) == ["color"]
     assert list(ParticleFilter(orientation=Orientation()).cues) == ["orientation"]

@@ -27,6 +27,7 @@ ORDER = [
     "fusion",
     "estimate",
     "presence",
+    "adaptation",
     "budget",
     "particle_filter",
     "meanshift",

@@ -16,7 +16,7 @@ from motes.cues.color import Color
 from motes.cues.edges import Edges
 from motes.errors import ConfigError
 from motes.fusion import Fixed, Product
-from motes.likelihood import BestParticle, Gaussian, Likelihood
+from motes.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS, configure
 from motes.resampling import Weights
@@ -80,9 +80,20 @@ def test_a_particle_at_no_distance_leaves_something_to_the_others() -> None:
         np.testing.assert_allclose(log, [0, -0.5, -1.125], atol=1e-12)
 
 
+@given(distances, st.floats(0.1, 100))
+def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
+    """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
+    found = Exponential(rate=rate).log(NAMES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        weights = np.exp(-rate * row)
+        np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
+
+
 @pytest.mark.parametrize(
     ("kind", "values"),
     [
+        (Exponential, {"rate": 0}),
+        (Exponential, {"rate": math.inf}),
         (Gaussian, {"epsilon": -0.1}),
         (Gaussian, {"epsilon": math.nan}),
         (BestParticle, {"epsilon": 1.5}),
@@ -97,14 +108,22 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
 @pytest.mark.parametrize("name", [name for name in PRESETS if not name.startswith("mean_shift")])
 @pytest.mark.parametrize(
     "likelihood",
-    [{"type": "best_particle"}, {"type": "gaussian", "sigma": 0.2, "epsilon": 0.01}],
-    ids=["adaptive", "fixed"],
+    [
+        {"type": "best_particle"},
+        {"type": "gaussian", "sigma": 0.2, "epsilon": 0.01},
+        {"type": "exponential", "rate": 9.0},
+    ],
+    ids=["adaptive", "fixed", "exponential"],
 )
 def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
     config = configure(PRESETS[name], {"likelihood": likelihood})
     assert isinstance(config, ParticleFilter)
-    kind: type[Likelihood] = BestParticle if "sigma" not in likelihood else Gaussian
-    assert isinstance(config.likelihood, kind)
+    kinds: dict[str, type[Likelihood]] = {
+        "best_particle": BestParticle,
+        "gaussian": Gaussian,
+        "exponential": Exponential,
+    }
+    assert isinstance(config.likelihood, kinds[likelihood["type"]])
     tracker = Tracker(config, 1)
     tracker.init(scene(0, (30, 36)), region((30, 36)))
     tracker.update(scene(1, (31, 36)))
@@ -170,6 +189,7 @@ def test_the_weights_of_a_step() -> None:
         for name, cue in config.cues.items():
             d = cue.distances(info.models[name], picture, info.ellipses)
             sigma = d.min() / math.sqrt(2)
+            assert isinstance(config.likelihood, BestParticle)
             total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
         np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
         assert info.shares == {"color": 0.5, "edges": 0.5}

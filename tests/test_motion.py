@@ -11,9 +11,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from motes.errors import ConfigError
 from motes.frame import FRAME_INTERVAL
 from motes.geometry import Ellipse
-from motes.motion import ConstantVelocity, EllipseWalk, Motion, Noise, RandomWalk, SecondOrder
+from motes.motion import (
+    Autoregressive,
+    ConstantVelocity,
+    EllipseWalk,
+    Motion,
+    Noise,
+    RandomWalk,
+    SecondOrder,
+)
 
 Floats = NDArray[np.float64]
 
@@ -29,7 +38,7 @@ MODELS: list[RandomWalk | ConstantVelocity | SecondOrder] = [
 ]
 model_ = pytest.mark.parametrize("model", MODELS)
 """Those that are linear, with noise proportional to the first region."""
-any_ = pytest.mark.parametrize("model", [*MODELS, EllipseWalk()])
+any_ = pytest.mark.parametrize("model", [*MODELS, EllipseWalk(), Autoregressive()])
 
 
 def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
@@ -45,6 +54,9 @@ def quiet(model: RandomWalk | ConstantVelocity | SecondOrder) -> Motion:
 def moving(model: Motion, n: int) -> Floats:
     """Return n equal states that move, grow and accelerate where the model can."""
     states = model.initial(np.tile(np.array(FIRST), (n, 1)))
+    if isinstance(model, Autoregressive):
+        states[:, 3:6] -= [7.0, -4.0, 0.01]
+        return states
     pattern = np.array([7.0, -4.0, 1.5, 0.5, 1.0, -2.0, 0.25, 0.125])
     states[:, 5:] = pattern[: states.shape[1] - 5]
     return states
@@ -185,7 +197,10 @@ def test_shapes_and_initial_states(model: Motion) -> None:
         np.testing.assert_allclose(model.ellipses(states), ellipses, rtol=1e-14)
     else:
         np.testing.assert_array_equal(model.ellipses(states), ellipses)
-    assert not states[:, 5:].any()
+    if isinstance(model, Autoregressive):
+        np.testing.assert_array_equal(states[:, :3], states[:, 3:6])
+    else:
+        assert not states[:, 5:].any()
     out = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
     assert out.shape == states.shape
     assert model.ellipses(out).shape == (2, 5)
@@ -319,3 +334,82 @@ def test_a_circle_grows_and_shrinks_alike_in_both_directions() -> None:
     assert (ellipses[:, 2] >= ellipses[:, 3]).all()
     assert (ellipses[:, 2] < 10.02 * ellipses[:, 3]).all()
     assert out[:, 3].max() == 0.995
+
+
+# The state of Zhao and Pei
+
+
+def equation_17(k: float, p: float, k_size: float) -> Floats:
+    """Return A for x, y, s, xp, yp, sp, w, h, x0, y0, theta; s lacks what its origin adds."""
+    a = np.eye(11)
+    for now, before, origin in ((0, 3, 8), (1, 4, 9)):
+        a[now, now], a[now, before], a[now, origin] = k + p, -k * p, 1 - (k + p) + k * p
+        a[before, before], a[before, now] = 0, 1
+    a[2, 2], a[2, 5], a[5, 5], a[5, 2] = k_size + p, -k_size * p, 0, 1
+    return a
+
+
+@pytest.mark.parametrize("returns", [(0.0, 0.0), (0.0, 0.1), (0.3, 0.05)])
+@pytest.mark.parametrize("persistence", [0.0, 0.5, 1.0])
+def test_equation_17(returns: tuple[float, float], persistence: float) -> None:
+    """From frame to frame: a matrix, and noise of x, y and s alone."""
+    model = Autoregressive(
+        position=0.1,
+        size=0.01,
+        persistence=persistence,
+        position_return=returns[0],
+        size_return=returns[1],
+    )
+    n, k, k_size = 40_000, 1 - returns[0], 1 - returns[1]
+    state = np.array([210.0, 95, 1.2, 204, 99, 1.1, 60, 20, 190, 105, 0.3])
+    expected = equation_17(k, persistence, k_size) @ state
+    expected[2] += 1 - (k_size + persistence) + k_size * persistence
+    out = model.propagate(np.random.default_rng(5), np.tile(state, (n, 1)), FRAME_INTERVAL, FIRST)
+    deviations = np.zeros(11)
+    deviations[:3] = 0.1 * math.sqrt(60 * 25), 0.1 * math.sqrt(60 * 25), 0.01
+    assert (np.abs(out.mean(axis=0) - expected) <= 4.5 * deviations / math.sqrt(n) + 1e-9).all()
+    np.testing.assert_allclose(out.std(axis=0), deviations, rtol=0.02, atol=1e-9)
+    correlation = np.corrcoef(out[:, :3].T)
+    np.testing.assert_allclose(correlation, np.eye(3), atol=0.02)
+
+
+@pytest.mark.parametrize("frames", [0.25, 0.5, 2.0, 3.0])
+def test_equation_17_over_any_time(frames: float) -> None:
+    """Previous values are those of a reference interval ago: two halves of a way make a whole."""
+    model = Autoregressive(position=0, size=0, persistence=0.6, size_return=0.2)
+    states = moving(model, 1)
+    out = model.propagate(np.random.default_rng(0), states, frames * FRAME_INTERVAL, FIRST)
+    change, size = 0.6**frames, 0.8**frames
+    np.testing.assert_allclose(out[0, :2], [500 + 7 * frames * change, 400 - 4 * frames * change])
+    np.testing.assert_allclose(out[0, :2] - out[0, 3:5], [7 * change, -4 * change])
+    # s was 0.99 and is 1: a change of 1 - 1 - 0.8 (0.99 - 1), which is left to the share p.
+    assert out[0, 2] - 1 == pytest.approx(0 * size + frames * change * 0.008)
+    np.testing.assert_array_equal(out[0, 6:], states[0, 6:])
+
+
+def test_the_scale_multiplies_both_half_axes_and_the_angle_stays() -> None:
+    model = Autoregressive(size=0.2)
+    states = model.initial(np.tile(np.array(FIRST), (500, 1)))
+    out = model.ellipses(model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST))
+    np.testing.assert_allclose(out[:, 2] / out[:, 3], FIRST.a / FIRST.b)
+    np.testing.assert_array_equal(out[:, 4], FIRST.theta)
+    assert out[:, 2].std() > 5
+    states[:, 2] = 1.5
+    np.testing.assert_allclose(model.ellipses(states)[0], [500, 400, 90, 37.5, 0.1])
+
+
+def test_a_target_may_be_drawn_back_to_where_it_began() -> None:
+    model = Autoregressive(position=0, size=0, position_return=0.2, size_return=0.2)
+    states = model.initial(np.array([[50.0, 60, 10, 20, 0]]))
+    states[:, [0, 3]] += 30
+    states[:, [2, 5]] *= 2
+    for _ in range(60):
+        states = model.propagate(np.random.default_rng(0), states, FRAME_INTERVAL, FIRST)
+    np.testing.assert_allclose(model.ellipses(states), [[50, 60, 10, 20, 0]], atol=1e-3)
+
+
+@pytest.mark.parametrize("field", ["position_return", "size_return"])
+def test_returns_that_are_none(field: str) -> None:
+    for value in (1.0, -0.1, math.nan):
+        with pytest.raises(ConfigError, match=field):
+            Autoregressive(**{field: value})

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from motes import kernels, synthetic
+from motes.adaptation import Forgetting
 from motes.cues.orientation import (
     HYSTERESIS,
     CertainPlane,
@@ -24,7 +25,7 @@ from motes.cues.orientation import (
 from motes.errors import ConfigError
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.particle_filter import Adaptation, ParticleFilter
+from motes.particle_filter import ParticleFilter
 from motes.presence import AppearanceRule
 from motes.presets import configure, preset
 from motes.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
@@ -588,8 +589,7 @@ def test_without_edges_there_is_nothing(
     something = replaced(cue, kept=0.5).learn(full, where)
     for model in (nothing, something):
         np.testing.assert_array_equal(cue.distances(model, empty, rows(where, where)), 1)
-        adapted = cue.adapt(model, empty, where, 0.5, 0.2)
-        np.testing.assert_array_equal(adapted.histogram, model.histogram)
+        assert not cue.observe(model, empty, where).any()
         assert np.isfinite(cue.settle(model, empty, where).threshold)
 
 
@@ -642,8 +642,9 @@ def test_nothing_is_ever_nan(
     cue = Orientation(form=form, sampling=sampling, kept=kept)
     where = Ellipse(pixels.shape[1] / 2, pixels.shape[0] / 2, a, b, 0.3)
     model = cue.learn(picture, where)
-    model = cue.settle(cue.adapt(model, picture, where, 0.3, 0.1), picture, where)
+    model = cue.settle(model, picture, where)
     assert np.isfinite([*model.histogram, model.scale, model.threshold]).all()
+    assert np.isfinite(cue.observe(model, picture, where)).all()
     assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
     found = cue.distances(model, picture, rows(where, where._replace(x=-1e4), where))
     assert ((found >= 0) & (found <= 1)).all()
@@ -849,19 +850,15 @@ def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form
 
 
 @forms
-def test_a_model_is_mixed_with_what_is_seen(form: Form) -> None:
+def test_what_a_model_learns_from_is_read_as_the_model_was(form: Form) -> None:
     cue = Orientation(form=form)
     before, now = frame(mosaic(1, 50, 50)), frame(mosaic(2, 50, 50))
     where = Ellipse(25, 24, 15, 12, 0.3)
     model = cue.learn(before, where)
-    seen = cue._histograms(now, model.scale, model.threshold, rows(where))[0]
-    for _ in range(2):
-        after = cue.adapt(model, now, where, 0.3, 0.2)
-        expected = 0.7 * model.histogram + 0.3 * (0.2 * model.anchor + 0.8 * seen)
-        np.testing.assert_allclose(after.histogram, expected, atol=1e-12)
-        np.testing.assert_array_equal(after.anchor, model.anchor)
-        assert (after.scale, after.threshold) == (model.scale, model.threshold)
-        model = after
+    for scale, threshold in ((model.scale, model.threshold), (1.7, 0.0)):
+        model = msgspec.structs.replace(model, scale=scale, threshold=threshold)
+        seen = cue._histograms(now, scale, threshold, rows(where))[0]
+        np.testing.assert_array_equal(cue.observe(model, now, where), seen)
 
 
 # Planes
@@ -875,7 +872,7 @@ def test_a_plane_is_computed_once() -> None:
     [plane] = planes(picture)
     cue.distances(model, picture, wide)
     cue.settle(model, picture, Ellipse(30, 30, 12, 9, 0.3))
-    cue.adapt(model, picture, Ellipse(45, 30, 12, 9, 0.3), 0.1, 0.1)
+    cue.observe(model, picture, Ellipse(45, 30, 12, 9, 0.3))
     replaced(cue, form="fourier").learn(picture, Ellipse(40, 30, 30, 20))
     assert [id(one) for one in planes(picture)] == [id(plane)]
     # What it does not cover, another scale and other bins need another one.
@@ -1016,7 +1013,7 @@ def filter_of(name: str, **changes: Any) -> ParticleFilter:
 
 
 TRACKERS = {
-    "both": filter_of("maggio", adaptation=Adaptation(rate=0.1, anchor=0.3)),
+    "both": filter_of("maggio", adaptation=Forgetting(rate=0.1, anchor=0.3)),
     "edges": filter_of("maggio:O-ROH"),
     "spectra": filter_of("maggio:C+O-SS-FOH"),
 }

@@ -13,13 +13,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.adaptation import Forgetting
 from motes.cues.color import Color, ColorModel
 from motes.estimate import mean_ellipse
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
 from motes.likelihood import Gaussian
 from motes.motion import ConstantVelocity, Noise, RandomWalk
-from motes.particle_filter import Adaptation, FilterState, ParticleFilter, spread
+from motes.particle_filter import FilterState, ParticleFilter, spread
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.presets import preset
 from motes.resampling import SCHEMES, Resampling, Weights
@@ -243,7 +244,7 @@ def test_a_step_is_figure_2() -> None:
 
 
 def test_a_step_changes_nothing_that_it_is_given() -> None:
-    config, state = begun(adaptation=Adaptation(rate=0.5))
+    config, state = begun(adaptation=Forgetting(rate=0.5))
     before = [state.states.copy(), state.weights.log.copy(), state.models["color"].histogram.copy()]
     picture = scene(1, (41, 30))
     pixels = picture.pixels.copy()
@@ -323,7 +324,7 @@ def test_spread_is_uniform_over_places_by_their_area() -> None:
 # Adaptation
 
 
-def learned(adaptation: Adaptation, hidden: bool) -> tuple[ParticleFilter, list[FilterState]]:
+def learned(adaptation: Forgetting, hidden: bool) -> tuple[ParticleFilter, list[FilterState]]:
     config, state = begun(adaptation=adaptation)
     rng, states = np.random.default_rng(0), [state]
     for index in range(1, 6):
@@ -333,18 +334,18 @@ def learned(adaptation: Adaptation, hidden: bool) -> tuple[ParticleFilter, list[
 
 
 def test_a_fixed_model_stays_fixed() -> None:
-    _, states = learned(Adaptation(rate=0.0, anchor=0.5), hidden=False)
+    _, states = learned(Forgetting(rate=0.0, anchor=0.5), hidden=False)
     assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
-    _, states = learned(Adaptation(rate=0.5), hidden=True)
+    _, states = learned(Forgetting(rate=0.5), hidden=True)
     assert states[-1].status is Status.LOST
     assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_follows_the_estimate() -> None:
-    config, state = begun(adaptation=Adaptation(rate=0.3, anchor=0.2))
+    config, state = begun(adaptation=Forgetting(rate=0.3, anchor=0.2))
     before = state.models["color"]
     picture = scene(1, (42, 31))
     after, info = config.step(np.random.default_rng(0), state, picture)
@@ -378,6 +379,7 @@ def test_the_rule_counts_particles() -> None:
 def test_the_adaptive_preset_learns_slowly() -> None:
     config = preset("nummiaro:adaptive")
     assert isinstance(config, ParticleFilter)
+    assert isinstance(config.adaptation, Forgetting)
     assert 0 < config.adaptation.rate < 0.2
     assert 0 < config.adaptation.anchor < 1
 

@@ -192,14 +192,18 @@ def test_who_is_hidden_does_not_learn_and_is_not_weighed() -> None:
     assert all((each == last_seen).all() for each in hidden)
 
 
-def test_where_objects_may_hide_each_other_no_model_learns() -> None:
+@pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
+def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
     """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
     for gap, learns in ((10, False), (80, True)):
-        stage, models = Stage(), []
-        for i in range(12):
+        stage, models, memories = Stage(config=name), [], []
+        for i in range(18):
             stage.show([walker(i), walker(i, x=20 + gap)._replace(y=34)])
-            models += [thing.state.models["color"].histogram for thing in stage.scene._objects[:1]]
+            for thing in stage.scene._objects[:1]:
+                models.append(thing.state.models["color"].histogram)
+                memories.append(thing.state.memories.get("color"))
         assert (models[0] != models[-1]).any() == learns
+        assert (memories[0] != memories[-1]) == (learns and remembers)
 
 
 def test_a_blob_of_two_goes_to_neither() -> None:

@@ -20,6 +20,7 @@ CLIPS: list[Callable[..., Clip]] = [
     synthetic.demo,
     synthetic.jumping,
     synthetic.turning,
+    synthetic.rolling,
     synthetic.growing,
     synthetic.occluded,
     synthetic.crossing,
@@ -193,6 +194,27 @@ def test_turning_turns_once_and_keeps_its_size() -> None:
     states = synthetic.turning(frames=80).targets[0].states
     assert np.allclose(np.diff(states[:, 4]), 2 * math.pi / 80)
     assert len(np.unique(states[:, :4], axis=0)) == 1
+
+
+def test_rolling_shows_the_other_side_in_the_end() -> None:
+    """And halfway both, the first one going out of sight over the upper rim."""
+    clip = synthetic.rolling(SMALL, frames=40)
+    (target,) = clip.targets
+    assert target.roll is not None
+    assert (target.roll[[0, 9, 30, 39]] == [0, 0, math.pi, math.pi]).all()
+    assert (np.diff(target.roll[10:30]) > 0).all()
+    steps = np.diff(target.states[:, 0])
+    assert steps == pytest.approx(steps[0])
+    upper, lower = replace(target, roll=None), replace(target, roll=None, colors=target.belly)
+    for index, first, second in ((0, upper, upper), (39, lower, lower), (20, upper, lower)):
+        pixels = clip[index][0].pixels.astype(int)
+        ellipse = Ellipse(*target.states[index].tolist())
+        y, x = np.mgrid[: SMALL[1], : SMALL[0]]
+        u, v = (x - ellipse.x) / ellipse.a, (y - ellipse.y) / ellipse.b
+        for half, like in ((v < -0.2, first), (v > 0.2, second)):
+            inside = half & (np.hypot(u, v) < 0.8)
+            blue = pixels[inside][:, 2].mean() > pixels[inside][:, 0].mean()
+            assert blue == (like is lower), index
 
 
 def test_growing_grows_and_shrinks() -> None:

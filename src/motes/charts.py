@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 # Okabe and Ito's palette: all readers can tell these apart.
-BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+BLUE, VERMILION, GREEN, ORANGE = COLORS = ("#0072B2", "#D55E00", "#009E73", "#E69F00")
 INK = "#333333"
 MAP = "viridis"
 RHO = "\N{GREEK SMALL LETTER RHO}"
@@ -263,7 +263,7 @@ def cue_weights(series: Series, names: Sequence[str]) -> Figure:
     axes = figure.add_subplot()
     plain(axes, "Weights of the cues", "frame", "weight")
     _shade(axes, series)
-    for name, shares, color in zip(names, series.shares.T, (BLUE, VERMILION, GREEN), strict=False):
+    for name, shares, color in zip(names, series.shares.T, COLORS, strict=False):
         axes.plot(series.frame, shares, color=color, linewidth=1, label=name)
     axes.set_ylim(0, 1.03)
     legend(axes)

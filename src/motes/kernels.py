@@ -4,10 +4,11 @@ One file, though a long one: numba keeps a compiled kernel until the kernel's ow
 would not see a change in another file that it calls.
 
 Kernels that read pixels release the GIL; all allocate nothing inside loops and know no Python
-objects. An ellipse is a row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`); a pixel's
-bin is (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel. `slots` maps
-each of these bins to a place in a histogram that holds only the bins wanted, its last place taking
-all others.
+objects. An ellipse is a row x, y, a, b, theta. Color spaces are numbered (`RGB`, `HSV`, `HSV_V`);
+a pixel's bin is (i0 * n1 + i1) * n2 + i2 for bins n0 x n1 x n2, equally wide in each channel, or in
+`HSV_V` i0 * n1 + i1 of n0 x n1 for a pixel with color and n0 * n1 + i2 for one without. `slots`
+maps each of these bins to a place in a histogram that holds only the bins wanted, its last place
+taking all others.
 
 An ellipse's pixels are read at the points of `lattice`, (2, n) in the unit disk; where it is empty,
 those are read whose row and column add up to a multiple of the first number of `grid`, and whose
@@ -65,9 +66,10 @@ def _unordered(function: F) -> F:
     return cast(F, numba.njit(fastmath={"reassoc", "contract"}, **options)(function))
 
 
-RGB, HSV = 0, 1
-EPANECHNIKOV, RADIAL, UNIFORM = 0, 1, 2
+RGB, HSV, HSV_V = 0, 1, 2
+EPANECHNIKOV, RADIAL, UNIFORM, GAUSSIAN = 0, 1, 2, 3
 LANES = 4
+BAND = 32
 
 
 @_brief
@@ -215,6 +217,15 @@ def _capacity(
 
 
 @_kernel
+def _bell(weights: NDArray[np.float64]) -> None:
+    """Replace 1 - r² from 0 to 1 by exp(-r² / 2), as a series right to 1e-11: vector code."""
+    for i in range(weights.shape[0]):
+        t = 0.5 * (weights[i] - 1.0)
+        tail = 1.0 + t / 6 * (1.0 + t / 7 * (1.0 + t / 8 * (1.0 + t / 9 * (1.0 + t / 10))))
+        weights[i] = 1.0 + t * (1.0 + t / 2 * (1.0 + t / 3 * (1.0 + t / 4 * (1.0 + t / 5 * tail))))
+
+
+@_kernel
 def _points(
     window: tuple[int, int, int, int],
     ellipse: NDArray[np.float64],
@@ -236,6 +247,7 @@ def _points(
     across = math.sqrt(a * a * cos * cos + b * b * sin * sin)
     down = math.sqrt(a * a * sin * sin + b * b * cos * cos)
     # 1 - r² with r over the bandwidth sqrt(a² + b²), or over the ellipse itself; or 1 everywhere.
+    # A bell is made of the second.
     uu, vv = (0.0, 0.0) if profile == UNIFORM else (1.0, 1.0)
     if profile == RADIAL:
         uu, vv = a * a / (a * a + b * b), b * b / (a * a + b * b)
@@ -262,6 +274,8 @@ def _points(
             place = np.int32(py * line) + np.int32(px * pixel)
             offsets[i] = np.int32(corner + np.int32(place))
             weights[i] = one - (u * u * du + v * v * dv)
+        if profile == GAUSSIAN:
+            _bell(weights)
         if (
             x - across < left or y - down < top or x + across + 1 >= right or y + down + 1 >= bottom
         ):  # fmt: skip
@@ -288,6 +302,8 @@ def _points(
                 offsets[count] = channels * ((row - top) * width + column - left)
                 weights[count] = 1.0 - (u * u * uu + v * v * vv)
                 count += 1
+    if profile == GAUSSIAN:
+        _bell(weights[:count])
     return count
 
 
@@ -313,7 +329,7 @@ def _color_bins(
 
     In HSV, channels run from 0 to 1, gray has hue 0. Hue and saturation are fractions of small
     integers, whose quotient in single precision is never rounded onto or over the next integer:
-    bins are exact.
+    bins are exact. A pixel has color in `HSV_V` where saturation is above 0.1 and value above 0.2.
     """
     m0, m1, m2 = np.uint32(n0), np.uint32(n1), np.uint32(n2)
     byte, eight = np.uint32(255), np.uint32(8)
@@ -325,6 +341,7 @@ def _color_bins(
             colors[i] = (i0 * m1 + i1) * m2 + (((color >> np.uint32(16)) * m2) >> eight)
         return
     f0, f1, six = np.float32(n0), np.float32(n1), np.float32(6)
+    apart, pairs = space == HSV_V, m0 * m1
     for i in range(count):
         color = colors[i]
         r = np.float32(np.int32(color & byte))
@@ -341,7 +358,13 @@ def _color_bins(
         i0 = np.uint32(np.int32(hue * f0 / (np.float32(1) if gray else six * spread)))
         i1 = np.uint32(np.int32(spread * f1 / (np.float32(1) if gray else high)))
         i1 = min(i1, m1 - np.uint32(1))
-        colors[i] = (i0 * m1 + i1) * m2 + ((np.uint32(np.int32(high)) * m2) >> eight)
+        i2 = (np.uint32(np.int32(high)) * m2) >> eight
+        pair = i0 * m1 + i1
+        if apart:
+            colored = (np.float32(10) * spread > high) & (high > np.float32(51))
+            colors[i] = pair if colored else pairs + i2
+        else:
+            colors[i] = pair * m2 + i2
 
 
 @_kernel
@@ -774,46 +797,53 @@ def sobel(
 
 
 @_kernel
-def _sobel_at(
+def _derivatives_at(
     flat: NDArray[np.uint8],
     places: NDArray[np.uint32],
     width: int,
     height: int,
+    smooth: NDArray[np.float32],
+    derivative: NDArray[np.float32],
     room: NDArray[np.int32],
     offsets: NDArray[np.uint32],
     colors: NDArray[np.uint32],
     gx: NDArray[np.float32],
     gy: NDArray[np.float32],
 ) -> None:
-    """Write Sobel's derivatives at pixels, by their places in the image, as `sobel` finds them.
+    """Write the two derivatives of gray values at pixels, by their places in the image.
 
-    `room` (6, n), `offsets` and `colors` are room to work in.
+    Filters are given by their taps at 0 … r, as `_gradients` takes them; past the border of the
+    image its pixels repeat. `room` (2, 2r + 1, n), `offsets` and `colors` are room to work in.
     """
     gx[:] = np.float32(0)
     gy[:] = np.float32(0)
-    byte, share = np.uint32(255), np.float32(1 / 256)
-    columns, rows = room[:3], room[3:]
-    line, across = np.int32(3 * width), np.float64(width)
+    r, byte, across = smooth.shape[0] - 1, np.uint32(255), np.float64(width)
+    columns, rows = room[0], room[1]
+    line, last, bottom = np.int32(3 * width), np.int32(width - 1), np.int32(height - 1)
     for i in range(places.shape[0]):  # by division in double precision, which is exact
-        row = np.int32(np.float64(places[i]) / across)
-        column = np.int32(np.int32(places[i]) - np.int32(row * np.int32(width)))
-        rows[1, i], columns[1, i] = np.int32(row * line), np.int32(column * np.int32(3))
-        rows[0, i] = np.int32(rows[1, i] - line) if row > 0 else rows[1, i]
-        rows[2, i] = np.int32(rows[1, i] + line) if row < height - 1 else rows[1, i]
-        columns[0, i] = np.int32(columns[1, i] - np.int32(3)) if column > 0 else columns[1, i]
-        columns[2, i] = (
-            np.int32(columns[1, i] + np.int32(3)) if column < width - 1 else columns[1, i]
-        )
-    for dy in range(-1, 2):
-        for dx in range(-1, 2):
-            if dx == 0 and dy == 0:
+        rows[r, i] = np.int32(np.float64(places[i]) / across)
+        columns[r, i] = np.int32(np.int32(places[i]) - np.int32(rows[r, i] * np.int32(width)))
+    for k in range(2 * r + 1):
+        if k != r:
+            off = np.int32(k - r)
+            for i in range(places.shape[0]):
+                row, column = np.int32(rows[r, i] + off), np.int32(columns[r, i] + off)
+                rows[k, i] = np.int32(min(max(row, np.int32(0)), bottom) * line)
+                columns[k, i] = np.int32(min(max(column, np.int32(0)), last) * np.int32(3))
+    for i in range(places.shape[0]):
+        rows[r, i] = np.int32(rows[r, i] * line)
+        columns[r, i] = np.int32(columns[r, i] * np.int32(3))
+    for dy in range(-r, r + 1):
+        for dx in range(-r, r + 1):
+            to_x = np.float32(np.sign(dx)) * derivative[abs(dx)] * smooth[abs(dy)]
+            to_y = np.float32(np.sign(dy)) * derivative[abs(dy)] * smooth[abs(dx)]
+            if to_x == 0.0 and to_y == 0.0:
                 continue
-            x, y = columns[dx + 1], rows[dy + 1]
+            to_x, to_y = to_x * np.float32(1 / 256), to_y * np.float32(1 / 256)
+            x, y = columns[dx + r], rows[dy + r]
             for i in range(places.shape[0]):
                 offsets[i] = np.int32(x[i] + y[i])
             _colors(flat, offsets, places.shape[0], colors)
-            to_x = share * np.float32(dx * (2 - abs(dy)))
-            to_y = share * np.float32(dy * (2 - abs(dx)))
             for i in range(places.shape[0]):
                 color = colors[i]
                 luma = np.float32(
@@ -888,7 +918,8 @@ def edge_histograms_at(
     room, count = lattice.shape[1], histograms.shape[1] - 1
     places, weights = np.empty(room, np.uint32), np.empty(room)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
-    work = np.empty((6, room), np.int32)
+    work = np.empty((2, 3, room), np.int32)
+    smooth, derivative = np.array([2, 1], np.float32), np.array([0, 1], np.float32)
     planes = np.empty((3, room), np.float32)
     gx, gy, turn = planes[0], planes[1], planes[2]
     order, bins = np.arange(room).astype(np.uint32), np.empty(room, np.uint8)
@@ -898,9 +929,191 @@ def edge_histograms_at(
             (0, 0, width, height), ellipses[n], lattice, (1, 1), profile, 1, places, weights
         )
         if points > 0:
-            _sobel_at(flat, places, width, height, work, offsets, colors, gx, gy)
+            _derivatives_at(
+                flat, places, width, height, smooth, derivative, work, offsets, colors, gx, gy
+            )
             _edge_bins(gx, gy, threshold, count, turn, bins)
         _edge_histogram(bins, order, weights, points, lanes, histograms[n])
+
+
+@_kernel
+def _directions(
+    gx: NDArray[np.float32],
+    gy: NDArray[np.float32],
+    count: int,
+    strength: NDArray[np.float32],
+    bins: NDArray[np.uint8],
+) -> None:
+    """Write the strength of gradients and the bins of their directions.
+
+    The `count` bins are of equal width over a whole turn, the first one centered on the -x axis.
+    """
+    turn = strength  # which is written over in the end
+    _turn(gy, gx, turn)
+    wide = np.float32(count)
+    for i in range(bins.shape[0]):
+        number = np.int32(turn[i] * wide + np.float32(0.5))
+        bins[i] = np.uint8(number if number < count else np.int32(0))  # a whole turn is none
+        strength[i] = np.sqrt(gx[i] * gx[i] + gy[i] * gy[i])
+
+
+@_kernel
+def gradients(
+    pixels: NDArray[np.uint8],
+    left: int,
+    top: int,
+    smooth: NDArray[np.float32],
+    derivative: NDArray[np.float32],
+    strength: NDArray[np.float32],
+    bins: NDArray[np.uint8],
+    count: int,
+) -> None:
+    """Write strength and direction of the gradient at each pixel of a region, as `_directions`."""
+    height, width = strength.shape
+    for above in range(0, height, BAND):  # which stay in the processor's cache
+        rows = min(BAND, height - above)
+        gx, gy = np.empty((rows, width), np.float32), np.empty((rows, width), np.float32)
+        _gradients(pixels, left, top + above, 1, smooth, derivative, gx, gy)
+        for y in range(rows):
+            _directions(gx[y], gy[y], count, strength[above + y], bins[above + y])
+
+
+@_kernel
+def _cells(
+    window: tuple[int, int, int, int],
+    ellipse: NDArray[np.float64],
+    lattice: NDArray[np.float32],
+    side: int,
+    offsets: NDArray[np.uint32],
+    count: int,
+    cells: NDArray[np.uint32],
+) -> None:
+    """Write in which of side x side cells of the box around an ellipse its points lie.
+
+    The box is that of the ellipse's own axes, and turns with it. Points are as `_points` writes
+    them, for one channel.
+    """
+    half, last = 0.5 * side, np.int32(side - 1)
+    if lattice.shape[1] > 0:
+        us, vs = lattice[0], lattice[1]
+        for i in range(count):
+            column, row = np.int32((us[i] + 1.0) * half), np.int32((vs[i] + 1.0) * half)
+            cells[i] = np.uint32(min(row, last) * side + min(column, last))
+        return
+    left, top, width, _ = window
+    cos, sin = math.cos(ellipse[4]), math.sin(ellipse[4])
+    for i in range(count):
+        line, place = divmod(np.int64(offsets[i]), width)
+        x, y = left + place - ellipse[0], top + line - ellipse[1]
+        u, v = (x * cos + y * sin) / ellipse[2], (y * cos - x * sin) / ellipse[3]
+        column, row = np.int32((u + 1.0) * half), np.int32((v + 1.0) * half)
+        cells[i] = np.uint32(min(row, last) * side + min(column, last))
+
+
+@_kernel
+def _hog(
+    cells: NDArray[np.uint32],
+    bins: NDArray[np.uint8],
+    strength: NDArray[np.float32],
+    weights: NDArray[np.float64],
+    points: int,
+    slots: NDArray[np.uint8],
+    count: int,
+    turned: bool,
+    lanes: NDArray[np.float64],
+    histogram: NDArray[np.float64],
+) -> None:
+    """Write the normalized histogram of gradients by cell and direction.
+
+    If `turned`, each cell's is turned by whole bins, all alike, so that the direction that is
+    strongest over all cells comes first. `slots` are 0, 1, 2 …; `cells` and `weights` are
+    overwritten, and `lanes` is room to work in.
+    """
+    for i in range(points):
+        cells[i] = cells[i] * np.uint32(count) + np.uint32(bins[i])
+        weights[i] *= strength[i]
+    _fill(cells, weights, points, slots, lanes)
+    total, most, first = 0.0, 0.0, 0
+    for u in range(count):
+        direction = 0.0
+        for cell in range(0, histogram.shape[0], count):
+            direction += lanes[0, cell + u]
+        total += direction
+        if turned and direction > most:
+            most, first = direction, u
+    for cell in range(0, histogram.shape[0], count):
+        for u in range(count):
+            value = lanes[0, cell + (u + first) % count]
+            histogram[cell + u] = value / total if total > 0.0 else 0.0
+
+
+@_kernel
+def hog_histograms(
+    strength: NDArray[np.float32],
+    bins: NDArray[np.uint8],
+    left: int,
+    top: int,
+    ellipses: NDArray[np.float64],
+    lattice: NDArray[np.float32],
+    grid: tuple[int, int],
+    profile: int,
+    side: int,
+    turned: bool,
+    histograms: NDArray[np.float64],
+) -> None:
+    """Write each ellipse's histogram of gradients, as `_hog` does; zeros where there is none.
+
+    It has side x side cells. The plane begins at (left, top).
+    """
+    values, numbers = strength.reshape(-1), bins.reshape(-1)
+    window = (left, top, bins.shape[1], bins.shape[0])
+    room, size = _capacity(window, ellipses, lattice), histograms.shape[1]
+    offsets, weights = np.empty(room, np.uint32), np.empty(room)
+    cells, found = np.empty(room, np.uint32), np.empty(room, np.float32)
+    at, count = np.empty(room, np.uint8), size // (side * side)
+    slots, lanes = np.arange(size).astype(np.uint8), np.empty((LANES, size))
+    for n in range(ellipses.shape[0]):
+        points = _points(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        for i in range(points):
+            found[i], at[i] = values[offsets[i]], numbers[offsets[i]]
+        _cells(window, ellipses[n], lattice, side, offsets, points, cells)
+        _hog(cells, at, found, weights, points, slots, count, turned, lanes, histograms[n])
+
+
+@_kernel
+def hog_histograms_at(
+    pixels: NDArray[np.uint8],
+    ellipses: NDArray[np.float64],
+    lattice: NDArray[np.float32],
+    profile: int,
+    side: int,
+    turned: bool,
+    smooth: NDArray[np.float32],
+    derivative: NDArray[np.float32],
+    histograms: NDArray[np.float64],
+) -> None:
+    """Write the same histograms without a plane, by gradients at a lattice's points."""
+    flat = pixels.reshape(-1)
+    window = (0, 0, pixels.shape[1], pixels.shape[0])
+    room, size = lattice.shape[1], histograms.shape[1]
+    count = size // (side * side)
+    places, weights = np.empty(room, np.uint32), np.empty(room)
+    offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
+    work = np.empty((2, 2 * smooth.shape[0] - 1, room), np.int32)
+    planes = np.empty((3, room), np.float32)
+    gx, gy, strength = planes[0], planes[1], planes[2]
+    cells, bins = np.empty(room, np.uint32), np.empty(room, np.uint8)
+    slots, lanes = np.arange(size).astype(np.uint8), np.empty((LANES, size))
+    for n in range(ellipses.shape[0]):
+        points = _points(window, ellipses[n], lattice, (1, 1), profile, 1, places, weights)
+        if points > 0:
+            _derivatives_at(
+                flat, places, pixels.shape[1], pixels.shape[0], smooth, derivative, work,
+                offsets, colors, gx, gy,
+            )  # fmt: skip
+            _directions(gx, gy, count, strength, bins)
+        _cells(window, ellipses[n], lattice, side, places, points, cells)
+        _hog(cells, bins, strength, weights, points, slots, count, turned, lanes, histograms[n])
 
 
 @_kernel

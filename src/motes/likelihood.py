@@ -75,4 +75,20 @@ class BestParticle(Config, frozen=True, tag="best_particle"):
         return logs
 
 
-Likelihood = Gaussian | BestParticle
+class Exponential(Config, frozen=True, tag="exponential"):
+    """log pi = -lambda d + constant: Zhao and Pei, section 2.3, where rho means the distance.
+
+    Attributes
+    ----------
+    rate
+        lambda; the paper gives no value.
+    """
+
+    rate: Annotated[float, Meta(gt=0, le=1e6)] = 20.0
+
+    def log(self, names: Sequence[str], distances: Floats) -> Floats:
+        """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
+        return -self.rate * distances
+
+
+Likelihood = Gaussian | BestParticle | Exponential

@@ -26,6 +26,7 @@ from motes.geometry import Ellipse
 Floats = NDArray[np.float64]
 Scale = Annotated[float, Meta(ge=0, le=1e6)]
 """Large enough for any motion, small enough that nothing overflows."""
+Return = Annotated[float, Meta(ge=0, lt=1)]
 
 LONGEST_INTERVAL = 1.0
 """Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
@@ -217,6 +218,75 @@ class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
         out = states.copy()
         out[:, 2], out[:, 3] = states[:, 2] / np.sqrt(1 - states[:, 3] ** 2), states[:, 2]
         return out
+
+
+class Autoregressive(Config, frozen=True, tag="autoregressive"):
+    """Second-order autoregressive dynamics: Zhao and Pei, equation 17.
+
+    State: x, y, s, their previous values, the width w and height h that the scale s multiplies, and
+    x0, y0, where the target began; then theta, which stays (the paper's boxes are upright). With
+    origins x0, y0 and 1,
+
+        x_t - x0 = (k + p) (x_{t-1} - x0) - k p (x_{t-2} - x0) + noise
+
+    and y and s alike. The paper does not give its A. With k = 1 and p = 1 a target goes on as it
+    went before, x0 cancelling out; p below 1 lets it slow down, k below 1 draws it back to its
+    origin. Previous values are those of one reference interval ago, whatever the time between
+    frames.
+
+    Attributes
+    ----------
+    position
+        Standard deviation of x and y, as a share of the first region's mean half-axis, sqrt(a b).
+    size
+        Of s.
+    persistence
+        p: share of a displacement that is left after one reference interval.
+    position_return, size_return
+        1 - k: share of the way to its origin that a position goes, and a size.
+    """
+
+    position: Scale = 0.6
+    size: Share = 0.05
+    persistence: Share = 0.5
+    position_return: Return = 0.0
+    size_return: Return = 0.05
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest at their origins, (N, 11)."""
+        x, y, a, b, theta = ellipses.T
+        one = np.ones(len(ellipses))
+        return np.stack([x, y, one, x, y, one, 2 * a, 2 * b, x, y, theta], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w; half-axes stay at one pixel or more."""
+        steps = dt / FRAME_INTERVAL
+        position = self.position * math.sqrt(first.a * first.b)
+        noise = rng.standard_normal((len(states), 3)) * [position, position, self.size]
+        kept = 1 - np.array([self.position_return, self.position_return, self.size_return])
+        origin = np.ones((len(states), 3))
+        origin[:, :2] = states[:, 8:10]
+        # What x_t - x0 has beyond k (x_{t-1} - x0) is left to the share p, and driven by the noise.
+        off = states[:, :3] - origin
+        change = off - kept * (states[:, 3:6] - origin)
+        change = self.persistence**steps * change + math.sqrt(steps) * noise
+        off = kept**steps * off + steps * change
+        out = states.copy()
+        out[:, :3], out[:, 3:6] = origin + off, origin + (off - change) / kept
+        out[:, 2] = np.maximum(out[:, 2], 2 / states[:, 6:8].min(axis=1))
+        return out
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses: half-axes s w / 2 and s h / 2."""
+        out = np.empty((len(states), 5))
+        out[:, :2], out[:, 4] = states[:, :2], states[:, 10]
+        out[:, 2:4] = 0.5 * states[:, 2:3] * states[:, 6:8]
+        return out
+
+
+AnyMotion = RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk | Autoregressive
 
 
 def _walked(

@@ -14,11 +14,13 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.adaptation import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
 from motes.budget import Budget
-from motes.config import Config, Count, Share
+from motes.config import Config, Count
 from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.edges import Edges, EdgesModel
+from motes.cues.hog import Hog, HogModel
 from motes.cues.orientation import Orientation, OrientationModel
 from motes.errors import ConfigError
 from motes.estimate import mean_ellipse
@@ -26,30 +28,13 @@ from motes.frame import Frame
 from motes.fusion import Adaptive, Fixed, Fusion
 from motes.geometry import Ellipse
 from motes.likelihood import Gaussian, Likelihood
-from motes.motion import LONGEST_INTERVAL, ConstantVelocity, EllipseWalk, RandomWalk, SecondOrder
+from motes.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.resampling import Resampling, Weights
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel
-
-
-class Adaptation(Config, frozen=True):
-    """How the target model learns: slowly, and only while the appearance rule holds.
-
-    Nummiaro et al. name such models in sections IV and VIII.
-
-    Attributes
-    ----------
-    rate
-        Share of each frame's estimate that enters the model; 0 keeps the model fixed.
-    anchor
-        Share of the first frame's model that is kept for good.
-    """
-
-    rate: Share = 0.0
-    anchor: Share = 0.0
+Model = ColorModel | OrientationModel | EdgesModel | HogModel
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
@@ -65,6 +50,8 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
         Theirs, after the last frame.
     models
         The target model of each cue.
+    memories
+        What its strategy of adaptation remembers, for each cue whose does.
     backgrounds
         What the appearance rule compares with, for each cue.
     first
@@ -79,6 +66,7 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     states: Floats
     weights: Weights
     models: dict[str, Model]
+    memories: dict[str, Memory]
     backgrounds: dict[str, Background]
     first: Ellipse
     places: Floats
@@ -105,6 +93,9 @@ class Info(msgspec.Struct, frozen=True, eq=False):
         The target model of each cue that this frame was compared with.
     shares
         The weight of each cue; they sum to 1.
+    lessons
+        What the strategy of adaptation made of this frame, for each cue whose says so; empty where
+        the appearance rule does not hold.
     """
 
     track: Track
@@ -114,6 +105,7 @@ class Info(msgspec.Struct, frozen=True, eq=False):
     appearing: int
     models: Mapping[str, Model]
     shares: Mapping[str, float]
+    lessons: Mapping[str, Lesson] = {}
 
 
 class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
@@ -127,7 +119,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How many the next frame gets; without one, always the same number.
     motion
         How the target moves.
-    color, orientation, edges
+    color, orientation, edges, hog
         The cues: what pixels say about an ellipse. At least one.
     fusion
         How several cues become one.
@@ -140,31 +132,34 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     calibration
         From the estimate's distance to its confidence.
     adaptation
-        How the target model learns.
+        How the target model learns, while the appearance rule holds.
     """
 
     particles: Count = 100
-    motion: RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk = ConstantVelocity()
+    motion: AnyMotion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
     edges: Edges | None = None
+    hog: Hog | None = None
     fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
-    adaptation: Adaptation = Adaptation()
+    adaptation: Adaptation = Forgetting()
     budget: Budget | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError("A particle filter needs a cue: color, orientation or edges.")
-        named = {}
+            raise ConfigError("A particle filter needs a cue: color, orientation, edges or hog.")
+        named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
         if isinstance(self.fusion, Fixed):
             named["fusion.weights"] = self.fusion.weights
+        if isinstance(self.adaptation, ByCue):
+            named["adaptation.cues"] = self.adaptation.cues
         for key, values in named.items():
             for name in values:
                 if name not in self.cues:
@@ -179,8 +174,16 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             "color": self.color,
             "orientation": self.orientation,
             "edges": self.edges,
+            "hog": self.hog,
         }
         return {name: cue for name, cue in cues.items() if cue is not None}
+
+    @cached_property
+    def strategies(self) -> dict[str, Strategy]:
+        """How each cue's model learns, by name."""
+        if isinstance(self.adaptation, ByCue):
+            return {name: self.adaptation.cues.get(name, Forgetting()) for name in self.cues}
+        return dict.fromkeys(self.cues, self.adaptation)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -259,8 +262,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, missed=0)
-        after, info = self._observe(state, frame, states, np.zeros(self.particles))
-        return replace(after, models=state.models), info
+        return self._observe(state, frame, states, np.zeros(self.particles))
 
     def _count(self, state: FilterState, affordable: int | None) -> int:
         """Return how many particles the next frame gets."""
@@ -297,6 +299,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             states=self.motion.initial(ellipses),
             weights=Weights.uniform(self.particles),
             models=models,
+            memories={},
             backgrounds=backgrounds,
             first=first,
             places=places,
@@ -323,12 +326,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         appearing, support = kernels.appearing(overall, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
         status, missed = self.presence.next_status(state.status, there, state.missed)
-        models = state.models
-        if there:
-            models = {
-                name: self._learned(cue, models[name], frame, estimate)
-                for name, cue in self.cues.items()
-            }
+        models, memories, lessons = state.models, state.memories, dict[str, Lesson]()
+        if there and frame.time > state.time:  # a frame that was learned from has no more to say
+            models, memories, lessons = self._learned(state, frame, estimate)
         track = Track(
             frame=frame.index,
             time=frame.time,
@@ -347,6 +347,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             appearing,
             state.models,
             dict(zip(self.cues, shares.tolist(), strict=True)),
+            lessons,
         )
         after = replace(
             state,
@@ -354,6 +355,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             states=states,
             weights=weights,
             models=models,
+            memories=memories,
             status=status,
             missed=missed,
         )
@@ -365,13 +367,24 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
         )
 
-    def _learned(self, cue: Cue, model: Model, frame: Frame, estimate: Ellipse) -> Model:
-        """Return a cue's model after a frame in which the target is there."""
-        rate, anchor = self.adaptation.rate, self.adaptation.anchor
-        if rate > 0:
-            model = cue.adapt(model, frame, estimate, rate, anchor)
-        settled: Model = cue.settle(model, frame, estimate)
-        return settled
+    def _learned(
+        self, state: FilterState, frame: Frame, estimate: Ellipse
+    ) -> tuple[dict[str, Model], dict[str, Memory], dict[str, Lesson]]:
+        """Return models, memories and lessons after a frame in which the target is there."""
+        models, memories, lessons = dict[str, Model](), dict(state.memories), dict[str, Lesson]()
+        for name, cue in self.cues.items():
+            model, strategy = state.models[name], self.strategies[name]
+            seen = cue.observe(model, frame, estimate) if strategy.learns else None
+            if seen is not None and seen.any():
+                memory = state.memories.get(name)
+                learned = strategy.learn(memory, model.histogram, model.anchor, seen)
+                model = replace(model, histogram=learned.histogram)
+                if learned.memory is not None:
+                    memories[name] = learned.memory
+                if learned.lesson is not None:
+                    lessons[name] = learned.lesson
+            models[name] = cue.settle(model, frame, estimate)
+        return models, memories, lessons
 
 
 def combined(distances: Floats, shares: Floats) -> Floats:

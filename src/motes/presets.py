@@ -8,16 +8,18 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from motes.adaptation import ByCue, Forgetting, GaussianBins, KalmanBins
 from motes.config import from_dict, merge, to_dict
 from motes.cues.color import Color
 from motes.cues.edges import Edges
+from motes.cues.hog import Hog
 from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
 from motes.fusion import Adaptive, Fixed, Product
-from motes.likelihood import BestParticle, Gaussian
+from motes.likelihood import BestParticle, Exponential, Gaussian
 from motes.meanshift import Kalman, MeanShift
-from motes.motion import ConstantVelocity, EllipseWalk, Noise
-from motes.particle_filter import Adaptation, ParticleFilter
+from motes.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
+from motes.particle_filter import ParticleFilter
 from motes.presence import AppearanceRule, Calibration
 from motes.resampling import Resampling
 from motes.sampling import EveryPixel, Lattice
@@ -45,7 +47,7 @@ NUMMIARO = ParticleFilter(
 # A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
 ADAPTIVE = replace(
     NUMMIARO,
-    adaptation=Adaptation(rate=0.05, anchor=0.4),  # sections IV and VIII
+    adaptation=Forgetting(rate=0.05, anchor=0.4),  # sections IV and VIII
     presence=replace(NUMMIARO.presence, margin=0.75),
     calibration=Calibration(middle=0.31, width=0.09),
 )
@@ -97,6 +99,30 @@ NG_DELP = ParticleFilter(
     calibration=Calibration(middle=0.55, width=0.17),  # particles that appear have little weight
 )
 
+# Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
+# their color histogram they cite Nummiaro et al. Nor do they say how color and HOG become one;
+# multiplied, their distances are added up in the exponent. Not the paper's: the appearance rule
+# with its margin, without which no model learns, and the lattice.
+ZHAO_PEI = ParticleFilter(
+    particles=400,  # section 4
+    motion=Autoregressive(  # equation 17
+        position=0.6, size=0.02, persistence=0.5, position_return=0.0, size_return=0.1
+    ),
+    color=Color(space="hsv+v", bins=(8, 8, 8), kernel="radial"),  # sections 2.1 and 3.1
+    hog=Hog(cells=1, bins=8, kernel="gaussian"),  # equations 1 and 2, section 4
+    fusion=Product(),
+    likelihood=Exponential(rate=20.0),  # section 2.3
+    resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
+    presence=AppearanceRule(margin=0.7),
+    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
+    adaptation=ByCue(
+        cues={
+            "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15
+            "hog": GaussianBins(beta=0.1, deviations=3.0),  # equation 16
+        }
+    ),
+)
+
 PRESETS: dict[str, TrackerConfig] = {
     "nummiaro": NUMMIARO,
     "nummiaro:adaptive": ADAPTIVE,
@@ -120,6 +146,25 @@ PRESETS: dict[str, TrackerConfig] = {
     "ng_delp": NG_DELP,
     "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
     "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
+    "zhao_pei": ZHAO_PEI,
+    "zhao_pei:fixed": replace(  # figure 2, above
+        ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)
+    ),
+    "zhao_pei:72": replace(  # section 2.1
+        ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
+    ),
+    "zhao_pei:color": replace(
+        ZHAO_PEI,
+        hog=None,
+        adaptation=KalmanBins(frames=10, alpha=0.1),
+        calibration=Calibration(middle=0.11, width=0.2),
+    ),
+    "zhao_pei:hog": replace(
+        ZHAO_PEI,
+        color=None,
+        adaptation=GaussianBins(beta=0.1, deviations=3.0),
+        calibration=Calibration(middle=0.0, width=0.05),
+    ),
 }
 
 

@@ -12,18 +12,21 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.config import Config
 
-Profile = Literal["epanechnikov", "radial", "uniform"]
+Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
 
 `radial`: Nummiaro et al., equation 2, 1 - r² with r the distance over sqrt(a² + b²); only pixels
 inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's own half-axes, so
-that weights fall to zero at its border. `uniform`: all the same.
+that weights fall to zero at its border. `uniform`: all the same. `gaussian`: Zhao and Pei,
+equation 1, exp(-r² / (2 delta²)) with r in half-axes too and delta = 1 (section 4); in pixels, a
+delta of 1 would leave nothing but the center.
 """
 
 PROFILES: dict[str, int] = {
     "epanechnikov": kernels.EPANECHNIKOV,
     "radial": kernels.RADIAL,
     "uniform": kernels.UNIFORM,
+    "gaussian": kernels.GAUSSIAN,
 }
 
 

@@ -363,7 +363,7 @@ class Scene:
             before = replace(thing.state, time=frame.time - dt)
             thing.state, info = self.config.tracker.step(thing.rng, before, frame)
             if any(o is not thing and meet(thing.place.box, o.place.box) for o in near):
-                thing.state = replace(thing.state, models=before.models)
+                thing.state = replace(thing.state, models=before.models, memories=before.memories)
             found = thing.track.ellipse if thing.detected else info.track.ellipse
             thing.track = replace(info.track, ellipse=found)
             if thing.detected:

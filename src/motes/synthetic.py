@@ -8,7 +8,7 @@ stems. The same clip has the same pixels every time, and any frame can be render
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -23,6 +23,7 @@ from motes.geometry import Ellipse
 from motes.scenery import SHIFTS, Floats, backdrop, local, noise, scale_of, to_bytes, window
 
 Color = tuple[int, int, int]
+Colors = tuple[Color, Color, Color]
 
 REACH = 1.25
 """A texture covers -REACH … REACH half-axes, so that half-covered pixels find colors too."""
@@ -54,10 +55,16 @@ class Target:
         (frames, 5), of x, y, a, b, theta; the head points along a.
     colors
         RGB of the shell, its stripes and the head.
+    belly
+        The same of the other side, which shows where the target has rolled over.
+    roll
+        (frames,), how far it has rolled about its long axis, in radians; None for not at all.
     """
 
     states: NDArray[np.float64]
-    colors: tuple[Color, Color, Color] = ((238, 196, 92), (44, 30, 26), (196, 78, 40))
+    colors: Colors = ((238, 196, 92), (44, 30, 26), (196, 78, 40))
+    belly: Colors = ((66, 104, 186), (232, 230, 218), (36, 56, 108))
+    roll: NDArray[np.float64] | None = None
 
 
 class Stem(NamedTuple):
@@ -110,7 +117,7 @@ class Clip:
         pixels, unhidden, truths = base.copy(), 1 - cover, []
         for target, texture in zip(self.targets[::-1], self._textures[::-1], strict=True):
             ellipse = Ellipse(*target.states[index].tolist())
-            truths.append(Truth(ellipse, _paint(pixels, unhidden, texture, ellipse)))
+            truths.append(Truth(ellipse, _paint(pixels, unhidden, texture(index), ellipse)))
         dx, dy = np.random.default_rng((self.seed, 2, index)).integers(SHIFTS, size=2)
         pixels += grain[dy : dy + height, dx : dx + width]
         return Frame(index, index * FRAME_INTERVAL, pixels), tuple(truths[::-1])
@@ -120,7 +127,7 @@ class Clip:
         return backdrop(np.random.default_rng((self.seed, 0)), self.size, self.stems)
 
     @cached_property
-    def _textures(self) -> list[Image.Image]:
+    def _textures(self) -> list[Callable[[int], Image.Image]]:
         rng = np.random.default_rng((self.seed, 1))
         return [_texture(rng, target) for target in self.targets]
 
@@ -175,6 +182,18 @@ def turning(size: tuple[int, int] = (640, 480), frames: int = 100, seed: int = 0
     theta = np.arange(frames) * 2 * math.pi / frames
     center, scale = _center(size), scale_of(size)
     return Clip(size, (Target(_states(*center, 64 * scale, 36 * scale, theta)),), seed=seed)
+
+
+def rolling(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 0) -> Clip:
+    """Return a clip whose target rolls over as it walks along, until other colors are all it shows.
+
+    It does so over the middle half of the frames, by half a turn about its long axis.
+    """
+    scale, (x, y) = scale_of(size), _center(size)
+    along = np.linspace(-0.2, 0.2, frames) * size[0]
+    roll = math.pi * np.clip(2 * np.linspace(0, 1, frames) - 0.5, 0, 1)
+    states = _states(x + along, y, 56 * scale, 34 * scale, 0.0)
+    return Clip(size, (Target(states, roll=roll),), seed=seed)
 
 
 def growing(
@@ -346,24 +365,46 @@ def _paint(
     return min(float(seen.sum(dtype=np.float64)) / ellipse.area, 1.0)
 
 
-def _texture(rng: np.random.Generator, target: Target) -> Image.Image:
-    """Return a beetle's skin over -REACH … REACH half-axes, head to the right."""
+def _texture(rng: np.random.Generator, target: Target) -> Callable[[int], Image.Image]:
+    """Return a beetle's picture by frame, over -REACH … REACH half-axes, head to the right."""
     side = max(math.ceil(2 * REACH * target.states[:, 2:4].max()), 128)
     u = np.linspace(-REACH, REACH, side, dtype=np.float32)
     v = u[:, None]
-    shell, stripe, head = np.array(target.colors, np.float32)
+    shade = 0.45 + 0.6 * np.sqrt(np.clip(1 - 0.9 * (u * u + v * v), 0, 1))
+    shade *= 1 + 0.06 * noise(rng, side, side, side / 12)
+    shine = 90 * np.exp(-((u - 0.05) ** 2) / 0.12 - (v + 0.38) ** 2 / 0.015)
+
+    def lit(skin: Floats) -> Image.Image:
+        return Image.fromarray(to_bytes(skin * shade[:, :, None] + shine[:, :, None]))
+
+    upper, roll = _skin(u, v, target.colors), target.roll
+    if roll is None:
+        picture = lit(upper)
+        return lambda index: picture
+    lower = _skin(u, v, target.belly)
+    around = np.arcsin(np.clip(u, -1, 1))  # by row: the angle from the middle of the upper side
+
+    def rolled(index: int) -> Image.Image:
+        turned = around + roll[index]
+        rows = np.rint((np.sin(turned) / REACH + 1) * (side - 1) / 2).astype(int)
+        shows_upper = np.cos(turned)[:, None, None] >= 0
+        return lit(np.where(shows_upper, upper[rows], lower[rows]))
+
+    return rolled
+
+
+def _skin(u: Floats, v: Floats, colors: Colors) -> Floats:
+    """Return one side's colors at columns u and rows v, in half-axes, without light."""
+    shell, stripe, head = np.array(colors, np.float32)
 
     def step(value: Floats, width: float) -> Floats:
         smooth: Floats = np.clip(value / width + 0.5, 0, 1)[:, :, None]
         return smooth
 
     wave = np.cos(16 * v * (1 + 0.12 * u * u) + 0.3 * np.sin(5 * u))
-    skin = shell + (stripe - shell) * step(wave - 0.1, 0.4)
+    skin: Floats = shell + (stripe - shell) * step(wave - 0.1, 0.4)
     front = u - 0.42 + 0.25 * v * v
     skin += (stripe - skin) * step(0.06 - np.abs(front), 0.04)
     skin += (head - skin) * step(front, 0.05)
     skin += (stripe - skin) * step(0.13 - np.hypot(u - 0.72, np.abs(v) - 0.3), 0.05)
-    shade = 0.45 + 0.6 * np.sqrt(np.clip(1 - 0.9 * (u * u + v * v), 0, 1))
-    shade *= 1 + 0.06 * noise(rng, side, side, side / 12)
-    shine = 90 * np.exp(-((u - 0.05) ** 2) / 0.12 - (v + 0.38) ** 2 / 0.015)
-    return Image.fromarray(to_bytes(skin * shade[:, :, None] + shine[:, :, None]))
+    return skin

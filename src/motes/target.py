@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Self
@@ -103,7 +102,7 @@ class Target:
             raise FormatError(
                 f"{path} is not a histogram file ({error}); make one with `motes histogram`."
             ) from None
-        histogram = np.zeros(math.prod(file.cue.bins))
+        histogram = np.zeros(file.cue.size)
         numbers = [number for number, _ in file.bins]
         if not numbers or not 0 <= min(numbers) <= max(numbers) < histogram.size:
             raise FormatError(f"{path}: bins must be 0 to {histogram.size - 1}, at least one.")

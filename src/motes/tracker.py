@@ -267,7 +267,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 1
+FORMAT = 2
 """Of saved trackers."""
 
 

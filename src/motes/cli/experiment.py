@@ -23,6 +23,7 @@ from motes.cli.options import (
     worker_count,
 )
 from motes.cli.results import Out, Output, show
+from motes.cli.watch import detector_named
 from motes.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:
@@ -265,6 +266,75 @@ def maggio_growth(
     return _on_clips(rendered.growth, names, synthetic.growing, seeds, clips, output)
 
 
+@app.command(name="zhao-figure2")
+def zhao_figure2(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Zhao and Pei, figure 2: a target that turns around.
+
+    Parameters
+    ----------
+    presets
+        Trackers; zhao_pei:fixed, whose model stays, and zhao_pei if none is named.
+    """
+    from motes import synthetic
+    from motes.experiments import model_update
+
+    names = presets or ("zhao_pei:fixed", "zhao_pei")
+    output = Output("zhao-figure2", ("",), out, overwrite, plot=True)
+    return _on_clips(model_update.figure2, names, synthetic.rolling, seeds, clips, output)
+
+
+@app.command(name="zhao-figure9")
+def zhao_figure9(
+    sequence: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    detector: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="Who finds objects, as for motes watch; by default the sequence's det/det.txt, or "
+            "what moves before its background.",
+        ),
+    ] = None,
+    preset: Annotated[
+        str, Parameter(group=RUN, help="The particle filter that follows each object.")
+    ] = "zhao_pei",
+    seed: Annotated[int, Parameter(group=RUN, help="Of the random numbers.")] = 0,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Zhao and Pei, figure 9: objects detected over objects there.
+
+    Parameters
+    ----------
+    sequence
+        A folder with frames and truth as for motes evaluate, with many objects or with one.
+    """
+    output = Output("zhao-figure9", ("",), out, overwrite, plot=True)
+    finder = None if detector is None else detector_named(detector)
+
+    from motes.evaluate.mot_sequences import has_crowds, load_crowds
+    from motes.experiments import detected
+
+    if has_crowds(sequence):
+        crowds, problems = load_crowds(sequence)
+        _refuse_none(sequence, crowds, problems)
+        announce_compiling()
+    else:
+        films, problems = _films(sequence, first_pixel)
+        crowds = [detected.crowd_of(film) for film in films]
+    if len(crowds) > 1:
+        raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
+    return show(detected.figure9(crowds[0], finder, preset, seed), output, problems)
+
+
 def _at_least_one(**counts: int) -> None:
     for name, count in counts.items():
         if count < 1:
@@ -297,8 +367,12 @@ def _films(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film]
     from motes.evaluate.sequences import load_dataset
 
     films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
-    if not films:
-        why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
-        raise SourceError(f"No sequence of {dataset} can be used. {why}")
+    _refuse_none(dataset, films, problems)
     announce_compiling()
     return films, problems
+
+
+def _refuse_none(dataset: Path, usable: Sequence[object], problems: Sequence[Problem]) -> None:
+    if not usable:
+        why = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
+        raise SourceError(f"No sequence of {dataset} can be used. {why}")

@@ -61,6 +61,7 @@ CONFIG_FLAGS = """\
   --presence.places 400000
   --calibration.middle 0.34
   --calibration.width 0.08
+  --adaptation.type forgetting
   --adaptation.rate 0.0
   --adaptation.anchor 0.0
 """
@@ -71,9 +72,10 @@ Every key of the configuration is an option too. The preset comes first, then th
 --config, then these options. Preset nummiaro has
 
 {CONFIG_FLAGS}
---motion.type may also be random_walk, second_order or ellipse_walk, --color.sampling.type \
-checkerboard or every_pixel, --fusion.type fixed or product, --likelihood.type best_particle. \
-A cue is added by naming a key of it, as --orientation.bins 36 or --edges.bins 8. \
+--motion.type may also be random_walk, second_order, ellipse_walk or autoregressive, --color.space \
+hsv or hsv+v, --color.sampling.type checkerboard or every_pixel, --fusion.type fixed or product, \
+--likelihood.type best_particle or exponential, --adaptation.type kalman, gaussian or by_cue. \
+A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8 or --hog.cells 3. \
 --dump-config shows all keys and values of a preset, as a file for --config.
 """
 
@@ -104,8 +106,9 @@ Preset = Annotated[
     str,
     Parameter(
         group=CONFIGURATION,
-        help="nummiaro, nummiaro:adaptive, maggio, ng_delp, mean_shift or mean_shift:kalman; or a "
-        "variant: ng_delp:color, ng_delp:edges, maggio:C, maggio:O-FOH, maggio:O-ROH, "
+        help="nummiaro, nummiaro:adaptive, maggio, ng_delp, zhao_pei, mean_shift or "
+        "mean_shift:kalman; or a variant: ng_delp:color, ng_delp:edges, zhao_pei:fixed, "
+        "zhao_pei:72, zhao_pei:color, zhao_pei:hog, maggio:C, maggio:O-FOH, maggio:O-ROH, "
         "maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
         "maggio:C+O-A-FOH, maggio:C+O-A-ROH, maggio:C+O-A&SS-FOH, maggio:C+O-A&SS-ROH.",
     ),

@@ -137,7 +137,7 @@ def watch(
     from motes.video import open_source
 
     counting = Counting(where)
-    scene = Scene(_detector(detector), preset, seed)
+    scene = Scene(detector_named(detector), preset, seed)
     with open_source(source, start=start, end=end, stride=stride) as film:
         outputs: list[Output] = []
         if overlay is not None:
@@ -180,7 +180,7 @@ def _corners(text: str) -> list[float]:
     return numbers_of("--zone", text, form)
 
 
-def _detector(name: str | None) -> Detector:
+def detector_named(name: str | None) -> Detector:
     """Return what an option calls a detector."""
     from motes.background import BackgroundDetector
     from motes.detection import PeopleDetector, RecordedDetections

@@ -12,7 +12,11 @@ from motes.geometry import Ellipse
 
 
 class Cue(Protocol):
-    """What a cue must offer; its models are its own affair."""
+    """What a cue must offer.
+
+    Its models are its own affair, but for two fields: `histogram` (m,), which it compares and which
+    `adaptation` moves, and `anchor` (m,), that of the first frame.
+    """
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the target model of the region in `ellipse`."""
@@ -24,8 +28,8 @@ class Cue(Protocol):
         """Return how far each ellipse (N, 5) is from the model: 0 the same … 1, shape (N,)."""
         ...
 
-    def adapt(self, model: Any, frame: Frame, ellipse: Ellipse, rate: float, anchor: float) -> Any:
-        """Return the model moved towards the region in `ellipse`, as `Adaptation` says."""
+    def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> NDArray[np.float64]:
+        """Return the region's histogram, read as the model's was; zeros where nothing is seen."""
         ...
 
     def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:

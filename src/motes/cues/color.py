@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config
-from motes.cues.histograms import adapted
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
 
 Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
+
+SPACES = {"rgb": kernels.RGB, "hsv": kernels.HSV, "hsv+v": kernels.HSV_V}
 
 
 class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
@@ -61,19 +62,29 @@ class Color(Config, frozen=True):
     Attributes
     ----------
     space
-        `rgb` or `hsv`.
+        `rgb` or `hsv`; or `hsv+v`, where a pixel with color falls into a bin of hue and saturation,
+        and one without into one of value alone: Zhao and Pei, section 2.1. They do not say when a
+        pixel has color; Perez et al. (ECCV 2002), from whom they have it: where saturation is above
+        0.1 and value above 0.2.
     bins
-        Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV.
+        Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV, 8x8+8 for `hsv+v`.
     kernel
         How pixels are weighted: `radial` is equation 2; see `sampling.Profile`.
     sampling
         Which pixels are read.
     """
 
-    space: Literal["rgb", "hsv"] = "rgb"
+    space: Literal["rgb", "hsv", "hsv+v"] = "rgb"
     bins: tuple[Bins, Bins, Bins] = (8, 8, 8)
     kernel: Profile = "radial"
     sampling: Sampling = Lattice()
+
+    @property
+    def size(self) -> int:
+        """Number of bins of a histogram, m."""
+        if self.space == "hsv+v":
+            return self.bins[0] * self.bins[1] + self.bins[2]
+        return math.prod(self.bins)
 
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (equation 3).
@@ -89,7 +100,7 @@ class Color(Config, frozen=True):
         -------
         (N, m); each row sums to 1, or is zero where the ellipse lies outside the frame.
         """
-        m = math.prod(self.bins)
+        m = self.size
         histograms = np.empty((len(ellipses), m))
         kernels.color_histograms(
             frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.uint32),
@@ -135,12 +146,10 @@ class Color(Config, frozen=True):
         )  # fmt: skip
         return float(center[0]), float(center[1])
 
-    def adapt(
-        self, model: ColorModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
-    ) -> ColorModel:
-        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
-        seen = self.histograms(frame, np.array([ellipse]))[0]
-        return ColorModel(adapted(model.histogram, model.anchor, seen, rate, anchor), model.anchor)
+    def observe(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Floats:
+        """Return the region's histogram, (m,); zeros where nothing is seen."""
+        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
+        return histogram
 
     def settle(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> ColorModel:
         """Return the model itself: how colors are read does not depend on the last frame."""
@@ -152,4 +161,4 @@ class Color(Config, frozen=True):
 
     @property
     def _space(self) -> tuple[int, int, int, int]:
-        return (kernels.HSV if self.space == "hsv" else kernels.RGB, *self.bins)
+        return (SPACES[self.space], *self.bins)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config
-from motes.cues.histograms import adapted, bhattacharyya
+from motes.cues.histograms import bhattacharyya
 from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -116,12 +116,10 @@ class Edges(Config, frozen=True):
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
         return bhattacharyya(self.histograms(frame, ellipses), model.histogram)
 
-    def adapt(
-        self, model: EdgesModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
-    ) -> EdgesModel:
-        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
-        seen = self.histograms(frame, np.array([ellipse]))[0]
-        return EdgesModel(adapted(model.histogram, model.anchor, seen, rate, anchor), model.anchor)
+    def observe(self, model: EdgesModel, frame: Frame, ellipse: Ellipse) -> Floats:
+        """Return the region's histogram, (m,); zeros where nothing is seen."""
+        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
+        return histogram
 
     def settle(self, model: EdgesModel, frame: Frame, ellipse: Ellipse) -> EdgesModel:
         """Return the model itself: how edges are read does not depend on the last frame."""

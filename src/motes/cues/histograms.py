@@ -19,14 +19,3 @@ def bhattacharyya(histograms: Floats, model: Floats) -> Floats:
     distances = np.empty(len(histograms))
     kernels.bhattacharyya(histograms, np.sqrt(model), distances)
     return distances
-
-
-def adapted(histogram: Floats, first: Floats, seen: Floats, rate: float, anchor: float) -> Floats:
-    """Return a histogram moved towards the one that is seen; where nothing is, it stays.
-
-    It becomes (1 - rate) times itself plus rate times what is seen, where the share `anchor` of the
-    latter is taken from the first frame's histogram instead.
-    """
-    if not seen.any():
-        return histogram
-    return (1 - rate) * histogram + rate * (anchor * first + (1 - anchor) * seen)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config, Share
-from motes.cues.histograms import adapted, bhattacharyya
+from motes.cues.histograms import bhattacharyya
 from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -130,13 +130,11 @@ class Orientation(Config, frozen=True):
         seen = self._histograms(frame, model.scale, model.threshold, ellipses)
         return bhattacharyya(seen, model.histogram)
 
-    def adapt(
-        self, model: OrientationModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
-    ) -> OrientationModel:
-        """Return the model moved towards the region in `ellipse`, as `histograms.adapted` does."""
-        seen = self._histograms(frame, model.scale, model.threshold, np.array([ellipse]))[0]
-        histogram = adapted(model.histogram, model.anchor, seen, rate, anchor)
-        return msgspec.structs.replace(model, histogram=histogram)
+    def observe(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> Floats:
+        """Return the region's histogram, (m,), read as the model's; zeros where nothing is seen."""
+        region = np.array([ellipse])
+        histogram: Floats = self._histograms(frame, model.scale, model.threshold, region)[0]
+        return histogram
 
     def settle(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> OrientationModel:
         """Return the model with scale and threshold for the next frame, from where the target is.
