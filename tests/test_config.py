@@ -298,7 +298,9 @@ def test_numbers_of_the_paper() -> None:
 def test_numbers_of_ng_and_delp() -> None:
     config = preset("ng_delp")
     assert isinstance(config, ParticleFilter)
-    assert config.color == Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov")
+    assert config.color == Color(
+        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
+    )
     assert config.edges == Edges(threshold=100, kernel="epanechnikov")
     assert config.fusion == Product()
     assert isinstance(config.likelihood, BestParticle)

@@ -141,7 +141,7 @@ def test_the_first_track_is_the_region(name: str) -> None:
     np.testing.assert_allclose(track.ellipse, first, atol=1e-9)
     np.testing.assert_allclose(track.covariance, 0, atol=1e-12)
     assert track.distance < 0.12  # the model is read with more points than a candidate
-    assert track.confidence > (0.9 if name in SEEING and name not in UNSURE else 0.4)
+    assert track.confidence > (0.9 if name in SEEING and name not in UNSURE else 0.3)
     assert track.status is Status.TRACKING
 
 
