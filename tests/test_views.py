@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
 import pytest
-from evaluations import ellipses, outcome, shifted, trace
-from evaluations import sequence as standing
 from numpy.typing import NDArray
 from PIL import Image
 
+from evaluations import ellipses, outcome, shifted, trace
+from evaluations import sequence as standing
 from motes.evaluate.entries import enter
 from motes.evaluate.protocols import Start
 from motes.evaluate.results import fit
@@ -71,7 +72,7 @@ def test_the_truth_is_where_the_target_is_in_others(made: Made, view: str) -> No
 def _check(seen: Viewed) -> None:
     frames = list(show(seen))
     assert [frame.index for frame in frames] == list(range(seen.frames))
-    assert all(a.time < b.time for a, b in zip(frames, frames[1:], strict=False))
+    assert all(a.time < b.time for a, b in itertools.pairwise(frames))
     for frame, box in zip(frames, seen.boxes, strict=True):
         if np.isfinite(box).all():
             assert white(frame.pixels) == box.tolist()
