@@ -31,6 +31,7 @@ from motes.evaluate.entries import crowd_entry, detecting, enter
 from motes.evaluate.folder import prepare, record
 from motes.evaluate.mot_results import CrowdEvaluation, CrowdOutcome
 from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
+from motes.evaluate.protocols import SHORTEST
 from motes.evaluate.reference import Reference
 from motes.evaluate.report import write_report
 from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome, write_results
@@ -39,6 +40,7 @@ from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Table, counted
+from motes.evaluate.views import LONGEST
 
 TRACKERS = """\
 Trackers:
@@ -80,14 +82,21 @@ def evaluate(
         ),
     ] = None,
     protocol: Annotated[
-        list[Literal["ope", "sre", "tre", "reset"]] | None,
+        list[Literal["ope", "sre", "tre", "reset", "robust"]] | None,
         Parameter(
             group=RUN,
             negative=(),
-            help="One pass, perturbed starts, perturbed times, started anew after failures; again "
-            "for each; else ope.",
+            help="One pass, perturbed starts, perturbed times, started anew after failures, "
+            "24 views; again for each; else ope.",
         ),
     ] = None,
+    robust: Annotated[
+        bool,
+        Parameter(group=RUN, negative=(), show_default=False, help="Short for --protocol robust."),
+    ] = False,
+    max_frames: Annotated[
+        int, Parameter(group=RUN, help="Of each view of the protocol robust; 5 or more.")
+    ] = LONGEST,
     seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
     workers: Workers = None,
     time_limit: Annotated[
@@ -133,6 +142,10 @@ def evaluate(
     """
     if seeds < 1:
         raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
+    if max_frames < SHORTEST:
+        raise ConfigError(f"--max-frames is {max_frames}; give {SHORTEST} or more.")
+    if robust:
+        protocol = [*(protocol or []), "robust"]
     processes = worker_count(workers)
     if not 0 < time_limit < float("inf"):
         raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
@@ -155,12 +168,12 @@ def evaluate(
     if detector is not None:
         entries = detecting(entries, detector)
     protocols = ["mot"] if many else list(dict.fromkeys(protocol or ["ope"]))
-    jobs, unreadable = runs.plan(entries, films, protocols, seeds)
+    jobs, unreadable = runs.plan(entries, films, protocols, seeds, max_frames)
     problems += unreadable
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
-    now = record(dataset, jobs, entries, protocols, seeds, time_limit)
+    now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
     if any(entry.make.func is Own for entry in entries):

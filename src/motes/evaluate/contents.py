@@ -50,6 +50,9 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
     def lost(tracker: str) -> Cell:
         return number(evaluation.mean(tracker, protocol, lost_track), 2)
 
+    def worst(tracker: str) -> Cell:
+        return number(evaluation.worst_tenth(tracker, protocol))
+
     def f1(tracker: str) -> Cell:
         return number(evaluation.lost_status(tracker, protocol).f1)
 
@@ -66,6 +69,8 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
         Column("OD", mean("od"), -1),
         Column("tracks lost", lost, -1),
     ]
+    if protocol == "robust":
+        columns.insert(1, Column("AUC of the worst tenth", worst, 1))
     if protocol == "reset":
         columns = [
             Column("accuracy", mean("accuracy"), 1),
@@ -122,6 +127,23 @@ def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
         ((Cell(foot), *means),),
         note,
     )
+
+
+def per_view(evaluation: Evaluation) -> Table:
+    """Return a table with a row for each view of `robust` and a column for each tracker."""
+    labels = dict.fromkeys(
+        outcome.item.start.label
+        for outcome in evaluation.outcomes
+        if outcome.item.start.protocol == "robust"
+    )
+    rows: list[Row] = [
+        (
+            Cell(label),
+            *bars(evaluation.per_start(t, "robust", label) for t in evaluation.trackers),
+        )
+        for label in labels
+    ]
+    return Table("AUC in each view", ("view", *evaluation.trackers), rows)
 
 
 def comparisons(evaluation: Evaluation, protocol: str) -> Table:

@@ -15,6 +15,7 @@ from motes.errors import ConfigError, FormatError
 from motes.evaluate.entries import Entry
 from motes.evaluate.runs import Job
 from motes.evaluate.sequences import printable
+from motes.evaluate.views import LONGEST
 from motes.target import write_whole
 
 
@@ -31,7 +32,7 @@ class Record(Config, frozen=True):
         Names, and digests of their truth and detections.
     trackers
         Names and configurations.
-    protocols, seeds, time_limit
+    protocols, seeds, time_limit, max_frames
         Of the last run.
     """
 
@@ -42,6 +43,7 @@ class Record(Config, frozen=True):
     protocols: tuple[str, ...]
     seeds: int
     time_limit: float
+    max_frames: int = LONGEST
 
 
 def record(
@@ -51,6 +53,7 @@ def record(
     protocols: Iterable[str],
     seeds: int,
     time_limit: float,
+    max_frames: int = LONGEST,
 ) -> Record:
     """Return the record of an evaluation."""
     sequences = {job.sequence.name: job.sequence for job in jobs}
@@ -62,6 +65,7 @@ def record(
         protocols=tuple(protocols),
         seeds=seeds,
         time_limit=time_limit,
+        max_frames=max_frames,
     )
 
 
@@ -123,6 +127,8 @@ def _continued(out: Path, now: Record) -> Record:
     ]
     if before.dataset != now.dataset:
         changed.append(f"dataset, which was {before.dataset}")
+    if before.max_frames != now.max_frames:
+        changed.append(f"--max-frames, which was {before.max_frames}")
     if before.motes != now.motes:
         changed.append(f"version of motes, which was {before.motes}")
     if changed:
@@ -138,6 +144,7 @@ def _continued(out: Path, now: Record) -> Record:
         protocols=now.protocols,
         seeds=now.seeds,
         time_limit=now.time_limit,
+        max_frames=now.max_frames,
     )
 
 

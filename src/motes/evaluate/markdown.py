@@ -24,6 +24,8 @@ def summary(
             tables.append(contents.comparisons(evaluation, protocol))
         for make in (contents.per_sequence, contents.lost_status, contents.times):
             tables.append(make(evaluation, protocol))
+        if protocol == "robust":
+            tables.append(contents.per_view(evaluation))
         sections[PROTOCOL_NAMES[protocol]] = tables
     if reference is not None:
         sections["Other people's results"] = [contents.reference(evaluation, reference)]

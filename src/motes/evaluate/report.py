@@ -95,6 +95,9 @@ def _parts(evaluation: Evaluation, reference: Reference | None) -> Iterable[str]
         )
         if protocol != "reset":
             yield _plots(evaluation, protocol)
+        if protocol == "robust":
+            table = contents.per_view(evaluation)
+            yield f"<h3>{escape(table.title)}</h3>{page.table(table)}"
         if len(evaluation.trackers) > 1:
             compared = contents.comparisons(evaluation, protocol)
             yield f"<h3>{escape(compared.title)}</h3>{page.table(compared)}"

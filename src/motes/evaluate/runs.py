@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import math
 import multiprocessing
 import os
@@ -34,6 +35,7 @@ from motes.evaluate.mot_protocol import Following
 from motes.evaluate.mot_sequences import Crowd
 from motes.evaluate.protocols import Running, Start, starts
 from motes.evaluate.sequences import Problem, Sequence
+from motes.evaluate.views import LONGEST, Viewed, show, views
 from motes.frame import Frame
 from motes.video import open_source
 
@@ -89,10 +91,12 @@ def plan(
     sequences: Iterable[Sequence | Crowd],
     protocols: Iterable[str],
     seeds: int,
+    longest: int = LONGEST,
 ) -> tuple[list[Job], list[Problem]]:
     """Return all jobs, sequence by sequence, and which sequences cannot be opened.
 
     A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other one with 0.
+    In the protocol `robust`, each view is a job of its own, of at most `longest` frames.
     """
     entries, protocols = list(entries), list(protocols)
     jobs: list[Job] = []
@@ -105,14 +109,18 @@ def plan(
             problems.append(Problem(f"sequence {sequence.name}", str(error)))
             continue
         for protocol in protocols:
-            begins = starts(protocol, sequence, *size)
-            for entry in entries:
+            seen: Iterable[tuple[Sequence | Crowd, list[Start]]]
+            if protocol == "robust" and isinstance(sequence, Sequence):
+                seen = views(sequence, *size, longest)
+            else:
+                seen = [(sequence, starts(protocol, sequence, *size))]
+            for (view, begins), entry in itertools.product(seen, entries):
                 passes = (
                     Pass(entry.name, sequence.name, start, seed)
                     for start in begins
                     for seed in range(seeds if entry.stochastic else 1)
                 )
-                jobs.append(Job(entry, sequence, tuple(passes)))
+                jobs.append(Job(entry, view, tuple(passes)))
     return jobs, problems
 
 
@@ -331,6 +339,9 @@ def _running(job: Job, item: Pass) -> Running | Following:
 
 def _film(sequence: Sequence | Crowd) -> Iterator[Frame]:
     """Yield the frames of a sequence; raise a SourceError if they are not as many as the truth."""
+    if isinstance(sequence, Viewed):
+        yield from show(sequence)
+        return
     count, rows = 0, sequence.frames
     with open_source(sequence.source) as film:
         for frame in film:

@@ -171,6 +171,24 @@ class Evaluation(Passes[Outcome]):
                 means.append(_mean([_mean(starts) for starts in values.values()]))
         return np.array(means)
 
+    def worst_tenth(self, tracker: str, protocol: str) -> Mean:
+        """Return the mean of the lowest tenth of AUC among the passes of each seed, rounded up."""
+        lowest = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            values = np.sort([_column(outcome, "auc") for outcome in outcomes])
+            values = values[np.isfinite(values)]
+            if values.size:
+                lowest.append(values[: -(-values.size // 10)].mean())
+        return Mean.over(np.array(lowest))
+
+    def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
+        """Return the AUC of a protocol's start: the mean over sequences, then over seeds."""
+
+        def auc(outcome: Outcome) -> float:
+            return _column(outcome, "auc") if outcome.item.start.label == start else np.nan
+
+        return self.mean(tracker, protocol, auc)
+
     def comparisons(self, protocol: str) -> list[Comparison]:
         """Compare each tracker with the first one, by `measure`, on sequences that both finished.
 
