@@ -112,6 +112,9 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --line 1,2,1,2", 2, "two different points"),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
+        ("FILM --patiance 1", 2, "did you mean --patience?"),
+        ("FILM --confirm 0", 2, "confirm"),
+        ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM --preset mean_shift", 2, "particle filters"),
         ("FILM -o r.text", 2, ".txt, .csv, .jsonl, .json, .xml"),
         ("FILM -o - --events -", 2, "give one of them a file"),
@@ -128,6 +131,20 @@ def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said:
     assert (found, said in error) == (code, True), error
     assert "Traceback" not in error
     assert error.splitlines()[-1].startswith("motes: error: ")
+
+
+def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
+    """An object that needs more confirmations begins that many frames later."""
+
+    def first(options: str) -> int:
+        code, out, error = go(f"FILM --detector gaussian -o - {options}")
+        assert code == 0, error
+        return int(out.splitlines()[1].split(",")[0])
+
+    Path("s.toml").write_text("confirm = 8\n[tracker]\nparticles = 50\n")
+    base = first("")
+    assert first("--config s.toml") == base + 5
+    assert first("--config s.toml --confirm 5 --association.appearance 0.4") == base + 2
 
 
 def test_nothing_is_overwritten_unasked(go: Go) -> None:

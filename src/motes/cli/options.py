@@ -224,7 +224,21 @@ def tracker_config(
     if file is not None:
         with named(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    known = to_dict(base)
+    check_settings(command, to_dict(base), settings)
+    return presets.configure(base, settings)
+
+
+def check_settings(
+    command: Callable[..., object], known: Iterable[str], settings: dict[str, Any]
+) -> None:
+    """Check that settings are known keys: an unknown one may be a misspelled option of the command.
+
+    Raises
+    ------
+    ConfigError
+        With the nearest known key or option.
+    """
+    known = list(known)
     unknown = [key for key in settings if key not in known]
     if unknown and "type" not in settings:
         key = unknown[0]
@@ -232,7 +246,6 @@ def tracker_config(
         near = difflib.get_close_matches(key, [*known, *options], n=1)
         hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
         raise ConfigError(f"There is no option --{key} with this preset; {hint}")
-    return presets.configure(base, settings)
 
 
 @contextlib.contextmanager

@@ -6,7 +6,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
@@ -15,9 +15,12 @@ from motes.cli.options import (
     CONFIGURATION,
     FRAMES,
     OUTPUT,
+    ConfigFile,
     Overwrite,
+    Settings,
     announce_compiling,
     check_not_source,
+    check_settings,
     default_output,
     named,
     numbers_of,
@@ -31,7 +34,7 @@ if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.counting import Counting, Places
     from motes.detection import Detector
-    from motes.scene import Scene
+    from motes.scene import Scene, SceneConfig
     from motes.video import Source
 
 OBJECTS = Group("Objects", sort_key=1)
@@ -110,7 +113,9 @@ def watch(
     preset: Annotated[
         str, Parameter(group=CONFIGURATION, help="The particle filter that follows each object.")
     ] = "nummiaro:adaptive",
+    config: ConfigFile = None,
     seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
+    **settings: Settings,
 ) -> int:
     """Follow all that moves before a fixed camera, and give each object an identity.
 
@@ -118,12 +123,16 @@ def watch(
     and --overlay the rows go to standard output, or to a file named after the source if that is a
     terminal. The end says what was counted in each minute.
 
+    Every key of the scene's configuration is an option too, laid over the file of --config, as
+    --confirm 3, --patience 2, --association.overlap 0.2 or --tracker.particles 100.
+
     Parameters
     ----------
     source
         A video, a folder or pattern of images, the number of a camera, or an address.
     """
     where = _places(line or [], zone or [], places, scale)
+    following = _scene_config(preset, config, settings)
     if output is None and overlay is None and events is None:
         output = default_output(source)
     if output == events == "-":
@@ -137,7 +146,7 @@ def watch(
     from motes.video import open_source
 
     counting = Counting(where)
-    scene = Scene(detector_named(detector), preset, seed)
+    scene = Scene(detector_named(detector), following, seed)
     with open_source(source, start=start, end=end, stride=stride) as film:
         outputs: list[Output] = []
         if overlay is not None:
@@ -147,6 +156,21 @@ def watch(
         if output is not None:
             outputs.append(objects_output(output, overwrite))
         return _run(film, scene, counting, outputs)
+
+
+def _scene_config(preset: str, file: Path | None, settings: dict[str, Any]) -> SceneConfig:
+    """Return the scene of a preset, with the file and the settings laid over it in turn."""
+    from motes.config import from_dict, from_toml, merge, to_dict
+    from motes.scene import SceneConfig, scene_config
+
+    values = to_dict(scene_config(preset))
+    if file is not None:
+        with named(file):
+            values = merge(values, from_toml(read_text(file), "this file"))
+            from_dict(values, SceneConfig)
+    check_settings(watch, values, settings)
+    config: SceneConfig = from_dict(merge(values, settings), SceneConfig)
+    return config
 
 
 def _places(
