@@ -56,7 +56,7 @@ class Output(Protocol):
     def __exit__(self, *exception: object) -> None: ...
 
 
-class _Lines:
+class Lines:
     """Lines that are in a file, or on standard output, as soon as they are written."""
 
     def __init__(self, name: str, overwrite: bool) -> None:
@@ -66,6 +66,7 @@ class _Lines:
             check_writable(name, overwrite)
 
     def put(self, lines: Sequence[str]) -> None:
+        """Write lines; raise a FormatError if that fails."""
         assert self._file is not None
         rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
@@ -97,7 +98,7 @@ class _Lines:
             self._file.close()
 
 
-class Rows(_Lines):
+class Rows(Lines):
     """A row for each object in each frame.
 
     As CSV and JSON Lines with `COLUMNS`, of all objects. As the MOTChallenge has it, frames and
@@ -143,7 +144,7 @@ def _row(each: SceneTrack, form: Form) -> str:
     return msgspec.json.encode(dict(zip(COLUMNS, values, strict=True))).decode()
 
 
-class Events(_Lines):
+class Events(Lines):
     """A line of JSON for each event."""
 
     def write(self, moment: Moment) -> None:
