@@ -115,7 +115,7 @@ class Overlap(Config, frozen=True):
         super().__post_init__()
         matrix = np.array(self.homography)
         if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
-            raise ConfigError("homography: A matrix that can be inverted is needed")
+            raise ConfigError("homography: A matrix that can be inverted is needed, got another")
 
     def there(self, point: tuple[float, float]) -> tuple[float, float]:
         """Return where a ground point of the first camera is in the second; infinite for never."""
@@ -135,17 +135,22 @@ class Rig(Config, frozen=True):
         names = [camera.name for camera in self.camera]
         places = [f"{camera.name}/{p.name}" for camera in self.camera for p in camera.place]
         if not names:
-            raise ConfigError("A rig needs a [[camera]].")
+            raise ConfigError("A rig needs a [[camera]], got none")
         for known, what in ((names, "cameras"), (places, "places")):
             if len(set(known)) < len(known) or not all(each.split("/")[-1] for each in known):
-                raise ConfigError(f"The {what} of a rig need names, each its own: {known}.")
+                raise ConfigError(
+                    f"The {what} of a rig need names, each its own; got {', '.join(known)}"
+                )
         for known, used in (
             (places, [end for passage in self.passage for end in passage.between]),
             (names, [name for overlap in self.overlap for name in overlap.cameras]),
         ):
             for name in used:
                 if name not in known:
-                    raise ConfigError(f"There is no {name!r} in this rig; known are {known}.")
+                    raise ConfigError(
+                        f"A passage or overlap got {name!r}, which is not in this rig; known are "
+                        f"{', '.join(known) or 'none'}"
+                    )
 
     @classmethod
     def parse(cls, text: str) -> Rig:

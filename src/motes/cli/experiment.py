@@ -134,6 +134,24 @@ def nummiaro_leaps(
     return _on_clips(rendered.leaps, names, synthetic.jumping, seeds, clips, output)
 
 
+@app.command(name="two-rooms")
+def two_rooms(
+    *,
+    seeds: Annotated[int, Parameter(group=RUN, help="Rooms and runs.")] = 5,
+    frames: Annotated[int, Parameter(group=RUN, help="Length of each run.")] = 1500,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Nummiaro et al., section VII: identities between two rooms with two cameras."""
+    _at_least_one(seeds=seeds, frames=frames)
+    output = Output("two-rooms", ("",), out, overwrite)
+
+    from motes.experiments import two_rooms as rooms
+
+    announce_compiling()
+    return show(rooms.two_rooms(seeds, frames), output)
+
+
 @app.command(name="nummiaro-figure9")
 def nummiaro_figure9(
     source: str | None = None,
