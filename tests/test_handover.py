@@ -48,9 +48,10 @@ def sighting(
     status: str = "tracking",
     x: float = 0.0,
     height: float = 40.0,
+    detected: bool = True,
 ) -> Sighting:
     box = Box(x, 100, 20, height)
-    return Sighting(identity, Status(status), box, 0.9, None, at, looks(color))
+    return Sighting(identity, Status(status), box, 0.9, None, detected, at, looks(color))
 
 
 class Watching:
@@ -62,7 +63,7 @@ class Watching:
     def tell(self, camera: str, time: float, *sightings: Sighting) -> list[int]:
         """Return the identities in the rig."""
         found = self.handover.update(Report(camera, round(25 * time), time, sightings))
-        return [found[each.identity] for each in sightings]
+        return [found[each.identity] for each in sightings if each.identity in found]
 
     def leaves(self, time: float = 1.0, **how: object) -> int:
         """Have somebody leave the hall at a time; return who."""
@@ -189,6 +190,23 @@ def test_an_interruption_makes_nobody_new() -> None:
     cameras.tell("hall", 9.2)  # but who goes without one is gone
     cameras.tell("hall", 9.3, sighting(3, at=(), color=BLUE, status="lost"))
     assert cameras.tell("hall", 9.6, sighting(8, at=(), color=BLUE)) == [who[1] + 2]
+
+
+def test_who_came_up_elsewhere_after_an_interruption_is_told_of_once() -> None:
+    cameras = Watching()
+    who = cameras.tell("hall", 1.0, sighting(1, at=()))
+    hidden = sighting(1, at=(), detected=False)  # where it should be by now, nothing is found
+    assert cameras.tell("hall", 2.2, hidden) == who
+    assert cameras.tell("hall", 2.3, hidden, sighting(2, at=())) == who
+    assert cameras.tell("hall", 2.4, sighting(1, at=()), sighting(2, at=())) == [who[0] + 1, *who]
+
+
+def test_who_is_seen_right_after_an_interruption_is_expected_no_more() -> None:
+    cameras = Watching()
+    who = cameras.tell("hall", 1.0, sighting(1, at=()))
+    assert cameras.tell("hall", 2.2, sighting(1, at=())) == who
+    cameras.tell("hall", 2.3, sighting(1, at=(), status="lost"))
+    assert cameras.tell("hall", 2.4, sighting(2, at=())) == [who[0] + 1]
 
 
 def test_what_is_over_is_forgotten() -> None:

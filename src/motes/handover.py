@@ -165,8 +165,8 @@ class Sighting(msgspec.Struct, frozen=True):
     Attributes
     ----------
     identity
-        The camera's own; see `motes.SceneTrack`, as for the next four.
-    status, box, confidence, behind
+        The camera's own; see `motes.SceneTrack`.
+    status, box, confidence, behind, detected
         As there; the box is foreseen where the status is not `tracking`.
     places
         Names of the camera's places where it was last seen.
@@ -179,8 +179,14 @@ class Sighting(msgspec.Struct, frozen=True):
     box: Box
     confidence: float
     behind: int | None
+    detected: bool
     places: tuple[str, ...] = ()
     histogram: bytes | None = None
+
+    @property
+    def seen(self) -> bool:
+        """Whether it is where its box is beyond doubt: colors alone may follow the wrong thing."""
+        return self.detected and self.status is Status.TRACKING
 
     @property
     def foot(self) -> tuple[float, float]:
@@ -201,8 +207,8 @@ class Report(msgspec.Struct, frozen=True, tag=True):
 class _Known:
     """An object of a camera: whose identity it has, and when and how it was last seen.
 
-    `interrupted` says that the camera lost it by saying nothing, `passed` that its identity went
-    on to another camera's object.
+    `interrupted` says that it is out of sight since the camera said nothing for a while, `passed`
+    that its identity went on to another object.
     """
 
     camera: str
@@ -237,10 +243,13 @@ class Handover:
     def update(self, report: Report) -> dict[int, int]:
         """Return the identity in the rig of each of the camera's objects.
 
+        What is out of sight and whose identity has gone on to another object has none any more.
         Reports of different cameras are given in the order of their time.
         """
         camera, now = report.camera, report.time
-        interrupted = now - self._times.get(camera, now) > GAP
+        if now - self._times.get(camera, now) > GAP:
+            for each in self._known.values():
+                each.interrupted |= each.camera == camera and not each.gone
         self._times[camera] = now
         born = []
         for sighting in report.sightings:
@@ -248,14 +257,15 @@ class Handover:
             if known is None:
                 born.append(sighting)
             else:
-                self._note(known, sighting, now, interrupted)
+                self._note(known, sighting, now)
         identities = self._inherited(camera, now, born)
         for sighting in born:
             identity = identities.get(sighting.identity) or next(self._identities)
             self._known[camera, sighting.identity] = _Known(
                 camera, identity, now, _look(sighting), sighting, sighting
             )
-        found = {s.identity: self._known[camera, s.identity].identity for s in report.sightings}
+        told = {s.identity: self._known[camera, s.identity] for s in report.sightings}
+        found = {own: known.identity for own, known in told.items() if not known.passed}
         self._known = {
             key: known
             for key, known in self._known.items()
@@ -263,21 +273,24 @@ class Handover:
         }
         return found
 
-    def _note(self, known: _Known, sighting: Sighting, now: float, interrupted: bool) -> None:
+    def _note(self, known: _Known, sighting: Sighting, now: float) -> None:
         """Note what a camera tells of an object that it has told of before."""
         known.last = sighting
         if sighting.histogram is not None:
             known.look = _look(sighting)
         known.gone = sighting.status is Status.LOST
-        known.interrupted |= interrupted and known.gone
-        if sighting.status is Status.TRACKING:
-            known.seen, known.tracked = now, sighting
+        if sighting.seen:
+            known.seen, known.tracked, known.interrupted = now, sighting, False
             if known.passed:  # it never left: somebody else came by the other door
                 known.identity, known.passed = next(self._identities), False
 
     def _inherited(self, camera: str, now: float, born: Sequence[Sighting]) -> dict[int, int]:
         """Return the identities in the rig of those new objects that were expected."""
-        here = {k.identity for k in self._known.values() if k.camera == camera and not k.gone}
+        here = {
+            known.identity
+            for known in self._known.values()
+            if known.camera == camera and not (known.gone or known.interrupted)
+        }
         costs: dict[int, list[float]] = {}
         for known in self._known.values():
             if known.identity not in here:
@@ -294,8 +307,7 @@ class Handover:
             found[born[j].identity] = identities[i]
             self.handed += 1
             for known in self._known.values():
-                out_of_sight = known.last.status is not Status.TRACKING
-                known.passed |= known.identity == identities[i] and out_of_sight
+                known.passed |= known.identity == identities[i] and not known.last.seen
         return found
 
     def _cost(self, known: _Known, camera: str, now: float, born: Sighting) -> float:
@@ -303,11 +315,9 @@ class Handover:
 
         From 0 to 1 where it stands where that is, from 1 to 2 where that is expected.
         """
-        if known.last.status is Status.TRACKING:
-            fresh = now - known.seen <= FRESH
-            return min(self._offs(known, camera, born)) if fresh else math.inf
-        if known.passed:
-            return math.inf
+        off = min(self._offs(known, camera, born)) if now - known.seen <= FRESH else math.inf
+        if off <= 1 or known.last.seen or known.passed:
+            return off
         limits = [
             passage.distance
             for passage, first, second in self._ways(known.camera, camera)

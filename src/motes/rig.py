@@ -152,6 +152,7 @@ class Lookout:
             track.box,
             track.confidence,
             each.behind,
+            each.detected,
             view.places,
             view.look if appears or vanishes else None,
         )

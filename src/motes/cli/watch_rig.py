@@ -43,6 +43,8 @@ class RigRows(Lines):
         """Add the rows of a camera's frame."""
         lines = []
         for each in report.sightings:
+            if each.identity not in identities:
+                continue
             values = [
                 report.camera, report.frame, round(report.time, 6), identities[each.identity],
                 *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
