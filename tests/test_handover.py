@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -215,6 +218,16 @@ def test_what_is_over_is_forgotten() -> None:
         cameras.tell("hall", identity, sighting(identity))
         cameras.tell("hall", identity + 0.5, sighting(identity, status="lost"))
     assert len(cameras.handover._known) < 40
+
+
+def test_the_documented_rig_is_one() -> None:
+    text = (Path(__file__).parent.parent / "docs" / "cameras.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"^```toml\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    rig = Rig.parse(example)
+    assert [camera.name for camera in rig.camera] == ["hall", "office"]
+    assert rig.overlap[0].there((250, 9)) == (50, 9)
+    defaults = rig.passage[0].distance, rig.overlap[0].reach
+    assert [f"({value:g})" in text for value in defaults] == [True, True]
 
 
 @pytest.mark.parametrize(

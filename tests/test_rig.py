@@ -164,7 +164,7 @@ if __name__ == "__main__":
 def moving(index: int) -> NDArray[np.uint8]:
     """Return a picture with a red box that goes to and fro."""
     pixels = np.random.default_rng(index).integers(95, 106, (96, 160, 3)).astype(np.uint8)
-    x = 20 + round(50 + 50 * np.sin(index / 25))
+    x = 60 + round(20 * np.sin(index / 40))
     pixels[30:60, x : x + 16] = (230, 40, 40)
     return pixels
 

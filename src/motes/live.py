@@ -18,8 +18,15 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
 GRACE = 0.5
 """Seconds for which FFmpeg may be late to say that nothing comes."""
 
+CATCH_UP = 2.0
+"""Seconds for which a source may send what is old before it is taken as it comes."""
+TICK = 1e-3
+"""Least seconds from one frame to the next."""
 LOOK = 0.1
 """Seconds between two looks whether anything comes."""
+
+DRIFT = 0.01
+"""Share by which the source's clock is set anew with every frame."""
 
 
 class Live:
@@ -55,6 +62,8 @@ class Live:
         self._said: deque[str] = deque()
         self._frame: Frame | None = None
         self._count = self.dropped = 0
+        self._stamp = self._last = self._opened = self._moment = 0.0
+        self._base: float | None = None
         self._since: float | None = None
         """When the source last gave a frame, or was opened; None while it is not open."""
         self._trouble: float | None = None
@@ -91,7 +100,8 @@ class Live:
                 if self._film is None:
                     self._film = open_source(self._source)
                 with self._film:
-                    self._since = time.monotonic()
+                    self._since = self._last = self._opened = time.monotonic()
+                    self._base = None
                     for frame in self._film:
                         self._put(frame)
                         pause = FIRST_PAUSE
@@ -110,13 +120,25 @@ class Live:
     def _put(self, frame: Frame) -> None:
         """Make a frame the newest."""
         now = time.monotonic()
+        interval, since, self._last = frame.time - self._stamp, now - self._last, now
+        self._stamp = frame.time
+        if self._base is None:
+            # What was sent while the source was opened comes all at once, and is old.
+            if since < interval / 2 and now < self._opened + CATCH_UP:
+                self.dropped += 1
+                return
+            self._base = now - frame.time
+        # Times are the source's, as frames may come in bursts.
+        self._base += DRIFT * (now - frame.time - self._base)
+        moment = max(self._moment + TICK, frame.time + self._base - self._origin)
         with self._news:
+            self._moment = moment
             if self._trouble is not None:
                 name, away = self._source_name, now - self._trouble
                 self._said.append(f"{name} is back after {away:.1f} s.")
             self._since, self._trouble = now, None
             self.dropped += self._frame is not None
-            self._frame = Frame(self._count, now - self._origin, frame.pixels)
+            self._frame = Frame(self._count, moment, frame.pixels)
             self._count += 1
             self._news.notify()
 
