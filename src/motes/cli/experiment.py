@@ -142,7 +142,7 @@ def two_rooms(
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Nummiaro et al., section VII: identities between two rooms with two cameras."""
+    """Nummiaro et al., section VII: from room to room."""
     _at_least_one(seeds=seeds, frames=frames)
     output = Output("two-rooms", ("",), out, overwrite)
 
