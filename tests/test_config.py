@@ -301,7 +301,8 @@ def test_numbers_of_ng_and_delp() -> None:
     assert config.color == Color(
         space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
     )
-    assert config.edges == Edges(threshold=100, kernel="epanechnikov")
+    lattice = Lattice(points=128)
+    assert config.edges == Edges(threshold=100, kernel="epanechnikov", sampling=lattice)
     assert config.fusion == Product()
     assert isinstance(config.likelihood, BestParticle)
     assert 0 < config.likelihood.epsilon < 0.1

@@ -163,7 +163,7 @@ def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFix
         (["."], 3, "has 2 sequences; give the folder of one."),
         (["nowhere"], 3, "no file or folder nowhere"),
         (["empty"], 3, "No sequence of empty can be used. sequence empty: it has no seqinfo.ini"),
-        (["a", "--detector", "dog"], 2, "--detector is mog2"),
+        (["a", "--detector", "dog"], 2, "A detector is mog2"),
         (["a", "--preset", "dog"], 2, "No preset 'dog'"),
         (["a", "--preset", "mean_shift"], 2, "Objects are followed by particle filters"),
         (["a", "--seed", "-1"], 2, "A seed is a whole number"),

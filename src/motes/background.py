@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.detection import Detection
+from motes.detection import Detection, Detector, PeopleDetector, RecordedDetections
 from motes.errors import ConfigError, LimitError
 from motes.frame import Frame
 from motes.geometry import Box
@@ -248,6 +248,24 @@ def blobs(mask: Mask, least: int) -> list[Box]:
         ).reshape(-1, 5)
     found = found[found[:, 4] >= least]
     return [Box(*row[:4]) for row in found[np.argsort(-found[:, 4], kind="stable")].tolist()]
+
+
+def named_detector(name: str | None) -> Detector:
+    """Return what users call a detector: people, a .txt file, or a background; None for mog2.
+
+    Raises
+    ------
+    ConfigError
+        If there is none of that name.
+    """
+    if name == "people":
+        return PeopleDetector()
+    if name is not None and name.endswith(".txt"):
+        return RecordedDetections(name)
+    if name not in (None, *get_args(Method)):
+        known = ", ".join(get_args(Method))
+        raise ConfigError(f"A detector is {known}, people or a .txt file; got {name!r}.")
+    return BackgroundDetector(name)  # type: ignore[arg-type]
 
 
 def _opencv() -> Any:

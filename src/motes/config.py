@@ -92,7 +92,8 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             got = "" if re.search("got|nvalid", message) else f", got {given}"
             choices = _choices(kind, where.split("."))
             words = f"; known are {', '.join(choices)}" if choices else ""
-            raise ConfigError(f"Config {where}: {message}{got}{words}.") from None
+            place = f"Config {where}: " if where else ""
+            raise ConfigError(f"{place}{message}{got}{words}.") from None
         name = unknown[1]
         known = [key for key in _keys(kind) if key != name]  # it may well be one elsewhere
         near = difflib.get_close_matches(name, known, n=1)

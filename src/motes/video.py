@@ -29,6 +29,8 @@ IMAGE_ENDINGS = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
 )
 
+SCHEMES = ("http", "https", "rtsp", "rtsps")
+
 _TICK = 1e-6
 """Times closer than this, in seconds, are the same but for rounding."""
 
@@ -178,6 +180,12 @@ def open_source(
     return Source(name, reader, start, end, stride)
 
 
+def is_remote(source: str) -> bool:
+    """Return whether a source is a camera or an address, which may answer later if not now."""
+    url = _URL.match(source)
+    return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
+
+
 def read_image(path: str | Path) -> NDArray[np.uint8]:
     """Read an image, upright, as RGB uint8 of shape (height, width, 3).
 
@@ -211,7 +219,7 @@ def _find(source: str) -> tuple[str, _Reader]:
     if source.isdecimal():
         return f"camera {source}", camera(int(source))
     if url := _URL.match(source):
-        if url[1].lower() not in ("http", "https", "rtsp", "rtsps"):
+        if not is_remote(source):
             raise SourceError(f"{url[1]}:// is not known; use http, https, rtsp or rtsps.")
         name = _without_password(source)
         # Over TCP, as UDP loses packets wherever there is a firewall or a full link.

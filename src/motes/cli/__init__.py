@@ -19,7 +19,7 @@ Exit codes:
   3    an input cannot be read
   4    the target was never found
   5    an output exists or cannot be written
-  6    evaluated, but some sequences or trackers failed
+  6    done, but some sequences, trackers or cameras failed
   130  interrupted; what was written is kept
 """
 DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, PARTIAL, INTERRUPTED = *range(7), 130

@@ -23,7 +23,6 @@ from motes.cli.options import (
     worker_count,
 )
 from motes.cli.results import Out, Output, show
-from motes.cli.watch import detector_named
 from motes.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:
@@ -133,6 +132,24 @@ def nummiaro_leaps(
     names = presets or ("nummiaro", "nummiaro:adaptive", "mean_shift", "mean_shift:kalman")
     output = Output("nummiaro-leaps", ("",), out, overwrite)
     return _on_clips(rendered.leaps, names, synthetic.jumping, seeds, clips, output)
+
+
+@app.command(name="two-rooms")
+def two_rooms(
+    *,
+    seeds: Annotated[int, Parameter(group=RUN, help="Rooms and runs.")] = 5,
+    frames: Annotated[int, Parameter(group=RUN, help="Length of each run.")] = 1500,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Nummiaro et al., section VII: from room to room."""
+    _at_least_one(seeds=seeds, frames=frames)
+    output = Output("two-rooms", ("",), out, overwrite)
+
+    from motes.experiments import two_rooms as rooms
+
+    announce_compiling()
+    return show(rooms.two_rooms(seeds, frames), output)
 
 
 @app.command(name="nummiaro-figure9")
@@ -318,11 +335,12 @@ def zhao_figure9(
         A folder with frames and truth as for motes evaluate, with many objects or with one.
     """
     output = Output("zhao-figure9", ("",), out, overwrite, plot=True)
-    finder = None if detector is None else detector_named(detector)
 
+    from motes.background import named_detector
     from motes.evaluate.mot_sequences import has_crowds, load_crowds
     from motes.experiments import detected
 
+    finder = None if detector is None else named_detector(detector)
     if has_crowds(sequence):
         crowds, problems = load_crowds(sequence)
         _refuse_none(sequence, crowds, problems)

@@ -33,7 +33,6 @@ from motes.errors import ConfigError, MotesError
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.counting import Counting, Places
-    from motes.detection import Detector
     from motes.scene import Scene, SceneConfig
     from motes.video import Source
 
@@ -129,8 +128,23 @@ def watch(
     Parameters
     ----------
     source
-        A video, a folder or pattern of images, the number of a camera, or an address.
+        A video, a folder or pattern of images, the number of a camera, or an address; or several
+        cameras, in a .toml file with [[camera]], [[passage]] and [[overlap]]. Of the options it
+        takes -o, --overwrite and --seed; docs/cameras.md has the rest.
     """
+    if source.endswith(".toml"):
+        single = {
+            "detector": detector, "line": line, "zone": zone, "places": places, "start": start,
+            "end": end, "stride": stride != 1, "events": events, "overlay": overlay,
+            "preset": preset != "nummiaro:adaptive", "scale": scale, "config": config, **settings,
+        }  # fmt: skip
+        for option, value in single.items():
+            if value:
+                raise ConfigError(f"--{option} is for one camera, not for a file of several.")
+
+        from motes.cli.watch_rig import watch_rig
+
+        return watch_rig(source, output, overwrite, seed)
     where = _places(line or [], zone or [], places, scale)
     following = _scene_config(preset, config, settings)
     if output is None and overlay is None and events is None:
@@ -140,13 +154,14 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     check_not_source(source, overlay, *files)
 
+    from motes.background import named_detector
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
     from motes.scene import Scene
     from motes.video import open_source
 
     counting = Counting(where)
-    scene = Scene(detector_named(detector), following, seed)
+    scene = Scene(named_detector(detector), following, seed)
     with open_source(source, start=start, end=end, stride=stride) as film:
         outputs: list[Output] = []
         if overlay is not None:
@@ -202,22 +217,6 @@ def _corners(text: str) -> list[float]:
     """Return the numbers of --zone, at least three corners."""
     form = ",".join("xy"[i % 2] for i in range(max(6, text.count(",") + 1)))
     return numbers_of("--zone", text, form)
-
-
-def detector_named(name: str | None) -> Detector:
-    """Return what an option calls a detector."""
-    from motes.background import BackgroundDetector
-    from motes.detection import PeopleDetector, RecordedDetections
-
-    if name == "people":
-        return PeopleDetector()
-    if name is not None and name.endswith(".txt"):
-        return RecordedDetections(name)
-    if name not in (None, "mog2", "knn", "gaussian"):
-        raise ConfigError(
-            f"--detector is mog2, knn, gaussian, people or a .txt file; got {name!r}."
-        )
-    return BackgroundDetector(name)  # type: ignore[arg-type]
 
 
 def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Output]) -> int:

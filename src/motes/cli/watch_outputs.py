@@ -58,7 +58,7 @@ class Output(Protocol):
     def __exit__(self, *exception: object) -> None: ...
 
 
-class _Lines:
+class Lines:
     """Lines that are in a file, or on standard output, as soon as they are written.
 
     The file is made with the first line, or at the end of a run that had none.
@@ -71,6 +71,7 @@ class _Lines:
             check_writable(name, overwrite)
 
     def put(self, lines: Sequence[str]) -> None:
+        """Write lines; raise a FormatError if that fails."""
         file = self._file or self._open()
         rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
@@ -128,7 +129,7 @@ def objects_output(name: str, overwrite: bool, form: Form | None = None) -> Outp
     raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
 
 
-class Rows(_Lines):
+class Rows(Lines):
     """A row for each object in each frame.
 
     As CSV and JSON Lines with `COLUMNS`, of all objects. As the MOTChallenge has it, frames and
@@ -196,7 +197,7 @@ class Annotations:
             write_text(Path(self.name), document(self._frames, self._size))
 
 
-class Events(_Lines):
+class Events(Lines):
     """A line of JSON for each event."""
 
     def write(self, moment: Moment) -> None:

@@ -37,6 +37,7 @@ from motes.evaluate.protocols import Running, Start, starts
 from motes.evaluate.sequences import Problem, Sequence
 from motes.evaluate.views import LONGEST, Viewed, show, views
 from motes.frame import Frame
+from motes.processes import cause, deaf
 from motes.video import open_source
 
 LONGEST_NAME = 120
@@ -195,19 +196,9 @@ def run(
                             idle.append(worker)
                         yield Step(worker.job, errors)
         finally:
-            with _deaf():
+            with deaf():
                 for worker in (*idle, *busy):
                     worker.end()
-
-
-@contextlib.contextmanager
-def _deaf() -> Iterator[None]:
-    """Let an interrupt by the keyboard wait."""
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 class _Worker:
@@ -218,7 +209,7 @@ class _Worker:
     def __init__(self, context: SpawnContext, out: Path, scratch: str) -> None:
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, out, scratch))
-        with _deaf():  # and so is the process, from its first instruction on: Ctrl-C is for us
+        with deaf():  # and so is the process, from its first instruction on: Ctrl-C is for us
             self._process.start()
         theirs.close()
         self.alive = True
@@ -253,7 +244,7 @@ class _Worker:
         error = (
             f"It took longer than the {time_limit:g} s that each job has, and was stopped."
             if running
-            else f"Its process ended with {_cause(self._process.exitcode)}."
+            else f"Its process ended with {cause(self._process.exitcode)}."
         )
         return dict.fromkeys(self.job.passes, error)
 
@@ -266,13 +257,6 @@ class _Worker:
         self._process.kill()
         self._process.join()
         self._pipe.close()
-
-
-def _cause(code: int | None) -> str:
-    if code is None or code >= 0:
-        return f"exit code {code}"
-    name = signal.Signals(-code).name
-    return f"{name} (was there too little memory?)" if name == "SIGKILL" else name
 
 
 # In a worker
