@@ -37,6 +37,8 @@ ORDER = [
     "tracker",
     "trackers",
     "association",
+    "objects",
+    "births",
     "scene",
     "counting",
     "decoder",

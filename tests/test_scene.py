@@ -12,15 +12,16 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import synthetic
-from motes.association import Association, assign, inside, meet
+from motes.association import Account, Association, Outcome, assign, inside, meet
 from motes.background import BackgroundDetector
 from motes.detection import Detection
 from motes.errors import ConfigError, SourceError
 from motes.frame import Frame
 from motes.geometry import Box, iou
+from motes.objects import SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS
-from motes.scene import Account, Outcome, Scene, SceneTrack, scene_config
+from motes.scene import Scene, scene_config
 from motes.synthetic import Clip, Truth
 from motes.track import Status
 
