@@ -28,7 +28,7 @@ class Outcome(StrEnum):
     CANDIDATE = "candidate"
     """It may be an object; the next frames will tell."""
     SEVERAL = "several objects"
-    """Two or more objects lie in it, as in a blob where they touch."""
+    """Two or more objects lie in it, as in a blob where they touch, and share it."""
     PART = "part of an object"
     """It lies on an object that has a better detection, or that is being followed without."""
     DOUBLE = "the same as a surer one"
@@ -132,6 +132,28 @@ def inside(first: Floats, second: Floats) -> Floats:
     areas = first[:, 2:].prod(axis=1)
     shares: Floats = np.clip(high - low, 0, None).prod(axis=2) / areas[:, None]
     return shares
+
+
+def divided(places: Floats, blob: Box) -> Floats:
+    """Return where objects are in a box that holds them all, each with its own size: (n, 4).
+
+    On each side, the outermost one touches the box's edge; otherwise they are where they should be.
+
+    Parameters
+    ----------
+    places
+        (n, 4), boxes where they should be.
+    blob
+        The box that holds them.
+    """
+    out, blob_low = places.copy(), np.array(blob[:2])
+    for axis in range(2):
+        low, size = places[:, axis], places[:, 2 + axis]
+        first, last = int(low.argmin()), int((low + size).argmax())
+        if first != last:  # one that is both may be hidden in part, or hide the others
+            out[first, axis] = blob_low[axis]
+            out[last, axis] = blob_low[axis] + blob[2 + axis] - size[last]
+    return out
 
 
 def meet(first: Box, second: Box) -> bool:

@@ -114,10 +114,13 @@ class Object:
         self._move(old, self.place)
         self.detected = False
 
-    def detect(self, box: Box, time: float) -> None:
-        """Put it where it is detected."""
-        ellipse = fitting(self.tracker, box)
-        self._move(self.place, ellipse)
+    def detect(self, box: Box, time: float, steadiness: float = 0.0) -> None:
+        """Put it where it is detected; that share of its size is kept of the old."""
+        found, old = fitting(self.tracker, box), self.place
+        a = steadiness * old.a + (1 - steadiness) * found.a
+        b = steadiness * old.b + (1 - steadiness) * found.b
+        ellipse = found._replace(a=a, b=b)
+        self._move(old, ellipse)
         self.state = replace(self.state, first=ellipse, status=Status.TRACKING, missed=0)
         self.track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
         self.seen, self.detected, self.behind = time, True, None

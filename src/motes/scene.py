@@ -7,7 +7,6 @@ by its model when it comes up.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated
@@ -17,7 +16,7 @@ from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.association import Account, Association, Outcome, as_rows, assign, inside, meet
+from motes.association import Account, Association, Outcome, as_rows, assign, divided, inside, meet
 from motes.births import Births
 from motes.config import Config, Count, NonNegative, Positive, Share
 from motes.detection import Detection, Detector, best
@@ -48,6 +47,8 @@ class SceneConfig(Config, frozen=True):
         A detection becomes an object when it is confirmed in so many frames in a row.
     inertia
         Share of its velocity that an object keeps when a detection says another one.
+    steadiness
+        Share of its size that an object keeps when a detection says another one.
     covered
         An object is hidden by another if that covers more than this share of it.
     alone
@@ -64,6 +65,7 @@ class SceneConfig(Config, frozen=True):
     doubt: Share = 0.25
     confirm: Count = 3
     inertia: Share = 0.8
+    steadiness: Share = 0.5
     covered: Annotated[float, Meta(gt=0, le=1)] = 0.3
     alone: NonNegative = 0.12
     patience: Positive = 2.0
@@ -207,23 +209,31 @@ class Scene:
         places = as_rows(thing.place.box for thing in things)
         boxes = as_rows(each.box for each in found)
         # A detection in which two objects lie, and which is larger than either, is not one of them.
-        within = inside(places, boxes) > WITHIN
+        shares = inside(places, boxes)
+        within = shares > WITHIN
         areas = np.where(within, places[:, 2:].prod(axis=1)[:, None], 0).max(axis=0)
         several = (within.sum(axis=0) > 1) & (boxes[:, 2:].prod(axis=1) > LARGER * areas)
-        overlaps = np.where(several, 0, iou(places[:, None], boxes))
-        costs = self.config.association.costs(overlaps, _distances(things, frame, boxes))
+        holder = np.where(within & several, shares, 0.0)
+        held = holder.max(axis=1) > 0
         taken = set(np.flatnonzero(several).tolist())
         for j in taken:
             self.accounts.append(Account(found[j], Outcome.SEVERAL))
-            for thing in itertools.compress(things, within[:, j]):
-                thing.seen = frame.time
+            mine = np.flatnonzero(held & (holder.argmax(axis=1) == j))
+            shared = divided(places[mine], found[j].box)
+            for i, box in zip(mine.tolist(), shared.tolist(), strict=True):
+                self._see(things[i], Box(*box), frame, dt)
+        overlaps = np.where(several | held[:, None], 0, iou(places[:, None], boxes))
+        costs = self.config.association.costs(overlaps, _distances(things, frame, boxes))
         for i, j in assign(costs):
-            thing = things[i]
-            thing.detect(found[j].box, frame.time)
-            thing.turn(self.config.inertia, dt)
-            self.accounts.append(Account(found[j], Outcome.MATCHED, thing.identity))
+            self._see(things[i], found[j].box, frame, dt)
+            self.accounts.append(Account(found[j], Outcome.MATCHED, things[i].identity))
             taken.add(j)
         return [each for j, each in enumerate(found) if j not in taken]
+
+    def _see(self, thing: Object, box: Box, frame: Frame, dt: float) -> None:
+        """Put an object that was just seen where it is now, and learn how fast it is."""
+        thing.detect(box, frame.time, self.config.steadiness)
+        thing.turn(self.config.inertia, dt)
 
     def _follow(self, frame: Frame, dt: float) -> None:
         """Look for the objects that were just seen, around where they are detected or should be.
