@@ -241,8 +241,9 @@ class Scene:
         Where one may hide another, no model learns.
         """
         near = [thing for thing in self._objects if not thing.hidden]
-        for thing in near:
-            met = any(o is not thing and meet(thing.place.box, o.place.box) for o in near)
+        places = [thing.place.box for thing in near]
+        for i, thing in enumerate(near):
+            met = any(j != i and meet(places[i], other) for j, other in enumerate(places))
             thing.look(frame, dt, learn=not met)
 
     def _hide(self, frame: Frame) -> None:
