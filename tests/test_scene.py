@@ -74,12 +74,12 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
         (track,) = stage.show([walker(i)])
         assert track.identity == 1
         assert track.track.box == pytest.approx(walker(i))
-    for _ in range(35):
+    for _ in range(60):
         stage.show([walker(19)])
-    statuses = [[t.track.status for t in stage.show([None])] for _ in range(60)]
+    statuses = [[t.track.status for t in stage.show([None])] for _ in range(90)]
     assert statuses[0] == [Status.OCCLUDED]  # the appearance rule sees that nothing is there
     last = statuses.index([Status.LOST])
-    assert last == pytest.approx(2.0 * 25, abs=1)  # seconds of patience
+    assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
     assert all(each == [] for each in statuses[last + 1 :])
     assert (stage.scene.born, stage.scene.gone) == (1, 1)
 

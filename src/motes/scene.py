@@ -68,7 +68,7 @@ class SceneConfig(Config, frozen=True):
     steadiness: Share = 0.5
     covered: Annotated[float, Meta(gt=0, le=1)] = 0.3
     alone: NonNegative = 0.12
-    patience: Positive = 2.0
+    patience: Positive = 3.0
     farewell: NonNegative = 0.2
 
 
@@ -219,6 +219,8 @@ class Scene:
         for j in taken:
             self.accounts.append(Account(found[j], Outcome.SEVERAL))
             mine = np.flatnonzero(held & (holder.argmax(axis=1) == j))
+            if not len(mine):  # those in it lie better in another such detection
+                continue
             shared = divided(places[mine], found[j].box)
             for i, box in zip(mine.tolist(), shared.tolist(), strict=True):
                 self._see(things[i], Box(*box), frame, dt)
