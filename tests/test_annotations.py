@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from motes.annotations import coco, cvat
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.track import Status
 from test_counting import seen
 

@@ -139,7 +139,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert error.splitlines() == [
         "motes: sequence b: gt/gt.txt, line 2: frame 1 has the identity 1 already in line 1",
         "motes: tracker nix: There is no tracker of this name for many objects; known are "
-        "trackers:sort, trackers:bytetrack.",
+        "motes:scene, trackers:sort, trackers:bytetrack.",
         "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
         "motes: 2 passes, 1 failed; wrote failing/report.html.",
     ]

@@ -11,7 +11,7 @@ import pytest
 from motes.counting import Counting, Event, Line, Places, Zone, crossing
 from motes.errors import ConfigError
 from motes.geometry import Ellipse
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.track import Status, Track
 
 

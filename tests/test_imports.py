@@ -38,6 +38,8 @@ ORDER = [
     "tracker",
     "trackers",
     "association",
+    "objects",
+    "births",
     "scene",
     "ground",
     "counting",

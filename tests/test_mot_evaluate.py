@@ -151,6 +151,31 @@ def test_peers_follow_two_that_walk(crowd: Crowd, name: str, late: int) -> None:
         np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
 
 
+def test_our_scene_follows_two_that_walk(crowd: Crowd) -> None:
+    found = followed(crowd, "motes:scene").rows
+    late = 2  # three frames make an object
+    assert found.ids.tolist() == [1, 2] * (12 - late)
+    assert crowd.detections is not None
+    np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
+
+
+def test_our_scenes_clock_goes_by_the_frame_rate(crowd: Crowd) -> None:
+    """Who is undetected is followed by colors for 0.12 s: two frames at 25 a second, none at 5."""
+    assert crowd.detections is not None
+    gap = crowd.detections.where(~np.isin(crowd.detections.frames, [9]))
+    fast, slow = (
+        followed(replace(crowd, rate=rate, detections=gap), "motes:scene").rows for rate in (25, 5)
+    )
+    assert 9 in fast.frames
+    assert 9 not in slow.frames
+
+
+def test_our_scene_has_seeds_and_says_its_values(crowd: Crowd) -> None:
+    entry = crowd_entry("motes:scene")
+    assert entry.stochastic
+    assert "[association]" in entry.configuration
+
+
 @pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
 def test_peers_wait_for_a_second(crowd: Crowd, rate: float, tracks: int) -> None:
     pytest.importorskip("trackers")
@@ -160,12 +185,14 @@ def test_peers_wait_for_a_second(crowd: Crowd, rate: float, tracks: int) -> None
     assert len(np.unique(found.ids)) == tracks
 
 
-def test_peers_need_detections(home: Path) -> None:
-    pytest.importorskip("trackers")
+@pytest.mark.parametrize("name", ["motes:scene", "trackers:sort"])
+def test_some_need_detections(home: Path, name: str) -> None:
+    if name.startswith("trackers"):
+        pytest.importorskip("trackers")
     (home / "data" / "film" / "det" / "det.txt").unlink()
     crowd = load_crowds(home / "data")[0][0]
     with pytest.raises(ConfigError, match=r"no det/det\.txt; name a --detector"):
-        followed(crowd, "trackers:sort")
+        followed(crowd, name)
     assert len(followed(crowd, "many:Blind").rows.ids) == 12
 
 
@@ -303,7 +330,7 @@ def test_names(home: Path) -> None:
     for (_, what), expected in zip(
         found,
         [
-            "no tracker of this name for many objects; known are trackers:sort, trackers:byte",
+            "no tracker of this name for many objects; known are motes:scene, trackers:so",
             "no tracker of this name for many objects; did you mean trackers:sort?",
             "nor a module no; known are",
             "no cannot be read: No such file or directory",

@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
+    from motes.objects import SceneTrack
     from motes.presets import PRESETS, configure, preset
-    from motes.scene import Scene, SceneTrack
+    from motes.scene import Scene
     from motes.target import Place, Target
     from motes.track import Status, Track
     from motes.tracker import OpenCVTracker, Tracker
@@ -38,7 +39,7 @@ _HOMES = {
     "OpenCVTracker": "tracker",
     "Place": "target",
     "Scene": "scene",
-    "SceneTrack": "scene",
+    "SceneTrack": "objects",
     "SourceError": "errors",
     "Status": "track",
     "Target": "target",

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import msgspec
 
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.track import Status
 
 Size: TypeAlias = tuple[int, int]

@@ -1,14 +1,51 @@
-"""Which detection is which object: by overlap and by appearance, one to one."""
+"""Which detection is which object, by overlap and by appearance, one to one; what became of it."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.config import Config, NonNegative, Share
+from motes.detection import Detection
 from motes.geometry import Box
 
 Floats = NDArray[np.float64]
+
+
+class Outcome(StrEnum):
+    """What became of a detection."""
+
+    MATCHED = "matched"
+    """It is where an object is that was just seen."""
+    FOUND = "found"
+    """It is where an object comes up again that was hidden."""
+    BORN = "born"
+    """It makes an object of a candidate."""
+    CANDIDATE = "candidate"
+    """It may be an object; the next frames will tell."""
+    SEVERAL = "several objects"
+    """Two or more objects lie in it, as in a blob where they touch, and share it."""
+    PART = "part of an object"
+    """It lies on an object that has a better detection, or that is being followed without."""
+    DOUBLE = "the same as a surer one"
+    """It lies on a detection that scores higher, or is larger."""
+    DOUBTFUL = "doubtful"
+    """It is among the least sure detections so far, which begin no objects."""
+    USELESS = "too small, too large or outside"
+    """No tracker can start on it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Account:
+    """A detection, what became of it, and which object it went to."""
+
+    detection: Detection
+    outcome: Outcome
+    identity: int | None = None
 
 
 class Association(Config, frozen=True):
@@ -81,6 +118,11 @@ def assign(costs: Floats) -> list[tuple[int, int]]:
     return [(i, j) for i, j in pairs if allowed[i, j]]
 
 
+def as_rows(boxes: Iterable[Box]) -> Floats:
+    """Return boxes as (n, 4)."""
+    return np.array(list(boxes), np.float64).reshape(-1, 4)
+
+
 def inside(first: Floats, second: Floats) -> Floats:
     """Return which share of each box (n, 4) lies inside each other one (m, 4): (n, m)."""
     low = np.maximum(first[:, None, :2], second[None, :, :2])
@@ -90,6 +132,28 @@ def inside(first: Floats, second: Floats) -> Floats:
     areas = first[:, 2:].prod(axis=1)
     shares: Floats = np.clip(high - low, 0, None).prod(axis=2) / areas[:, None]
     return shares
+
+
+def divided(places: Floats, blob: Box) -> Floats:
+    """Return where objects are in a box that holds them all, each with its own size: (n, 4).
+
+    On each side, the outermost one touches the box's edge; otherwise they are where they should be.
+
+    Parameters
+    ----------
+    places
+        (n, 4), boxes where they should be.
+    blob
+        The box that holds them.
+    """
+    out, blob_low = places.copy(), np.array(blob[:2])
+    for axis in range(2):
+        low, size = places[:, axis], places[:, 2 + axis]
+        first, last = int(low.argmin()), int((low + size).argmax())
+        if first != last:  # one that is both may be hidden in part, or hide the others
+            out[first, axis] = blob_low[axis]
+            out[last, axis] = blob_low[axis] + blob[2 + axis] - size[last]
+    return out
 
 
 def meet(first: Box, second: Box) -> bool:

@@ -38,7 +38,7 @@ RECENT = 50
 """Frames over which it is learned how bright pixels usually are, of those looked at, ..."""
 SPARSE = 8
 """... which are every so many in x and y."""
-GAP = (0.022, 0.008)
+GAP = (0.06, 0.008)
 """Patches closer than these shares of the frame's height and width, in y and x, are one object."""
 
 

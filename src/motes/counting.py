@@ -14,7 +14,7 @@ from msgspec import Meta
 from motes.config import Config, from_dict, from_toml
 from motes.errors import ConfigError
 from motes.ground import Ground
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.track import Status
 
 Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "leaves"]

@@ -29,8 +29,9 @@ from motes.frame import Frame
 from motes.geometry import Box
 from motes.handover import Camera, Handover, Report, Rig, Sighting
 from motes.live import Live, open_watched
+from motes.objects import SceneTrack
 from motes.processes import cause, deaf
-from motes.scene import Scene, SceneTrack
+from motes.scene import Scene
 from motes.track import Status
 
 CUE = Color()

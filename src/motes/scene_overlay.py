@@ -11,8 +11,8 @@ from PIL import Image, ImageDraw
 
 from motes.counting import Places
 from motes.frame import as_rgb
+from motes.objects import SceneTrack
 from motes.overlay import font
-from motes.scene import SceneTrack
 from motes.track import Status
 
 Color = tuple[int, int, int]

@@ -241,12 +241,14 @@ def crossing(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 
     return Clip(size, (Target(behind), Target(front, colors)), seed=seed)
 
 
-def hiding(size: tuple[int, int] = (320, 240), length: int = 12, seed: int = 0) -> Clip:
+def hiding(
+    size: tuple[int, int] = (320, 240), length: int = 12, seed: int = 0, alike: bool = False
+) -> Clip:
     """Return a clip in which a target walks behind a larger one that comes towards it.
 
     Both enter and leave the frame, the small one from the left. It is hidden whole for about
     `length` frames, in which it keeps its pace. The seed also chooses their colors, and how high
-    they walk.
+    they walk. If they are `alike`, both have the same colors.
     """
     rng, scale = np.random.default_rng((seed, 3)), scale_of(size)
     a, b, speed = 32 * scale, 24 * scale, 2.4 * scale  # of each; they approach twice as fast
@@ -254,6 +256,7 @@ def hiding(size: tuple[int, int] = (320, 240), length: int = 12, seed: int = 0) 
     way = np.arange(-0.5, 0.5, speed / (size[0] + 4 * large[0])) * (size[0] + 4 * large[0])
     (x, y), off = _center(size), rng.uniform(-0.15, 0.15) * size[1]
     behind, front = COATS[rng.permutation(len(COATS))[:2]].tolist()
+    front = behind if alike else front
     walks = (
         Target(_states(x + way, y + off, a, b, 0.0), _coat(behind)),
         Target(_states(x - way, y + off, *large, math.pi), _coat(front)),

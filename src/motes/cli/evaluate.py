@@ -29,6 +29,7 @@ from motes.evaluate import contents, mot_metrics, mot_report, mot_results, plots
 from motes.evaluate.contestants import Own
 from motes.evaluate.entries import crowd_entry, detecting, enter
 from motes.evaluate.folder import prepare, record
+from motes.evaluate.mot_contestants import SCENE
 from motes.evaluate.mot_results import CrowdEvaluation, CrowdOutcome
 from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
 from motes.evaluate.protocols import SHORTEST
@@ -176,7 +177,7 @@ def evaluate(
     now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
-    if any(entry.make.func is Own for entry in entries):
+    if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
         announce_compiling()
     errors: dict[Pass, str] = {}
     interrupted = False

@@ -353,6 +353,32 @@ def zhao_figure9(
     return show(detected.figure9(crowds[0], finder, preset, seed), output, problems)
 
 
+@app.command
+def occlusions(
+    *,
+    hidden: Annotated[
+        list[int] | None,
+        Parameter(
+            negative=(), help="Frames a target is hidden, again for each; else 5, 10, ... 60."
+        ),
+    ] = None,
+    clips: Clips = 10,
+    out: Out = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Zhao and Pei, section 3: identities through full occlusions."""
+    _at_least_one(clips=clips)
+    lengths = hidden or [5, 10, 20, 30, 45, 60]
+    if min(lengths) < 5:
+        raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
+    output = Output("occlusions", ("",), out, overwrite)
+
+    from motes.experiments import occlusions as experiment
+
+    announce_compiling()
+    return show(experiment.occlusions(lengths, clips), output)
+
+
 def _at_least_one(**counts: int) -> None:
     for name, count in counts.items():
         if count < 1:

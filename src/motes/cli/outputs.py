@@ -12,9 +12,9 @@ from motes.cli.watch_outputs import Moment, objects_output
 from motes.errors import FormatError
 from motes.formats import Form, TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL
+from motes.objects import SceneTrack
 from motes.overlay import draw
 from motes.presets import TrackerConfig
-from motes.scene import SceneTrack
 from motes.track import Status
 from motes.writer import VideoWriter
 

@@ -15,7 +15,7 @@ from motes.cli.watch_outputs import Form, Moment, Output, Overlay, objects_outpu
 from motes.counting import Places
 from motes.errors import MotesError
 from motes.frame import Frame
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.track import Status
 from motes.trackers import Trackers
 from motes.video import Source

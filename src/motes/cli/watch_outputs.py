@@ -16,7 +16,7 @@ from motes.counting import Event, Places
 from motes.errors import ConfigError, FormatError
 from motes.formats import check_writable
 from motes.frame import FRAME_INTERVAL, Frame
-from motes.scene import SceneTrack
+from motes.objects import SceneTrack
 from motes.scene_overlay import Point, draw_scene
 from motes.track import Status
 from motes.writer import VideoWriter

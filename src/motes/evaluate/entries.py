@@ -21,6 +21,7 @@ Where all objects of a video are followed, a name is one of
 
 | name | is |
 |---|---|
+| `motes:scene` | our `Scene`, with its own values |
 | `trackers:sort`, `trackers:bytetrack` | a tracker of the package `trackers` |
 | `results=FOLDER` | results that are there already, SEQUENCE.txt for each sequence |
 | `module:factory` | a Python callable |
@@ -63,9 +64,12 @@ from motes.evaluate.peers import PEERS, STOCHASTIC, opencv
 from motes.evaluate.sequences import Problem
 from motes.meanshift import MeanShift
 from motes.presets import TrackerConfig
+from motes.scene import scene_config
 
 KNOWN = [*presets.PRESETS, *PEERS]
 """Names of trackers that motes has or knows."""
+KNOWN_CROWDS = [mot.SCENE, *mot.PEERS]
+"""The same where there are many objects."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,16 +151,18 @@ def crowd_entry(name: str) -> Entry:
         As `entry` does.
     """
     kind, colon, rest = name.partition(":")
+    if name == mot.SCENE:
+        return Entry(name, to_toml(scene_config()), True, partial(mot.Watching))
     if name in mot.PEERS:
         mot.peers()
         version = f"trackers {metadata.version('trackers')}"
         return Entry(name, version, False, partial(mot.Associating, name))
     if name.startswith("results="):
         return _recorded(name, Path(name.removeprefix("results=")))
-    if colon and rest and kind != "trackers":
-        return _callable(name, mot.Made, list(mot.PEERS))
+    if colon and rest and kind not in ("motes", "trackers"):
+        return _callable(name, mot.Made, KNOWN_CROWDS)
     raise ConfigError(
-        f"There is no tracker of this name for many objects; {_hint(name, list(mot.PEERS))}"
+        f"There is no tracker of this name for many objects; {_hint(name, KNOWN_CROWDS)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""What follows many objects in an evaluation: peers, a callable's trackers, files of results.
+"""What follows many objects in an evaluation: our scene, peers, callables' trackers, results.
 
 `entries` finds them by name. All get the same detections and give boxes with identities, 0-based.
 """
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from motes.association import as_rows
 from motes.background import BackgroundDetector
 from motes.detection import Detection, Detector
 from motes.errors import ConfigError, FormatError, LimitError
@@ -21,9 +22,13 @@ from motes.evaluate.contestants import LARGEST, import_factory
 from motes.evaluate.mot_rows import read_rows
 from motes.frame import Frame
 from motes.geometry import Box, as_ellipse
+from motes.scene import Scene
+from motes.track import Status
 
 PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
 """Names, and the classes of the package `trackers`."""
+SCENE = "motes:scene"
+"""Name of what motes has."""
 BACKGROUND = "background"
 """Name of the detector that motes has."""
 
@@ -93,11 +98,8 @@ class Associating:
 
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
         """Ask it."""
-        if detections is None:
-            raise ConfigError(
-                f"{self._name} needs detections, but there is no det/det.txt; name a --detector."
-            )
-        boxes = np.array([found.box for found in detections], np.float64).reshape(-1, 4)
+        detections = _needed(self._name, detections)
+        boxes = as_rows(found.box for found in detections)
         given = self._supervision.Detections(
             xyxy=np.hstack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]]),
             confidence=np.array([found.score for found in detections], np.float64),
@@ -117,6 +119,38 @@ class Associating:
             ],
             seconds,
         )
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Watching:
+    """The `Scene` of motes, with its own values; who is hidden is not said.
+
+    Parameters
+    ----------
+    seed
+        Of its random numbers.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+
+    def start(self, info: Info) -> None:
+        """Begin a scene, whose clock goes by the sequence's frame rate."""
+        self._rate, self._found = info.rate, list[Detection]()
+        self._scene = Scene(lambda _: self._found, seed=self._seed)
+
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
+        """Ask it."""
+        self._found = _needed(SCENE, detections)
+        picture = Frame(frame.index, frame.index / self._rate, frame.pixels)
+        start = time.perf_counter()
+        said = self._scene.update(picture)
+        seconds = time.perf_counter() - start
+        seen = (each for each in said if each.track.status is Status.TRACKING)
+        found = [Found(each.identity, each.track.box, each.track.confidence) for each in seen]
+        return Said(found, seconds)
 
     def close(self) -> None:
         """Do nothing."""
@@ -174,6 +208,15 @@ def peers() -> tuple[Any, Any]:
             "SORT and ByteTrack need the package trackers; install it: pip install 'motes[peers]'."
         ) from None
     return supervision, trackers
+
+
+def _needed(name: str, detections: Sequence[Detection] | None) -> list[Detection]:
+    """Return detections; raise a ConfigError if there are none to be had."""
+    if detections is None:
+        raise ConfigError(
+            f"{name} needs detections, but there is no det/det.txt; name a --detector."
+        )
+    return list(detections)
 
 
 def _found(identity: Any, box: Iterable[float], confidence: Any) -> Found:
