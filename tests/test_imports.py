@@ -35,6 +35,7 @@ ORDER = [
     "target",
     "detection",
     "background",
+    "lookalike",
     "tracker",
     "trackers",
     "association",

@@ -53,6 +53,15 @@ def watch(
             "mog2, or gaussian where OpenCV is not installed.",
         ),
     ] = None,
+    like: Annotated[
+        str | None,
+        Parameter(
+            group=OBJECTS,
+            allow_leading_hyphen=True,
+            help="Instead: all that look like what is in this box of the first frame, as the "
+            "players of a team: x,y,width,height. The camera may move.",
+        ),
+    ] = None,
     line: Annotated[
         list[str] | None,
         Parameter(
@@ -134,8 +143,8 @@ def watch(
     """
     if source.endswith(".toml"):
         single = {
-            "detector": detector, "line": line, "zone": zone, "places": places, "start": start,
-            "end": end, "stride": stride != 1, "events": events, "overlay": overlay,
+            "detector": detector, "like": like, "line": line, "zone": zone, "places": places,
+            "start": start, "end": end, "stride": stride != 1, "events": events, "overlay": overlay,
             "preset": preset != "nummiaro:adaptive", "scale": scale, "config": config, **settings,
         }  # fmt: skip
         for option, value in single.items():
@@ -157,11 +166,18 @@ def watch(
     from motes.background import named_detector
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
+    from motes.lookalike import LookalikeDetector
     from motes.scene import Scene
     from motes.video import open_source
 
     counting = Counting(where)
-    scene = Scene(named_detector(detector), following, seed)
+    if like is None:
+        finder = named_detector(detector)
+    elif detector is None:
+        finder = LookalikeDetector(numbers_of("--like", like, "x,y,width,height"))
+    else:
+        raise ConfigError("--like and --detector contradict each other; give one of them.")
+    scene = Scene(finder, following, seed)
     with open_source(source, start=start, end=end, stride=stride) as film:
         outputs: list[Output] = []
         if overlay is not None:
