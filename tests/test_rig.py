@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import decoder, live
@@ -25,7 +26,7 @@ from motes.geometry import Box
 from motes.handover import Camera, Handover, Report, Rig
 from motes.live import open_watched
 from motes.rig import Lookout
-from motes.scene import Scene
+from motes.scene import Scene, scene_config
 from motes.target import Place
 from motes.writer import VideoWriter
 from streams import camera
@@ -234,7 +235,8 @@ def _until(done: Callable[[], bool]) -> None:
 def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
-    lookout = Lookout(Camera("one", ""), Scene(red))
+    # Its own scene has forgotten who was there by the time that the camera is back.
+    lookout = Lookout(Camera("one", ""), Scene(red, replace(scene_config(), patience=0.1)))
     handover, own, said = Handover(Rig((Camera("one", ""),))), set(), []
     with camera(moving) as stream, open_watched(stream.url) as film:
         for news in film:
@@ -250,6 +252,7 @@ def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.Monk
                 stream.stalled.set()
             if len(own) == 2 and report.frame > 100:
                 break
+            assert report.frame < 600
     assert len(said) == 2  # it stalls, it is back
 
 
