@@ -197,6 +197,35 @@ def lost_status(evaluation: Evaluation, protocol: str) -> Table:
     )
 
 
+def recovery(evaluation: Evaluation, protocol: str) -> Table:
+    """Return a table of how often each tracker finds the target again, and how well it knows where.
+
+    Without the former in `reset`, where it is not left to the tracker.
+    """
+    rows: list[Row] = []
+    for tracker in evaluation.trackers:
+        again, inside = (
+            evaluation.recovery(tracker, protocol),
+            evaluation.coverage(tracker, protocol),
+        )
+        cells = [number(inside.total, 0), number(inside.share)]
+        if protocol != "reset":
+            cells = [number(again.total, 1), number(again.share), *cells]
+        rows.append((Cell(tracker), *cells))
+    head: tuple[str, ...] = ("tracker", "frames with a covariance", "truth within 95 %")
+    note = (
+        "Within 95 %: the share of these frames, with the target and status tracking, in which its "
+        "true center lies in the 95 % ellipse of the tracker's position."
+    )
+    if protocol != "reset":
+        head = ("tracker", "losses", "found again", *head[1:])
+        note = (
+            "A loss: the IoU falls below 0.1, and the target is there for 30 frames in a row after "
+            f"that. Found again: the share of losses with an IoU above 0.5 later. {note}"
+        )
+    return Table("Does it find the target again?", head, rows, note=note)
+
+
 def times(evaluation: Passes[Any], protocol: str) -> Table:
     """Return a table of the time that each tracker takes for an update, with bars."""
     seconds = [evaluation.seconds(tracker, protocol) for tracker in evaluation.trackers]

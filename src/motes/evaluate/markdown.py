@@ -22,7 +22,12 @@ def summary(
         tables = [contents.overall(evaluation, protocol)]
         if len(evaluation.trackers) > 1:
             tables.append(contents.comparisons(evaluation, protocol))
-        for make in (contents.per_sequence, contents.lost_status, contents.times):
+        for make in (
+            contents.per_sequence,
+            contents.lost_status,
+            contents.recovery,
+            contents.times,
+        ):
             tables.append(make(evaluation, protocol))
         if protocol == "robust":
             tables.append(contents.per_view(evaluation))

@@ -120,6 +120,7 @@ def _closer(evaluation: Evaluation, protocol: str) -> Iterable[str]:
         (contents.per_sequence(evaluation, protocol), column_tints(len(evaluation.trackers))),
         (contents.times(evaluation, protocol), lambda row, _: tracker_tint(row)),
         (contents.lost_status(evaluation, protocol), page.no_tint),
+        (contents.recovery(evaluation, protocol), page.no_tint),
     ):
         yield page.headed(table.title + aside, page.table(table, tint))
     yield page.headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))

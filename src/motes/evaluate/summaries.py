@@ -63,6 +63,21 @@ class LostStatus(NamedTuple):
     f1: Mean
 
 
+class Share(NamedTuple):
+    """A share of what there is in all passes of a seed.
+
+    Attributes
+    ----------
+    total
+        How much there is.
+    share
+        NaN where there is nothing.
+    """
+
+    total: Mean
+    share: Mean
+
+
 def measure(protocol: str) -> str:
     """Return the column of results.csv by which trackers are ranked in a protocol."""
     return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
@@ -235,6 +250,34 @@ class Evaluation(Passes[Outcome]):
                 )
                 rows.append((true.mean(), said.mean(), *scores))
         return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
+
+    def recovery(self, tracker: str, protocol: str) -> Share:
+        """Return how many losses count, and the share after which the target was found again."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            return _column(outcome, "losses"), _column(outcome, "recovered")
+
+        return self._pooled(tracker, protocol, count)
+
+    def coverage(self, tracker: str, protocol: str) -> Share:
+        """Return in how many frames a tracker says how far off it may be, and is right in 95 %."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            assert outcome.fit is not None
+            known = outcome.fit.covered[np.isfinite(outcome.fit.covered)]
+            return known.size, known.sum()
+
+        return self._pooled(tracker, protocol, count)
+
+    def _pooled(
+        self, tracker: str, protocol: str, count: Callable[[Outcome], tuple[float, float]]
+    ) -> Share:
+        """Return a share of all that is counted of the passes: how much there is, and the share."""
+        rows = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
+            rows.append((whole, part / whole if whole else np.nan))
+        return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
 
     def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
         """Return a tracker's reliability over all passes; None if it has no confidence.
