@@ -208,6 +208,10 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --reference gone.csv", 3, "gone.csv cannot be read"),
         ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf takes no part; give --tracker cv2:kcf"),
+        ("data --folds 1", 2, "--folds is 1; give 2 or more"),
+        ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
+        ("data --tracker nummiaro --tracker mine:Still --folds 2", 2, "name two or more"),
         ("data --out data/a/groundtruth_rect.txt", 5, "cannot be written"),
     ],
 )
@@ -246,6 +250,20 @@ def test_a_video_with_its_truth(go: Go) -> None:
     )
     assert code == 0
     assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
+
+
+def test_folds(go: Go) -> None:
+    line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
+    assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
+    text = Path("folds/summary.md").read_text()
+    chosen = re.findall(
+        r"\n\| ([12]) \| 1 \| (my\.toml|mean\\?_shift) \| (?:-?\d\.\d+ \| ?){4}", text
+    )
+    assert [fold for fold, _ in chosen] == ["1", "2"]
+    assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
+    assert "How many times as fast as mine:Still" in text
+    assert go(f"{line} --out folds --resume")[0] == 0
+    assert "folds" not in Path("folds/summary.md").read_text()
 
 
 @contextlib.contextmanager

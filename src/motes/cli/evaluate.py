@@ -41,6 +41,7 @@ from motes.evaluate.sequences import Sequence as Film
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Table, counted
 from motes.evaluate.views import LONGEST
+from motes.evaluate.wanted import PEER, Wanted
 
 TRACKERS = """\
 Trackers:
@@ -117,6 +118,22 @@ def evaluate(
         Path | None,
         Parameter(group=OUTPUT, help="CSV file of other people's numbers, for the report."),
     ] = None,
+    peer: Annotated[
+        str | None,
+        Parameter(
+            group=OUTPUT,
+            help=f"The tracker whose time the others are set against; else {PEER}, if it "
+            "takes part.",
+        ),
+    ] = None,
+    folds: Annotated[
+        int | None,
+        Parameter(
+            group=OUTPUT,
+            help="Choose among presets and configurations on all but one of so many parts of the "
+            "dataset, and report on that one.",
+        ),
+    ] = None,
     resume: Annotated[
         bool,
         Parameter(
@@ -152,8 +169,17 @@ def evaluate(
     if not plots.available():
         raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
     many = has_crowds(dataset)
-    single = {"protocol": protocol, "annotation": annotation, "first-pixel": first_pixel}
-    _check_kind(many, tracker, {**single, "reference": reference}, {"detector": detector})
+    single: dict[str, object] = {
+        "protocol": protocol,
+        "annotation": annotation,
+        "first-pixel": first_pixel,
+        "reference": reference,
+        "peer": peer,
+        "folds": folds,
+    }
+    _check_kind(many, tracker, single, {"detector": detector})
+    if peer is not None and peer not in (tracker or ()):
+        raise ConfigError(f"--peer {peer} takes no part; give --tracker {peer} as well.")
     published = None if reference is None else _load(reference)
 
     films: Sequence[Film | Crowd]
@@ -173,6 +199,9 @@ def evaluate(
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
+    candidates = tuple(entry.name for entry in entries if entry.make.func is Own)
+    if folds is not None:
+        _check_folds(folds, len({job.sequence.name for job in jobs}), candidates)
     now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
@@ -197,7 +226,8 @@ def evaluate(
     else:
         outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
         write_results(out, outcomes)
-        write_report(out, outcomes, problems, published, title)
+        wanted = Wanted(published, peer or PEER, candidates, folds or 0)
+        write_report(out, outcomes, problems, wanted, title)
         found = Evaluation(outcomes)
         tables = {name: contents.overall(found, name) for name in found.protocols}
     problems = contents.problems(problems, outcomes)
@@ -225,6 +255,19 @@ def _check_kind(
         )
     if many:
         mot_metrics.solver()
+
+
+def _check_folds(folds: int, sequences: int, candidates: Sequence[str]) -> None:
+    """Check that there is something to choose, and to choose it on."""
+    if not 2 <= folds <= sequences:
+        raise ConfigError(
+            f"--folds is {folds}; give 2 or more, but no more than the {sequences} sequences."
+        )
+    if len(candidates) < 2:
+        raise ConfigError(
+            "--folds chooses among presets and configurations of motes; name two or more with "
+            "--tracker."
+        )
 
 
 def _load(reference: Path) -> Reference:

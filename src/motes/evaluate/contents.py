@@ -204,14 +204,12 @@ def recovery(evaluation: Evaluation, protocol: str) -> Table:
     """
     rows: list[Row] = []
     for tracker in evaluation.trackers:
-        again, inside = (
-            evaluation.recovery(tracker, protocol),
-            evaluation.coverage(tracker, protocol),
-        )
-        cells = [number(inside.total, 0), number(inside.share)]
+        shares = [evaluation.coverage(tracker, protocol)]
         if protocol != "reset":
-            cells = [number(again.total, 1), number(again.share), *cells]
-        rows.append((Cell(tracker), *cells))
+            shares.insert(0, evaluation.recovery(tracker, protocol))
+        # A count has a fraction only if it is a mean.
+        pairs = [(number(n, int(math.isfinite(n.deviation))), number(of)) for n, of in shares]
+        rows.append((Cell(tracker), *(cell for pair in pairs for cell in pair)))
     head: tuple[str, ...] = ("tracker", "frames with a covariance", "truth within 95 %")
     note = (
         "Within 95 %: the share of these frames, with the target and status tracking, in which its "

@@ -134,9 +134,13 @@ class Passes(ABC, Generic[E]):
             by_seed.setdefault(outcome.item.seed, []).append(outcome)
         return dict(sorted(by_seed.items()))
 
-    def seconds(self, tracker: str, protocol: str) -> Floats:
-        """Return the running times of all updates."""
-        return np.concatenate([[], *(o.seconds for o in self.passes(tracker, protocol))])
+    def seconds(
+        self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return the running times of all updates, or of those on some sequences."""
+        wanted = set(self.sequences if sequences is None else sequences)
+        passes = (o for o in self.passes(tracker, protocol) if o.item.sequence in wanted)
+        return np.concatenate([[], *(o.seconds for o in passes)])
 
     @abstractmethod
     def per_seed(
