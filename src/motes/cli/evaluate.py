@@ -34,7 +34,7 @@ from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
 from motes.evaluate.protocols import SHORTEST
 from motes.evaluate.reference import Reference
 from motes.evaluate.report import write_report
-from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome, write_results
+from motes.evaluate.results import Ended, Outcome, write_results
 from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
@@ -101,7 +101,11 @@ def evaluate(
     seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
     workers: Workers = None,
     time_limit: Annotated[
-        float, Parameter(group=RUN, help="Seconds for a tracker on a sequence in a protocol.")
+        float,
+        Parameter(
+            group=RUN,
+            help="Seconds for a tracker on a sequence in a protocol; in robust, on each view.",
+        ),
     ] = runs.TIME_LIMIT,
     sequence: Annotated[
         list[str] | None,
@@ -222,14 +226,18 @@ def evaluate(
         crowds = CrowdEvaluation(outcomes)
         mot_results.write_results(out, crowds)
         mot_report.write_report(out, crowds, problems, title)
-        tables = {protocol: mot_report.overall(crowds) for protocol in crowds.protocols}
+        tables = {
+            contents.heading(crowds, name): mot_report.overall(crowds) for name in crowds.protocols
+        }
     else:
         outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
         write_results(out, outcomes)
         wanted = Wanted(published, peer or PEER, candidates, folds or 0)
         write_report(out, outcomes, problems, wanted, title)
         found = Evaluation(outcomes)
-        tables = {name: contents.overall(found, name) for name in found.protocols}
+        tables = {
+            contents.heading(found, name): contents.overall(found, name) for name in found.protocols
+        }
     problems = contents.problems(problems, outcomes)
     _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
@@ -368,11 +376,11 @@ def _summarize(
     *,
     interrupted: bool,
 ) -> None:
-    """Print the table of each protocol on standard output, and problems on standard error."""
-    for protocol, table in tables.items():
+    """Print the tables under their titles on standard output, and problems on standard error."""
+    for title, table in tables.items():
         rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        _print(f"{PROTOCOL_NAMES[protocol]}:")
+        _print(f"{title}:")
         for first, *others in rows:
             cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
             _print("  ".join(["", first.ljust(widths[0]), *cells]))

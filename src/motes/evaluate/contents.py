@@ -13,7 +13,7 @@ import numpy as np
 from motes import __version__
 from motes.evaluate import metrics
 from motes.evaluate.reference import Reference
-from motes.evaluate.results import Ended, Outcome
+from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome
 from motes.evaluate.runs import Pass
 from motes.evaluate.sequences import Problem
 from motes.evaluate.summaries import Evaluation, Of, Passes, measure
@@ -39,6 +39,19 @@ class Column(NamedTuple):
     title: str
     cell: Callable[[str], Cell]
     sign: int
+
+
+def heading(evaluation: Passes[Any], protocol: str) -> str:
+    """Return a protocol's name for people, with the number of views if it has some."""
+    name = PROTOCOL_NAMES[protocol]
+    views = len(_views(evaluation))
+    return f"{name} ({counted(views, 'view')})" if protocol == "robust" else name
+
+
+def _views(evaluation: Passes[Any]) -> list[str]:
+    """Return the labels of the views that were run."""
+    starts = (outcome.item.start for outcome in evaluation.outcomes)
+    return list(dict.fromkeys(start.label for start in starts if start.protocol == "robust"))
 
 
 def overall(evaluation: Evaluation, protocol: str) -> Table:
@@ -131,17 +144,12 @@ def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
 
 def per_view(evaluation: Evaluation) -> Table:
     """Return a table with a row for each view of `robust` and a column for each tracker."""
-    labels = dict.fromkeys(
-        outcome.item.start.label
-        for outcome in evaluation.outcomes
-        if outcome.item.start.protocol == "robust"
-    )
     rows: list[Row] = [
         (
             Cell(label),
             *bars(evaluation.per_start(t, "robust", label) for t in evaluation.trackers),
         )
-        for label in labels
+        for label in _views(evaluation)
     ]
     return Table("AUC in each view", ("view", *evaluation.trackers), rows)
 

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping
 
 from motes.evaluate import contents, folds
-from motes.evaluate.results import PROTOCOL_NAMES
 from motes.evaluate.sequences import Problem
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Cell, Table
@@ -33,7 +32,7 @@ def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, tit
             tables.append(folds.choices(evaluation, protocol, wanted.candidates, wanted.folds))
         if protocol == "robust":
             tables.append(contents.per_view(evaluation))
-        sections[PROTOCOL_NAMES[protocol]] = tables
+        sections[contents.heading(evaluation, protocol)] = tables
     if wanted.reference is not None:
         sections["Other people's results"] = [contents.reference(evaluation, wanted.reference)]
     return document(title, contents.described(evaluation), sections, problems)

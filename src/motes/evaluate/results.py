@@ -41,7 +41,7 @@ PROTOCOL_NAMES = {
     "sre": "Perturbed starts (SRE)",
     "tre": "Perturbed times (TRE)",
     "reset": "Started anew after failures (VOT)",
-    "robust": "Seen otherwise (24 views)",
+    "robust": "Seen otherwise",
     "mot": "All objects (MOT)",
 }
 """Their names for people, in the order of reports."""

@@ -194,11 +194,13 @@ class Evaluation(Passes[Outcome]):
         """Return the mean of the lowest tenth of AUC among the passes of each seed, rounded up."""
         lowest = []
         for outcomes in self.seeds(tracker, protocol).values():
-            values = np.sort([_column(outcome, "auc") for outcome in outcomes])
-            values = values[np.isfinite(values)]
-            if values.size:
+            if (values := _aucs(outcomes)).size:
                 lowest.append(values[: -(-values.size // 10)].mean())
         return Mean.over(np.array(lowest))
+
+    def aucs(self, tracker: str, protocol: str) -> Floats:
+        """Return the AUC of each pass that has one, of all seeds, in rising order."""
+        return _aucs(self.passes(tracker, protocol))
 
     def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
         """Return the AUC of a protocol's start: the mean over sequences, then over seeds."""
@@ -311,6 +313,11 @@ def precision_curve(outcome: Outcome) -> Floats:
 def _column(outcome: Outcome, name: str) -> float:
     value = outcome.scores[name]
     return np.nan if value is None else float(value)
+
+
+def _aucs(outcomes: Iterable[Outcome]) -> Floats:
+    values = np.array([_column(outcome, "auc") for outcome in outcomes], np.float64)
+    return np.sort(values[np.isfinite(values)])
 
 
 def _mean(values: list[ArrayLike]) -> Floats:
