@@ -153,6 +153,7 @@ def test_the_report_has_the_spread_and_the_number_of_views(tmp_path: Path) -> No
         for label, dx in zip(labels, (8.0 + seed, 0.0, 2.0), strict=False)
     ]
     passes.append(outcome("c", where, "broken", 0, "robust", "x"))
+    passes.append(outcome("c", where, trace(shifted([0.0] * 20)), 0, "sre", "shift-up"))
     found = Evaluation(passes)
     assert heading(found, "robust") == "Seen otherwise (3 views)"
     values = [float(each.scores["auc"] or 0) for each in passes[5:15]]
