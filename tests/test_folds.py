@@ -161,4 +161,4 @@ def test_the_report_has_what_is_wanted(tmp_path: Path) -> None:
         for name in ("report.html", "summary.md"):
             text = (tmp_path / name).read_text(encoding="utf-8")
             assert [title in text for title in titles] == there
-            assert "Does it find the target again?" in text
+            assert "Does it find the target again, and know where it is?" in text

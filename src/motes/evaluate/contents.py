@@ -229,7 +229,7 @@ def recovery(evaluation: Evaluation, protocol: str) -> Table:
             "A loss: the IoU falls below 0.1, and the target is there for 30 frames in a row after "
             f"that. Found again: the share of losses with an IoU above 0.5 later. {note}"
         )
-    return Table("Does it find the target again?", head, rows, note=note)
+    return Table("Does it find the target again, and know where it is?", head, rows, note=note)
 
 
 def times(evaluation: Passes[Any], protocol: str) -> Table:
