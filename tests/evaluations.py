@@ -53,6 +53,7 @@ def trace(
     events: Many[int] | None = None,
     seconds: float = 0.002,
     start: int = 0,
+    covariance: Many[float] = (np.nan,) * 3,
 ) -> Trace:
     """Return a trace that says these boxes; by default it is started in its first frame."""
     n = len(boxes)
@@ -65,6 +66,7 @@ def trace(
         np.broadcast_to(np.asarray(lost, bool), (n,)).copy(),
         np.full(n, seconds),
         code if events is None else np.array(events, np.int8),
+        np.tile(covariance, (n, 1)),
     )
 
 

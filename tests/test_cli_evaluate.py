@@ -208,6 +208,11 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --reference gone.csv", 3, "gone.csv cannot be read"),
         ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf takes no part; give --tracker cv2:kcf"),
+        ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
+        ("data --folds 1", 2, "--folds is 1; give 2 or more"),
+        ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
+        ("data --tracker nummiaro --tracker mine:Still --folds 2", 2, "name two or more"),
         ("data --out data/a/groundtruth_rect.txt", 5, "cannot be written"),
     ],
 )
@@ -246,6 +251,41 @@ def test_a_video_with_its_truth(go: Go) -> None:
     )
     assert code == 0
     assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
+
+
+def test_robust(go: Go) -> None:
+    line = "data --sequence a --tracker mean_shift --workers 1 --out views"
+    code, out, _ = go(f"{line} --robust --max-frames 6")
+    assert code == 0
+    assert out.startswith("Seen otherwise (24 views):\n")
+    rows = table("views")
+    assert {row["protocol"] for row in rows} == {"robust"}
+    assert len({row["start"] for row in rows}) == len(rows) == 24
+    # Of 20 frames, five are left after three quarters.
+    assert {row["start"]: row["frames"] for row in rows if row["frames"] != "6"} == {
+        "from-three-quarters": "5"
+    }
+    before = tracks(Path("views"))
+    code, out, error = go(f"{line} --protocol robust --max-frames 7 --resume")
+    assert (code, out) == (5, "")
+    assert re.fullmatch(
+        r"motes: error: views cannot be resumed with this --max-frames, which was 6; .*\n", error
+    )
+    assert tracks(Path("views")) == before
+
+
+def test_folds(go: Go) -> None:
+    line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
+    assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
+    text = Path("folds/summary.md").read_text()
+    chosen = re.findall(
+        r"\n\| ([12]) \| 1 \| (my\.toml|mean\\?_shift) \| (?:-?\d\.\d+ \| ?){4}", text
+    )
+    assert [fold for fold, _ in chosen] == ["1", "2"]
+    assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
+    assert "How many times as fast as mine:Still" in text
+    assert go(f"{line} --out folds --resume")[0] == 0
+    assert "folds" not in Path("folds/summary.md").read_text()
 
 
 @contextlib.contextmanager

@@ -217,6 +217,8 @@ def test_without_scipy(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
             2,
             "--reference is for datasets with one object",
         ),
+        ("data --tracker crowds_of:Echo --folds 2", 2, "--folds is for datasets with one object"),
+        ("data --tracker crowds_of:Echo --peer x", 2, "--peer is for datasets with one object"),
         ("one --detector background", 2, "--detector is for datasets with many objects, but"),
         ("data --tracker crowds_of:Echo --detector no:x", 2, "The detector no:x: There is neither"),
         ("data --tracker crowds_of:Echo --sequence c", 2, "--sequence c fits none of a, b"),

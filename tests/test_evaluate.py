@@ -192,19 +192,32 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
         np.array([True, False, True, False]),
         np.array([1e-7, 2.0, 0.1 + 0.2, np.nan]),
         np.array([STARTED, TRACKED, FAILED, SKIPPED], np.int8),
+        np.array([(1 / 3, -1e-9, 2.0)] * 3 + [(np.nan,) * 3]),
     )
     save_trace(tmp_path / "new" / "a.csv", trace)
     read = load_trace(tmp_path / "new" / "a.csv")
-    for field in ("frames", "ellipses", "confidence", "lost", "seconds", "events"):
+    for field in Trace.__slots__:
         np.testing.assert_array_equal(getattr(read, field), getattr(trace, field), strict=True)
     head, first = (tmp_path / "new" / "a.csv").read_text().splitlines()[:2]
-    assert head == "frame,x,y,a,b,theta,confidence,lost,seconds,event"
+    assert head == "frame,x,y,a,b,theta,confidence,lost,seconds,event,xx,xy,yy"
     assert first.split(",")[0] == "7"
-    assert first.endswith(",0.1,1,1e-07,started")
+    assert first.endswith(",0.1,1,1e-07,started,0.3333333333333333,-1e-09,2.0")
+
+
+def test_traces_of_before_have_no_covariance(tmp_path: Path) -> None:
+    text = "frame,x,y,a,b,theta,confidence,lost,seconds,event\n7,1,2,3,4,0,,1,,tracked\n"
+    (tmp_path / "a.csv").write_text(text)
+    read = load_trace(tmp_path / "a.csv")
+    assert read.ellipses.tolist() == [[1, 2, 3, 4, 0]]
+    assert np.isnan(read.covariances).tolist() == [[True] * 3]
 
 
 @pytest.mark.parametrize(
-    "text", ["", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"]
+    "text",
+    [
+        *("", "frame,x\n1,2\n", None, "HEAD\n1,2,3\n", "HEAD\n", "HEAD\n1,a"),
+        "HEAD,xx,xy,yy\n7,1,2,3,4,0,,1,,tracked\n",
+    ],
 )
 def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
     path = tmp_path / "a.csv"
@@ -270,6 +283,8 @@ def test_contestants_follow(name: str, home: Path) -> None:
         assert not answer.lost
         assert 0 < answer.seconds < 30
         assert (0 <= answer.confidence <= 1) == (name in PRESETS or name == "changed.toml")
+        filtered = name in PRESETS and not name.startswith("mean_shift")
+        assert np.isfinite(answer.covariance).all() == filtered
     # A second start is like the first, whatever has been since.
     clip = film()
     contestant.init(*clip[0])
@@ -404,6 +419,20 @@ def test_what_callables_return(
     assert answer.ellipse == ellipse
     assert answer.lost == lost
     np.testing.assert_equal(answer.confidence, confidence)
+
+
+@pytest.mark.parametrize(
+    ("covariance", "position"),
+    [
+        (np.diag([4.0, 9, 0, 0, 0]) + 1, (5, 1, 10)),
+        (np.zeros((5, 5)), (np.nan,) * 3),
+    ],
+)
+def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -> None:
+    Path("odd.py").write_text(ODD)
+    answer = _odd(Track(1, 0.1, REGION, covariance, 0.7, Status.TRACKING, 0.1, 9))
+    np.testing.assert_equal(answer.covariance, position)
+    np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
 
 
 @pytest.mark.parametrize(

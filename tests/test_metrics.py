@@ -26,6 +26,91 @@ def columns(rows: list[tuple[bool, bool]]) -> tuple[NDArray[np.bool_], NDArray[n
     return table[:, 0], table[:, 1]
 
 
+# Recovery and coverage
+
+
+def recoveries(overlaps: list[float]) -> tuple[int, int]:
+    """Return what becomes of overlaps, NaN for no target."""
+    table = np.array(overlaps)
+    return metrics.recoveries(np.isfinite(table), ~(table >= 0.1), table > 0.5)
+
+
+NO = math.nan
+
+
+@pytest.mark.parametrize(
+    ("overlaps", "expected"),
+    [
+        ([1.0] * 60, (0, 0)),
+        ([1.0] * 9 + [0.0] * 30, (1, 0)),
+        ([1.0] * 9 + [0.0] * 29, (0, 0)),  # too short to be found again
+        ([1.0] * 9 + [0.0] * 29 + [0.6], (1, 1)),
+        ([1.0] * 9 + [0.0] * 29 + [0.5], (1, 0)),  # not well enough
+        ([1.0] * 9 + [0.09] * 40 + [0.1] * 9, (1, 0)),
+        ([1.0] * 9 + [0.1] * 40, (0, 0)),
+        ([0.0] * 40 + [1.0] * 9, (0, 0)),  # it never had it
+        ([1.0, NO, NO, *[0.0] * 30, 1.0], (1, 1)),  # lost when it comes back
+        ([1.0] * 9 + [NO] * 40, (0, 0)),
+        ([1.0] * 9 + [0.0] * 15 + [NO] + [0.0] * 29, (0, 0)),
+        ([1.0] * 9 + [0.0] * 5 + [NO] * 3 + [0.0] * 29 + [1.0], (1, 1)),
+        ([1.0] * 9 + [0.0] * 5 + [NO, 0.0] * 20 + [1.0], (0, 0)),
+        ([1.0, *[0.0] * 40, 0.2, *[0.0] * 40], (2, 0)),
+        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 40], (2, 1)),
+        ([1.0, *[0.0] * 40, 0.7, *[0.0] * 20], (1, 1)),
+        ([], (0, 0)),
+        ([NO] * 40, (0, 0)),
+    ],
+)
+def test_recoveries_by_hand(overlaps: list[float], expected: tuple[int, int]) -> None:
+    assert recoveries(overlaps) == expected
+
+
+@given(st.lists(st.tuples(st.sampled_from([0.0, 0.3, 0.9, NO]), st.integers(1, 40)), max_size=8))
+def test_recoveries_frame_by_frame(runs: list[tuple[float, int]]) -> None:
+    overlaps = [value for value, count in runs for _ in range(count)]
+    counted = found = 0
+    had = False
+    for i, value in enumerate(overlaps):
+        if value != value:
+            continue
+        if value < 0.1 and had:
+            later = "".join("x" if other == other else "-" for other in overlaps[i:])
+            counted += "x" * 30 in later
+            found += "x" * 30 in later and any(other > 0.5 for other in overlaps[i:])
+        had = value >= 0.1
+    assert recoveries(overlaps) == (counted, found)
+
+
+def test_coverage_by_hand() -> None:
+    """The ellipse of variances 4 and 1 has half-axes 2 and 1, times the root of 5.991: 2.4477."""
+    square = (4.0, 0.0, 1.0)
+    turned = (2.5, 1.5, 2.5)  # the same, turned by 45 degrees
+    cases = [
+        ((4.89, 0), square, True),
+        ((4.90, 0), square, False),
+        ((0, -2.44), square, True),
+        ((0, 2.45), square, False),
+        ((3.45, 3.45), turned, True),
+        ((3.47, 3.47), turned, False),
+        ((1.72, -1.72), turned, True),
+        ((1.74, -1.74), turned, False),
+        ((0, 0), (0.0, 0.0, 0.0), False),
+        ((0, 0), (1.0, 1.0, 1.0), False),
+        ((0, 0), (NO, NO, NO), False),
+    ]
+    offsets, covariances, inside = zip(*cases, strict=True)
+    found = metrics.covered(np.array(offsets, float), np.array(covariances))
+    assert found.tolist() == list(inside)
+
+
+def test_coverage_of_normal_errors() -> None:
+    rng = np.random.default_rng(0)
+    spread = np.array([[3.0, -1.2], [-1.2, 2.0]])
+    offsets = rng.multivariate_normal([0, 0], spread, 20_000)
+    found = metrics.covered(offsets, np.tile([3.0, -1.2, 2.0], (20_000, 1)))
+    assert found.mean() == pytest.approx(0.95, abs=0.005)
+
+
 # Success and precision
 
 

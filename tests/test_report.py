@@ -25,6 +25,7 @@ from motes.evaluate.results import Outcome
 from motes.evaluate.sequences import Problem, Sequence
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import NOTHING, number, three_digits
+from motes.evaluate.wanted import Wanted
 from motes.video import Source, open_source
 
 NASTY = "<script>alert(1)</script> $x$ | `y` _z & \"q\" 'r'"
@@ -84,12 +85,12 @@ def report(
     folder: Path,
     outcomes: list[Outcome],
     problems: list[Problem] | None = None,
-    reference: Reference | None = None,
+    wanted: Wanted = Wanted(),  # noqa: B008
     title: str = "Some trackers",
 ) -> tuple[Page, str]:
     """Write a report; return its page, checked as every page is, and its summary."""
     folder.mkdir(exist_ok=True)
-    write_report(folder, outcomes, problems or [], reference, title)
+    write_report(folder, outcomes, problems or [], wanted, title)
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "summary.md"]
     html = (folder / "report.html").read_text(encoding="utf-8")
     page, summary = Page(html), (folder / "summary.md").read_text(encoding="utf-8")
@@ -171,7 +172,7 @@ REFERENCE = Reference(
 def test_report(tmp_path: Path) -> None:
     problems = [Problem("sequence <Cow>", "the frame 7 is missing")]
     page, summary = report(
-        tmp_path / "out", full(tmp_path), problems, REFERENCE, "Trackers & <others>"
+        tmp_path / "out", full(tmp_path), problems, Wanted(REFERENCE), "Trackers & <others>"
     )
     for text in (page.words, summary.replace("\\", "")):
         for name in ("ours", NASTY, "_third", "Book", "Ant", "Gone", "MIL", "TLD<b>"):
@@ -193,7 +194,7 @@ def test_report(tmp_path: Path) -> None:
 
 
 def test_numbers_in_the_report(tmp_path: Path) -> None:
-    page, summary = report(tmp_path / "out", full(tmp_path), reference=REFERENCE)
+    page, summary = report(tmp_path / "out", full(tmp_path), wanted=Wanted(REFERENCE))
     rows = {row[0]: row for row in reversed(page.rows)}
     auc = 20 / 21
     assert rows["ours"][1:3] == ["3 of 3", f"{0.8 * auc:.3f} ± {0.1 * auc:.3f}"]
@@ -247,7 +248,7 @@ def test_plots(tmp_path: Path) -> None:
 def test_reports_of_equal_runs_are_equal(tmp_path: Path) -> None:
     outcomes = full(tmp_path)
     for name in ("one", "two"):
-        report(tmp_path / name, outcomes, reference=REFERENCE)
+        report(tmp_path / name, outcomes, wanted=Wanted(REFERENCE))
     for name in ("report.html", "summary.md"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
@@ -407,7 +408,7 @@ def test_chosen_failures_are_spread() -> None:
 def test_reports_of_odd_runs(
     tmp_path: Path, outcomes: list[Outcome], reference: Reference | None
 ) -> None:
-    page, _ = report(tmp_path / "out", outcomes, reference=reference)
+    page, _ = report(tmp_path / "out", outcomes, wanted=Wanted(reference))
     for one in outcomes:
         assert one.item.tracker in page.words
         assert one.item.sequence in page.words
@@ -434,11 +435,11 @@ def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
 
 def test_references_need_one_pass(tmp_path: Path) -> None:
     runs = [outcome("a", sequence(), said(0.5), 0, "reset")]
-    page, summary = report(tmp_path / "one", runs, reference=REFERENCE)
+    page, summary = report(tmp_path / "one", runs, wanted=Wanted(REFERENCE))
     assert "one pass (OPE) was not run" in page.words
     assert "one pass (OPE) was not run" in summary
     runs = [outcome("a", sequence("Elsewhere"), said(0.5))]
-    page, _ = report(tmp_path / "two", runs, reference=REFERENCE)
+    page, _ = report(tmp_path / "two", runs, wanted=Wanted(REFERENCE))
     assert "others.csv has none of the sequences of this run" in page.words
 
 
@@ -446,7 +447,7 @@ def test_references_that_have_no_sequence_in_common(tmp_path: Path) -> None:
     """Each has a number somewhere, but on no sequence all have one."""
     runs = [outcome("a", sequence(name), said(0.5)) for name in ("Book", "Cow")]
     others = Reference("others.csv", {"MIL": {"book": 0.3}, "TLD": {"cow": 0.5}})
-    _, summary = report(tmp_path / "out", runs, reference=others)
+    _, summary = report(tmp_path / "out", runs, wanted=Wanted(others))
     assert "| Book | **0.476** | 0.300 | – |" in summary
     assert "| mean of 0 | – | – | – |" in summary
 
@@ -480,7 +481,7 @@ def test_report_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_reports_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="cannot be written"):
-        write_report(tmp_path / "missing", [], [], None, "Nothing")
+        write_report(tmp_path / "missing", [], [], Wanted(), "Nothing")
 
 
 def test_numbers_for_people() -> None:

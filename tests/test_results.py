@@ -135,6 +135,25 @@ def test_score_frame_by_frame() -> None:
     assert found["lost_precision"] == pytest.approx(hits / said)
 
 
+def test_score_of_losses() -> None:
+    """Lost twice, once for good."""
+    dx = [0.0, *[90.0] * 40, 0.0, *[90.0] * 40]
+    found = score(trace(shifted(dx)), sequence(frames=82))
+    assert (found["losses"], found["recovered"]) == (2, 1)
+    found = score(trace(shifted(dx)), sequence(frames=82), "reset")
+    assert (found["losses"], found["recovered"]) == (None, None)
+
+
+def test_score_of_coverage() -> None:
+    """What counts is neither the start nor an absent target nor a tracker that is lost."""
+    dx, lost = [50.0, 0, 4.8, 5.0, 0, 50], [False, False, False, False, False, True]
+    said = trace(shifted(dx), lost=lost, covariance=(4.0, 0.0, 1.0))
+    assert score(said, sequence(frames=6))["coverage"] == 0.75
+    assert score(said, sequence(frames=6), "reset")["coverage"] == 0.75
+    assert score(said, sequence(frames=6, absent=[1]))["coverage"] == pytest.approx(2 / 3)
+    assert score(trace(shifted(dx)), sequence(frames=6))["coverage"] is None
+
+
 # results.csv
 
 
@@ -375,6 +394,32 @@ def test_lost_status_is_over_all_frames() -> None:
     assert found.said.mean == pytest.approx(4 / 30)
     assert (found.recall.mean, found.precision.mean) == pytest.approx((0.8, 1))
     assert found.f1.mean == pytest.approx(8 / 9)
+
+
+def test_recovery_and_coverage_are_over_all_passes_of_a_seed() -> None:
+    long, short = sequence("Long", 90), sequence("Short", 32)
+    often = trace(shifted([0.0, *[90.0] * 20, 0, *[90.0] * 20, 0, *[90.0] * 47]))
+    never = trace(shifted([0.0, *[1.0] * 31]), covariance=(1.0, 0.0, 1.0))
+    apart = trace(shifted([0.0, *[9.0] * 9]), covariance=(1.0, 0.0, 1.0))
+    found = Evaluation(
+        [
+            outcome("a", long, often),
+            outcome("a", short, never),
+            outcome("a", sequence("Third", 10), apart),
+            outcome("b", short, trace(shifted([0.0, *[90.0] * 31]))),
+            outcome("b", short, trace(shifted([0.0, *[90.0] * 30, 0.0])), 1),
+            outcome("c", short, trace(shifted([0.0] * 32))),
+        ]
+    )
+    assert found.recovery("a", "ope").total.mean == 3
+    assert found.recovery("a", "ope").share.mean == pytest.approx(2 / 3)
+    assert found.coverage("a", "ope").total.mean == 31 + 9
+    assert found.coverage("a", "ope").share.mean == pytest.approx(31 / 40)
+    share = found.recovery("b", "ope").share
+    assert share == pytest.approx((0.5, math.sqrt(0.5)))
+    assert found.recovery("c", "ope").total.mean == 0
+    assert math.isnan(found.recovery("c", "ope").share.mean)
+    assert found.coverage("c", "ope").total.mean == 0
 
 
 def test_calibration_counts_passes_alike() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +11,18 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from evaluations import ellipses, outcome, shifted, trace
+from evaluations import Floats, ellipses, outcome, shifted, trace
 from evaluations import sequence as standing
+from motes.evaluate.contents import heading
 from motes.evaluate.entries import enter
 from motes.evaluate.protocols import Start
+from motes.evaluate.report import write_report
 from motes.evaluate.results import fit
 from motes.evaluate.runs import plan
 from motes.evaluate.sequences import Sequence
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.views import OCCLUSION, Viewed, mirrored, show, views
+from motes.evaluate.wanted import Wanted
 
 WIDTH, HEIGHT, FRAMES = 96, 72, 60
 Made = dict[str, tuple[Viewed, list[Start]]]
@@ -137,6 +141,55 @@ def test_the_plan_has_a_job_for_each_view(film: Sequence) -> None:
     assert sum(len(job.passes) for job in jobs) == 48
     assert len({item.path(Path()) for job in jobs for item in job.passes}) == 48
     assert {job.sequence.digest for job in jobs} == {film.digest}
+
+
+def test_the_report_has_the_spread_and_the_number_of_views(tmp_path: Path) -> None:
+    where, far = standing(), standing("Far")
+    passes = [
+        outcome(who, film, trace(shifted([dx] * 20)), seed, "robust", label)
+        for who, seeds in (("a", 1), ("b", 2))
+        for seed in range(seeds)
+        for film, labels in ((where, "xyz"), (far, "xy"))
+        for label, dx in zip(labels, (8.0 + seed, 0.0, 2.0), strict=False)
+    ]
+    passes.append(outcome("c", where, "broken", 0, "robust", "x"))
+    passes.append(outcome("c", where, trace(shifted([0.0] * 20)), 0, "sre", "shift-up"))
+    found = Evaluation(passes)
+    assert heading(found, "robust") == "Seen otherwise (3 views)"
+    values = [float(each.scores["auc"] or 0) for each in passes[5:15]]
+    assert found.aucs("b", "robust").tolist() == sorted(values)
+    assert found.aucs("c", "robust").size == 0
+    write_report(tmp_path, passes, [], Wanted(), "Views")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "<h2>Seen otherwise (3 views)</h2>" in page
+    assert "## Seen otherwise (3 views)" in (tmp_path / "summary.md").read_text().replace("\\", "")
+    (figure,) = re.findall(r"<figure><h3>Spread</h3>.*?</figure>", page, flags=re.DOTALL)
+    worst = {who: found.worst_tenth(who, "robust").mean for who in "ab"}
+    assert [f"{who}: {worst[who]:.3f}" in figure for who in "ab"] == [True, True]
+    assert "c: " not in re.sub("<svg.*</svg>", "", figure, flags=re.DOTALL)
+
+
+def test_the_line_of_a_tracker_rises_from_its_worst_pass(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = {}
+
+    def curves(name: str, x: Floats, lines: dict[int, Floats], labels: object) -> str:
+        drawn[name] = x, lines
+        return ""
+
+    monkeypatch.setattr("motes.evaluate.plots.curves", curves)
+    passes = [
+        outcome("a", standing(), trace(shifted([dx] * 20)), protocol="robust", label=str(dx))
+        for dx in (4.0, 0.0, 9.0)
+    ]
+    write_report(tmp_path, passes, [], Wanted(), "Views")
+    x, lines = drawn["spread-robust"]
+    values = sorted(float(each.scores["auc"] or 0) for each in passes)
+    assert list(lines) == [0]
+    assert lines[0][[0, 50, 100]] == pytest.approx(np.array(values))
+    assert x[[0, 50, 100]].tolist() == [0, 0.5, 1]
+    assert (np.diff(lines[0]) >= 0).all()
 
 
 def test_the_worst_tenth() -> None:

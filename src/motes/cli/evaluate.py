@@ -35,13 +35,14 @@ from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
 from motes.evaluate.protocols import SHORTEST
 from motes.evaluate.reference import Reference
 from motes.evaluate.report import write_report
-from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome, write_results
+from motes.evaluate.results import Ended, Outcome, write_results
 from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Problem, load_dataset
 from motes.evaluate.sequences import Sequence as Film
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Table, counted
 from motes.evaluate.views import LONGEST
+from motes.evaluate.wanted import PEER, Wanted
 
 TRACKERS = """\
 Trackers:
@@ -101,7 +102,11 @@ def evaluate(
     seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
     workers: Workers = None,
     time_limit: Annotated[
-        float, Parameter(group=RUN, help="Seconds for a tracker on a sequence in a protocol.")
+        float,
+        Parameter(
+            group=RUN,
+            help="Seconds for a tracker on a sequence in a protocol; in robust, on each view.",
+        ),
     ] = runs.TIME_LIMIT,
     sequence: Annotated[
         list[str] | None,
@@ -117,6 +122,22 @@ def evaluate(
     reference: Annotated[
         Path | None,
         Parameter(group=OUTPUT, help="CSV file of other people's numbers, for the report."),
+    ] = None,
+    peer: Annotated[
+        str | None,
+        Parameter(
+            group=OUTPUT,
+            help=f"The tracker whose time the others are set against; else {PEER}, if it "
+            "takes part.",
+        ),
+    ] = None,
+    folds: Annotated[
+        int | None,
+        Parameter(
+            group=OUTPUT,
+            help="Choose among presets and configurations on all but one of so many parts of the "
+            "dataset, and report on that one.",
+        ),
     ] = None,
     resume: Annotated[
         bool,
@@ -153,8 +174,17 @@ def evaluate(
     if not plots.available():
         raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
     many = has_crowds(dataset)
-    single = {"protocol": protocol, "annotation": annotation, "first-pixel": first_pixel}
-    _check_kind(many, tracker, {**single, "reference": reference}, {"detector": detector})
+    single: dict[str, object] = {
+        "protocol": protocol,
+        "annotation": annotation,
+        "first-pixel": first_pixel,
+        "reference": reference,
+        "peer": peer,
+        "folds": folds,
+    }
+    _check_kind(many, tracker, single, {"detector": detector})
+    if peer is not None and peer not in (tracker or ()):
+        raise ConfigError(f"--peer {peer} takes no part; give --tracker {peer} as well.")
     published = None if reference is None else _load(reference)
 
     films: Sequence[Film | Crowd]
@@ -174,6 +204,9 @@ def evaluate(
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
+    candidates = tuple(entry.name for entry in entries if entry.make.func is Own)
+    if folds is not None:
+        _check_folds(folds, len({job.sequence.name for job in jobs}), candidates)
     now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
@@ -194,13 +227,18 @@ def evaluate(
         crowds = CrowdEvaluation(outcomes)
         mot_results.write_results(out, crowds)
         mot_report.write_report(out, crowds, problems, title)
-        tables = {protocol: mot_report.overall(crowds) for protocol in crowds.protocols}
+        tables = {
+            contents.heading(crowds, name): mot_report.overall(crowds) for name in crowds.protocols
+        }
     else:
         outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
         write_results(out, outcomes)
-        write_report(out, outcomes, problems, published, title)
+        wanted = Wanted(published, peer or PEER, candidates, folds or 0)
+        write_report(out, outcomes, problems, wanted, title)
         found = Evaluation(outcomes)
-        tables = {name: contents.overall(found, name) for name in found.protocols}
+        tables = {
+            contents.heading(found, name): contents.overall(found, name) for name in found.protocols
+        }
     problems = contents.problems(problems, outcomes)
     _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
@@ -226,6 +264,19 @@ def _check_kind(
         )
     if many:
         mot_metrics.solver()
+
+
+def _check_folds(folds: int, sequences: int, candidates: Sequence[str]) -> None:
+    """Check that there is something to choose, and to choose it on."""
+    if not 2 <= folds <= sequences:
+        raise ConfigError(
+            f"--folds is {folds}; give 2 or more, but no more than the {sequences} sequences."
+        )
+    if len(candidates) < 2:
+        raise ConfigError(
+            "--folds chooses among presets and configurations of motes; name two or more with "
+            "--tracker."
+        )
 
 
 def _load(reference: Path) -> Reference:
@@ -326,11 +377,11 @@ def _summarize(
     *,
     interrupted: bool,
 ) -> None:
-    """Print the table of each protocol on standard output, and problems on standard error."""
-    for protocol, table in tables.items():
+    """Print the tables under their titles on standard output, and problems on standard error."""
+    for title, table in tables.items():
         rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        _print(f"{PROTOCOL_NAMES[protocol]}:")
+        _print(f"{title}:")
         for first, *others in rows:
             cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
             _print("  ".join(["", first.ljust(widths[0]), *cells]))

@@ -13,7 +13,7 @@ import numpy as np
 from motes import __version__
 from motes.evaluate import metrics
 from motes.evaluate.reference import Reference
-from motes.evaluate.results import Ended, Outcome
+from motes.evaluate.results import PROTOCOL_NAMES, Ended, Outcome
 from motes.evaluate.runs import Pass
 from motes.evaluate.sequences import Problem
 from motes.evaluate.summaries import Evaluation, Of, Passes, measure
@@ -39,6 +39,19 @@ class Column(NamedTuple):
     title: str
     cell: Callable[[str], Cell]
     sign: int
+
+
+def heading(evaluation: Passes[Any], protocol: str) -> str:
+    """Return a protocol's name for people, with the number of views if it has some."""
+    name = PROTOCOL_NAMES[protocol]
+    views = len(_views(evaluation))
+    return f"{name} ({counted(views, 'view')})" if protocol == "robust" else name
+
+
+def _views(evaluation: Passes[Any]) -> list[str]:
+    """Return the labels of the views that were run."""
+    starts = (outcome.item.start for outcome in evaluation.outcomes)
+    return list(dict.fromkeys(start.label for start in starts if start.protocol == "robust"))
 
 
 def overall(evaluation: Evaluation, protocol: str) -> Table:
@@ -131,17 +144,12 @@ def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
 
 def per_view(evaluation: Evaluation) -> Table:
     """Return a table with a row for each view of `robust` and a column for each tracker."""
-    labels = dict.fromkeys(
-        outcome.item.start.label
-        for outcome in evaluation.outcomes
-        if outcome.item.start.protocol == "robust"
-    )
     rows: list[Row] = [
         (
             Cell(label),
             *bars(evaluation.per_start(t, "robust", label) for t in evaluation.trackers),
         )
-        for label in labels
+        for label in _views(evaluation)
     ]
     return Table("AUC in each view", ("view", *evaluation.trackers), rows)
 
@@ -195,6 +203,33 @@ def lost_status(evaluation: Evaluation, protocol: str) -> Table:
             "were missed. Over the frames of all sequences."
         ),
     )
+
+
+def recovery(evaluation: Evaluation, protocol: str) -> Table:
+    """Return a table of how often each tracker finds the target again, and how well it knows where.
+
+    Without the former in `reset`, where it is not left to the tracker.
+    """
+    rows: list[Row] = []
+    for tracker in evaluation.trackers:
+        shares = [evaluation.coverage(tracker, protocol)]
+        if protocol != "reset":
+            shares.insert(0, evaluation.recovery(tracker, protocol))
+        # A count has a fraction only if it is a mean.
+        pairs = [(number(n, int(math.isfinite(n.deviation))), number(of)) for n, of in shares]
+        rows.append((Cell(tracker), *(cell for pair in pairs for cell in pair)))
+    head: tuple[str, ...] = ("tracker", "frames with a covariance", "truth within 95 %")
+    note = (
+        "Within 95 %: the share of these frames, with the target and status tracking, in which its "
+        "true center lies in the 95 % ellipse of the tracker's position."
+    )
+    if protocol != "reset":
+        head = ("tracker", "losses", "found again", *head[1:])
+        note = (
+            "A loss: the IoU falls below 0.1, and the target is there for 30 frames in a row after "
+            f"that. Found again: the share of losses with an IoU above 0.5 later. {note}"
+        )
+    return Table("Does it find the target again, and know where it is?", head, rows, note=note)
 
 
 def times(evaluation: Passes[Any], protocol: str) -> Table:

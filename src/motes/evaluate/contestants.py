@@ -32,6 +32,11 @@ LARGEST = 1e9
 """Of the numbers of a region, in pixels: the square of its size can be reckoned with."""
 
 
+Position = tuple[float, float, float]
+"""The variance of x, the covariance of x and y, the variance of y, in square pixels."""
+UNKNOWN: Position = (math.nan, math.nan, math.nan)
+
+
 class Answer(NamedTuple):
     """What a tracker says about a frame.
 
@@ -45,12 +50,15 @@ class Answer(NamedTuple):
         Whether it says that it does not have the target.
     seconds
         How long the tracker took; what had to be done to ask it is not counted.
+    covariance
+        Of the ellipse's center; NaN if it has none.
     """
 
     ellipse: Ellipse | None
     confidence: float
     lost: bool
     seconds: float
+    covariance: Position = UNKNOWN
 
 
 class Contestant(Protocol):
@@ -218,7 +226,10 @@ def _of_track(track: Track, seconds: float) -> Answer:
     lost, confidence = track.status is not Status.TRACKING, float(track.confidence)
     if not (math.isnan(confidence) or 0 <= round(confidence, 9) <= 1):
         raise ConfigError(f"A confidence is from 0 to 1; got {confidence:g}.")
-    return Answer(_region(track.ellipse), confidence, lost, seconds)
+    (xx, xy), (_, yy) = track.covariance[:2, :2].tolist()
+    # Trackers that have no covariance, such as mean shift, say 0.
+    covariance = (xx, xy, yy) if np.any(track.covariance) else UNKNOWN
+    return Answer(_region(track.ellipse), confidence, lost, seconds, covariance)
 
 
 def _of_value(value: Any, seconds: float) -> Answer:

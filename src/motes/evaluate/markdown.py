@@ -5,30 +5,36 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from motes.evaluate import contents
-from motes.evaluate.reference import Reference
-from motes.evaluate.results import PROTOCOL_NAMES
+from motes.evaluate import contents, folds
 from motes.evaluate.sequences import Problem
 from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Cell, Table
+from motes.evaluate.wanted import Wanted, paces
 
 
-def summary(
-    evaluation: Evaluation, problems: list[Problem], reference: Reference | None, title: str
-) -> str:
+def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, title: str) -> str:
     """Return the contents of summary.md: the tables of each protocol, references and problems."""
     sections: dict[str, list[Table]] = {}
     for protocol in evaluation.protocols:
         tables = [contents.overall(evaluation, protocol)]
         if len(evaluation.trackers) > 1:
             tables.append(contents.comparisons(evaluation, protocol))
-        for make in (contents.per_sequence, contents.lost_status, contents.times):
+        for make in (
+            contents.per_sequence,
+            contents.lost_status,
+            contents.recovery,
+            contents.times,
+        ):
             tables.append(make(evaluation, protocol))
+        if (pace := paces(evaluation, protocol, wanted.peer)).rows:
+            tables.append(pace)
+        if wanted.folds:
+            tables.append(folds.choices(evaluation, protocol, wanted.candidates, wanted.folds))
         if protocol == "robust":
             tables.append(contents.per_view(evaluation))
-        sections[PROTOCOL_NAMES[protocol]] = tables
-    if reference is not None:
-        sections["Other people's results"] = [contents.reference(evaluation, reference)]
+        sections[contents.heading(evaluation, protocol)] = tables
+    if wanted.reference is not None:
+        sections["Other people's results"] = [contents.reference(evaluation, wanted.reference)]
     return document(title, contents.described(evaluation), sections, problems)
 
 

@@ -30,6 +30,12 @@ BURN_IN = 10
 SENSITIVITY = 30
 """S of VOT's robustness."""
 
+REAPPEARANCE = 30
+"""Frames in a row with the target that a tracker has at least to find it again."""
+
+CHI_SQUARE_95 = 5.991
+"""The 95 % quantile of the chi-square distribution with 2 degrees of freedom."""
+
 RESAMPLES = 10_000
 
 _POINTS = 4096
@@ -159,6 +165,48 @@ def detection_f1(said: Flags, true: Flags) -> float:
     """Return F1 of a yes-or-no statement per frame; 1 where nothing was said and nothing true."""
     together = np.count_nonzero(said) + np.count_nonzero(true)
     return 2 * np.count_nonzero(said & true) / together if together else 1.0
+
+
+def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
+    """Return how many losses count, and after how many of them the target was found again.
+
+    A loss is a frame in which the target is missed, after it was not missed in the last one that
+    had it. It counts if from there on the target is present in `REAPPEARANCE` frames in a row; it
+    is found again if some later frame is correct.
+
+    Parameters
+    ----------
+    present, missed, correct
+        (frames,): whether there is a target, whether the tracker does not have it, and whether it
+        has it well enough. Without a target, the latter two do not matter.
+    """
+    if len(present) < REAPPEARANCE:
+        return 0, 0
+    there = np.flatnonzero(present)
+    losses = there[1:][missed[there[1:]] & ~missed[there[:-1]]]
+    rows = np.convolve(present, np.ones(REAPPEARANCE, int), "valid") == REAPPEARANCE
+    begins, finds = (np.flatnonzero(flags) for flags in (rows, present & correct))
+    losses = losses[losses <= begins.max(initial=-1)]
+    return len(losses), int(np.count_nonzero(losses < finds.max(initial=-1)))
+
+
+def covered(offsets: Floats, covariances: Floats) -> Flags:
+    """Return whether points lie in the 95 % ellipses of normal distributions, (n,).
+
+    A point at d from the mean does if d' C^-1 d <= `CHI_SQUARE_95`; none does where C has no area,
+    or is NaN.
+
+    Parameters
+    ----------
+    offsets
+        (n, 2), of the points from the means.
+    covariances
+        (n, 3): xx, xy, yy.
+    """
+    (x, y), (xx, xy, yy) = offsets.T, covariances.T
+    area = xx * yy - xy * xy
+    inside = yy * x * x - 2 * xy * x * y + xx * y * y <= CHI_SQUARE_95 * area
+    return np.asarray(inside & (area > 0))
 
 
 class Reliability(NamedTuple):

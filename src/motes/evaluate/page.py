@@ -110,6 +110,12 @@ GLOSSARY = {
     "ECE": "Expected calibration error: the mean distance between the confidence and the share of "
     "frames with IoU above 0.5, over ten bins of confidence. Guo, Pleiss, Sun and Weinberger, ICML "
     "2017. Each pass counts the same, however long.",
+    "Losses, found again": "A loss is a frame with an IoU below 0.1 after one with 0.1 or more; it "
+    "counts if the target is there for 30 frames in a row from then on. It is found again if some "
+    "later frame has an IoU above 0.5. Over the losses of all passes.",
+    "Truth within 95 %": "Share of the frames with the target and status tracking in which the "
+    "true center lies in the ellipse d' C^-1 d = 5.991 of the covariance C of the tracker's "
+    "position: 0.95 if that is right, less if the tracker is too sure. Over all frames.",
     "ms, updates a second": "Time inside the tracker, on one image that is already decoded.",
     "±": "Standard deviation over seeds of the mean over sequences. Without it, a tracker was run "
     "once, as chance plays no part in it, or with one seed.",

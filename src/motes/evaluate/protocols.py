@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.errors import FormatError
-from motes.evaluate.contestants import Contestant
+from motes.evaluate.contestants import UNKNOWN, Contestant, Position
 from motes.evaluate.mot_sequences import Crowd
 from motes.evaluate.sequences import Sequence
 from motes.frame import Frame
@@ -163,6 +163,8 @@ class Trace:
         (n,), of time inside the tracker; NaN where it was not asked.
     events
         (n,), TRACKED, STARTED, FAILED or SKIPPED.
+    covariances
+        (n, 3), of the ellipses' centers: xx, xy, yy; NaN where the tracker has none.
     """
 
     frames: NDArray[np.int64]
@@ -171,6 +173,7 @@ class Trace:
     lost: NDArray[np.bool_]
     seconds: Floats
     events: NDArray[np.int8]
+    covariances: Floats
 
 
 class Row(NamedTuple):
@@ -182,6 +185,7 @@ class Row(NamedTuple):
     lost: bool
     seconds: float
     event: int
+    covariance: Position
 
 
 NOWHERE = Ellipse(*[float("nan")] * 5)
@@ -223,13 +227,14 @@ class Running:
             answer, event = contestant.init(frame, box), STARTED
             self._next = None
         else:
-            self._rows.append(Row(frame.index, NOWHERE, np.nan, False, np.nan, SKIPPED))
+            self._rows.append(Row(frame.index, NOWHERE, np.nan, False, np.nan, SKIPPED, UNKNOWN))
             return
         self._last = answer.ellipse or self._last
         if self._start.protocol == "reset" and there and not iou(self._last.box, truth):
             event, self._next = FAILED, frame.index + PAUSE
+        _, confidence, lost, seconds, covariance = answer
         self._rows.append(
-            Row(frame.index, self._last, answer.confidence, answer.lost, answer.seconds, event)
+            Row(frame.index, self._last, confidence, lost, seconds, event, covariance)
         )
 
     def close(self) -> None:
@@ -248,7 +253,7 @@ class Running:
 
 
 def _trace(rows: list[Row]) -> Trace:
-    frames, ellipses, confidence, lost, seconds, events = zip(*rows, strict=True)
+    frames, ellipses, confidence, lost, seconds, events, covariances = zip(*rows, strict=True)
     return Trace(
         np.array(frames, np.int64),
         np.array(ellipses, np.float64),
@@ -256,11 +261,16 @@ def _trace(rows: list[Row]) -> Trace:
         np.array(lost, np.bool_),
         np.array(seconds, np.float64),
         np.array(events, np.int8),
+        np.array(covariances, np.float64),
     )
 
 
-COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event")
-"""Of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field."""
+SPREAD = ("xx", "xy", "yy")
+COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event", *SPREAD)
+"""Of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field.
+
+Files made before there were the last three, the covariance, are read as without one.
+"""
 
 
 def save_trace(path: str | Path, trace: Trace) -> None:
@@ -274,18 +284,18 @@ def save_trace(path: str | Path, trace: Trace) -> None:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for frame, ellipse, confidence, lost, seconds, event in zip(
+    for frame, ellipse, confidence, lost, seconds, event, covariance in zip(
         trace.frames.tolist(),
         trace.ellipses.tolist(),
         trace.confidence.tolist(),
         trace.lost.tolist(),
         trace.seconds.tolist(),
         trace.events.tolist(),
+        trace.covariances.tolist(),
         strict=True,
     ):
-        numbers = ["" if value != value else repr(value) for value in (*ellipse, confidence)]
-        time = "" if seconds != seconds else repr(seconds)
-        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event]])
+        numbers, (time,), spread = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
+        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *spread])
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -294,6 +304,10 @@ def save_trace(path: str | Path, trace: Trace) -> None:
         raise FormatError(
             f"{path} cannot be written: {error.strerror}; make room, or choose another place."
         ) from None
+
+
+def _fields(values: Iterable[float]) -> list[str]:
+    return ["" if value != value else repr(value) for value in values]
 
 
 def load_trace(path: str | Path) -> Trace:
@@ -306,8 +320,10 @@ def load_trace(path: str | Path) -> Trace:
     """
     try:
         head, *lines = csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8")))
-        if tuple(head) != COLUMNS:
+        if tuple(head) not in (COLUMNS, COLUMNS[: -len(SPREAD)]):
             raise ValueError("its columns are others")
+        if any(len(line) != len(head) for line in lines):
+            raise ValueError("a line has more or fewer columns than the first one")
         return _trace([_row(line) for line in lines])
     except OSError as error:
         raise FormatError(f"{path} cannot be read: {error.strerror}.") from None
@@ -316,10 +332,13 @@ def load_trace(path: str | Path) -> Trace:
 
 
 def _row(fields: list[str]) -> Row:
-    frame, x, y, a, b, theta, confidence, lost, seconds, event = fields
-    ellipse = Ellipse(*(_number(field) for field in (x, y, a, b, theta)))
-    code = EVENTS.index(event)
-    return Row(int(frame), ellipse, _number(confidence), lost == "1", _number(seconds), code)
+    frame, x, y, a, b, theta, confidence, lost, seconds, event, *spread = fields
+    ellipse = Ellipse(*map(_number, (x, y, a, b, theta)))
+    xx, xy, yy = map(_number, spread) if spread else UNKNOWN
+    return Row(
+        int(frame), ellipse, _number(confidence), lost == "1", _number(seconds),
+        EVENTS.index(event), (xx, xy, yy),
+    )  # fmt: skip
 
 
 def _number(field: str) -> float:

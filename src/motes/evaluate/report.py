@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.evaluate import contents, metrics, page, pictures, plots
+from motes.evaluate import contents, folds, metrics, page, pictures, plots
 from motes.evaluate.markdown import summary
-from motes.evaluate.reference import Reference
-from motes.evaluate.results import PROTOCOL_NAMES, Outcome, write_text
+from motes.evaluate.results import Outcome, write_text
 from motes.evaluate.sequences import Problem
 from motes.evaluate.summaries import Evaluation, Passes, precision_curve, success_curve
 from motes.evaluate.tables import Table, counted, number
+from motes.evaluate.wanted import Wanted, paces
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def write_report(
     out: Path,
     outcomes: Iterable[Outcome],
     problems: list[Problem],
-    reference: Reference | None,
+    wanted: Wanted,
     title: str,
 ) -> None:
     """Write summary.md and report.html into a folder.
@@ -43,8 +43,8 @@ def write_report(
         Of all passes; the others are compared with the tracker of the first one.
     problems
         What went wrong; passes that failed are added.
-    reference
-        Other people's results.
+    wanted
+        What is set beside their numbers.
     title
         For people.
 
@@ -55,8 +55,8 @@ def write_report(
     """
     evaluation = Evaluation(outcomes)
     problems = contents.problems(problems, evaluation.outcomes)
-    write_text(out / "summary.md", summary(evaluation, problems, reference, title))
-    parts = _parts(evaluation, reference)
+    write_text(out / "summary.md", summary(evaluation, problems, wanted, title))
+    parts = _parts(evaluation, wanted)
     write_text(out / "report.html", page.page(title, body(evaluation, problems, parts)))
 
 
@@ -88,40 +88,48 @@ def _closing(meanings: Mapping[str, str], problems: list[Problem]) -> Iterable[s
         yield page.headed("Problems", page.table(contents.problem_table(problems)), "problems")
 
 
-def _parts(evaluation: Evaluation, reference: Reference | None) -> Iterable[str]:
+def _parts(evaluation: Evaluation, wanted: Wanted) -> Iterable[str]:
     for protocol in evaluation.protocols:
         yield page.headed(
-            PROTOCOL_NAMES[protocol], page.table(contents.overall(evaluation, protocol))
+            contents.heading(evaluation, protocol),
+            page.table(contents.overall(evaluation, protocol)),
         )
         if protocol != "reset":
             yield _plots(evaluation, protocol)
         if protocol == "robust":
+            yield _spread(evaluation)
             table = contents.per_view(evaluation)
             yield f"<h3>{escape(table.title)}</h3>{page.table(table)}"
         if len(evaluation.trackers) > 1:
             compared = contents.comparisons(evaluation, protocol)
             yield f"<h3>{escape(compared.title)}</h3>{page.table(compared)}"
+        if wanted.folds:
+            table = folds.choices(evaluation, protocol, wanted.candidates, wanted.folds)
+            yield f"<h3>{escape(table.title)}</h3>{page.table(table)}"
     if evaluation.protocols:
-        yield from _closer(evaluation, evaluation.protocols[0])
+        yield from _closer(evaluation, evaluation.protocols[0], wanted.peer)
     if "ope" in evaluation.protocols:
         yield page.headed("Where they fail", _failures(evaluation))
-    if reference is not None:
-        table = contents.reference(evaluation, reference)
+    if wanted.reference is not None:
+        table = contents.reference(evaluation, wanted.reference)
         yield page.headed(table.title, page.table(table, column_tints(len(evaluation.trackers))))
     for protocol in evaluation.protocols:
         table = contents.details(evaluation, protocol)
-        yield folded(f"{table.title}: {PROTOCOL_NAMES[protocol]}", table)
+        yield folded(f"{table.title}: {contents.heading(evaluation, protocol)}", table)
 
 
-def _closer(evaluation: Evaluation, protocol: str) -> Iterable[str]:
+def _closer(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
     """Yield what the page shows of a single protocol, the first one."""
     aside = "" if len(evaluation.protocols) == 1 else f" ({protocol})"
     for table, tint in (
         (contents.per_sequence(evaluation, protocol), column_tints(len(evaluation.trackers))),
         (contents.times(evaluation, protocol), lambda row, _: tracker_tint(row)),
+        (paces(evaluation, protocol, peer), page.no_tint),
         (contents.lost_status(evaluation, protocol), page.no_tint),
+        (contents.recovery(evaluation, protocol), page.no_tint),
     ):
-        yield page.headed(table.title + aside, page.table(table, tint))
+        if table.rows:
+            yield page.headed(table.title + aside, page.table(table, tint))
     yield page.headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))
 
 
@@ -164,17 +172,43 @@ def plot(
     words: tuple[str, str, str, str],
 ) -> str:
     """Return a figure with a line for each tracker, and a legend with what the lines are worth."""
-    title, horizontal, vertical, measured = words
     lines = {}
     for i, tracker in enumerate(evaluation.trackers):
         curves = evaluation.per_seed(tracker, protocol, of)
         if known := [curve for curve in curves if np.isfinite(curve).all()]:
             lines[i] = np.mean(known, axis=0)
+    worths = {i: worth(line) for i, line in lines.items()}
+    return _drawn(evaluation.trackers, protocol, x, lines, worths, words)
+
+
+def _spread(evaluation: Evaluation) -> str:
+    """Return the figure of how the AUC is spread over the passes of `robust`."""
+    x, lines, worths = np.linspace(0, 1, 101), {}, {}
+    for i, tracker in enumerate(evaluation.trackers):
+        values = evaluation.aucs(tracker, "robust")
+        if values.size:
+            lines[i] = np.quantile(values, x)
+            worths[i] = evaluation.worst_tenth(tracker, "robust").mean
+    words = ("Spread", "share of passes, the worst first", "AUC of a pass", "worst tenth")
+    figure = _drawn(evaluation.trackers, "robust", x, lines, worths, words)
+    return f'<div class="plots">{figure}</div>'
+
+
+def _drawn(
+    trackers: list[str],
+    protocol: str,
+    x: Floats,
+    lines: dict[int, Floats],
+    worths: dict[int, float],
+    words: tuple[str, str, str, str],
+) -> str:
+    """Return a figure with a line for each tracker; as `plot` does."""
+    title, horizontal, vertical, measured = words
     if not lines or not plots.available():
         return ""
     legend = "".join(
-        f"<li>{plots.swatch(i)}{escape(evaluation.trackers[i])}: {worth(lines[i]):.3f}</li>"
-        for i in sorted(lines, key=lambda i: -worth(lines[i]))
+        f"<li>{plots.swatch(i)}{escape(trackers[i])}: {worths[i]:.3f}</li>"
+        for i in sorted(lines, key=lambda i: -worths[i])
     )
     drawn = plots.curves(f"{title.lower()}-{protocol}", x, lines, (horizontal, vertical))
     return (

@@ -41,7 +41,7 @@ PROTOCOL_NAMES = {
     "sre": "Perturbed starts (SRE)",
     "tre": "Perturbed times (TRE)",
     "reset": "Started anew after failures (VOT)",
-    "robust": "Seen otherwise (24 views)",
+    "robust": "Seen otherwise",
     "mot": "All objects (MOT)",
 }
 """Their names for people, in the order of reports."""
@@ -50,6 +50,7 @@ COLUMNS = (
     *("tracker", "sequence", "protocol", "start", "seed", "frames"),
     *("auc", "precision_20", "iou", "od", "lost_frame"),
     *("lost_recall", "lost_precision", "lost_f1", "ece"),
+    *("losses", "recovered", "coverage"),
     *("accuracy", "robustness", "failures"),
     *("ms_median", "ms_95", "fps", "error"),
 )
@@ -69,11 +70,15 @@ class Fit(NamedTuple):
     distances
         (n,), between the boxes' centers, in pixels; NaN where there is no target, infinite where
         the tracker gave no region.
+    covered
+        (n,), whether the truth's center lies in the 95 % ellipse of the tracker's position, 1 or 0;
+        NaN where there is no target, or the tracker is started, lost, or without a covariance.
     """
 
     rows: NDArray[np.int64]
     overlaps: Floats
     distances: Floats
+    covered: Floats
 
     @property
     def present(self) -> Flags:
@@ -101,10 +106,14 @@ def fit(trace: Trace, sequence: Sequence) -> Fit:
     gaps = (boxes[:, :2] + boxes[:, 2:] / 2) - (truths[:, :2] + truths[:, 2:] / 2)
     present = np.isfinite(truths).all(axis=1)
     overlaps = iou(np.nan_to_num(boxes), np.nan_to_num(truths))
+    covariances = trace.covariances[rows]
+    tracking = ~trace.lost[rows] & (trace.events[rows] != STARTED)
+    sure = present & tracking & np.isfinite(covariances).all(axis=1)
     return Fit(
         rows,
         np.where(present, np.where(given, overlaps, 0), np.nan),
         np.where(present, np.where(given, np.hypot(*gaps.T), np.inf), np.nan),
+        np.where(sure, metrics.covered(gaps, covariances), np.nan),
     )
 
 
@@ -118,10 +127,11 @@ def updates(trace: Trace) -> Floats:
 def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
     """Return the numbers of results.csv by column, without those that name the pass.
 
-    None stands for what makes no sense: `auc`, `precision_20`, `iou`, `od` and `lost_frame` after
-    a restart, so that the protocol `reset` has `accuracy`, `robustness` and `failures` instead;
-    `lost_frame` of a target that is never lost; `lost_recall` where it would be a share of no
-    frames, and `lost_precision` likewise; `ece` without a confidence; times without an update.
+    None stands for what makes no sense: `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses`
+    and `recovered` after a restart, so that the protocol `reset` has `accuracy`, `robustness` and
+    `failures` instead; `lost_frame` of a target that is never lost; `lost_recall` where it would be
+    a share of no frames, and `lost_precision` and `coverage` likewise; `ece` without a confidence;
+    times without an update.
 
     Frames without a target count for the lost status and the confidence only: there, to be lost is
     right, and no confidence is. The frame of the start counts like any other, but for the times.
@@ -150,6 +160,9 @@ def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
         values["od"] = float(distances.mean())
         if (first := metrics.first_lost(distances)) is not None:
             values["lost_frame"] = int(trace.frames[rows[first]])
+        values["losses"], values["recovered"] = metrics.recoveries(
+            present, judged.missed, judged.correct
+        )
     if judged.rows.size:
         values["lost_recall"] = metrics.detection_recall(lost, judged.missed)
         values["lost_precision"] = metrics.detection_precision(lost, judged.missed)
@@ -158,6 +171,8 @@ def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
         values["ece"] = metrics.calibration_error(
             confidence[sure], judged.correct[sure], np.ones(np.count_nonzero(sure))
         )
+    if (known := np.isfinite(judged.covered)).any():
+        values["coverage"] = float(judged.covered[known].mean())
     values |= speed(updates(trace))
     return {name: None if _is_nan(value) else value for name, value in values.items()}
 

@@ -63,6 +63,21 @@ class LostStatus(NamedTuple):
     f1: Mean
 
 
+class Share(NamedTuple):
+    """A share of what there is in all passes of a seed.
+
+    Attributes
+    ----------
+    total
+        How much there is.
+    share
+        NaN where there is nothing.
+    """
+
+    total: Mean
+    share: Mean
+
+
 def measure(protocol: str) -> str:
     """Return the column of results.csv by which trackers are ranked in a protocol."""
     return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
@@ -119,9 +134,13 @@ class Passes(ABC, Generic[E]):
             by_seed.setdefault(outcome.item.seed, []).append(outcome)
         return dict(sorted(by_seed.items()))
 
-    def seconds(self, tracker: str, protocol: str) -> Floats:
-        """Return the running times of all updates."""
-        return np.concatenate([[], *(o.seconds for o in self.passes(tracker, protocol))])
+    def seconds(
+        self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return the running times of all updates, or of those on some sequences."""
+        wanted = set(self.sequences if sequences is None else sequences)
+        passes = (o for o in self.passes(tracker, protocol) if o.item.sequence in wanted)
+        return np.concatenate([[], *(o.seconds for o in passes)])
 
     @abstractmethod
     def per_seed(
@@ -175,11 +194,13 @@ class Evaluation(Passes[Outcome]):
         """Return the mean of the lowest tenth of AUC among the passes of each seed, rounded up."""
         lowest = []
         for outcomes in self.seeds(tracker, protocol).values():
-            values = np.sort([_column(outcome, "auc") for outcome in outcomes])
-            values = values[np.isfinite(values)]
-            if values.size:
+            if (values := _aucs(outcomes)).size:
                 lowest.append(values[: -(-values.size // 10)].mean())
         return Mean.over(np.array(lowest))
+
+    def aucs(self, tracker: str, protocol: str) -> Floats:
+        """Return the AUC of each pass that has one, of all seeds, in rising order."""
+        return _aucs(self.passes(tracker, protocol))
 
     def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
         """Return the AUC of a protocol's start: the mean over sequences, then over seeds."""
@@ -236,6 +257,34 @@ class Evaluation(Passes[Outcome]):
                 rows.append((true.mean(), said.mean(), *scores))
         return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
 
+    def recovery(self, tracker: str, protocol: str) -> Share:
+        """Return how many losses count, and the share after which the target was found again."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            return _column(outcome, "losses"), _column(outcome, "recovered")
+
+        return self._pooled(tracker, protocol, count)
+
+    def coverage(self, tracker: str, protocol: str) -> Share:
+        """Return in how many frames a tracker says how far off it may be, and is right in 95 %."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            assert outcome.fit is not None
+            known = outcome.fit.covered[np.isfinite(outcome.fit.covered)]
+            return known.size, known.sum()
+
+        return self._pooled(tracker, protocol, count)
+
+    def _pooled(
+        self, tracker: str, protocol: str, count: Callable[[Outcome], tuple[float, float]]
+    ) -> Share:
+        """Return a share of all that is counted of the passes: how much there is, and the share."""
+        rows = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
+            rows.append((whole, part / whole if whole else np.nan))
+        return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
+
     def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
         """Return a tracker's reliability over all passes; None if it has no confidence.
 
@@ -264,6 +313,11 @@ def precision_curve(outcome: Outcome) -> Floats:
 def _column(outcome: Outcome, name: str) -> float:
     value = outcome.scores[name]
     return np.nan if value is None else float(value)
+
+
+def _aucs(outcomes: Iterable[Outcome]) -> Floats:
+    values = np.array([_column(outcome, "auc") for outcome in outcomes], np.float64)
+    return np.sort(values[np.isfinite(values)])
 
 
 def _mean(values: list[ArrayLike]) -> Floats:
