@@ -30,6 +30,7 @@ ORDER = [
     "budget",
     "particle_filter",
     "meanshift",
+    "discriminative",
     "presets",
     "target",
     "detection",

@@ -1,0 +1,422 @@
+"""The default tracker: particles over cues that learn the target against its surroundings.
+
+A step is a particle filter in parts (MacCormick and Isard, ECCV 2000): first where, then how large,
+then where exactly. Particles look their likelihood up in dense results: the response of a
+correlation filter, and sums of the pixels' color posterior. The first frame's filter is kept, and
+how much the place found is like it and stands out in color says how sure the tracker is; it learns
+only while it is sure, and searches when it is not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.config import Config, Count, NonNegative, Positive, Share
+from motes.cues import Cue
+from motes.cues.correlation import Correlation, CorrelationModel, Spectra, at
+from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, means
+from motes.cues.sizes import SizeModel, Sizes
+from motes.cues.window import Singles
+from motes.estimate import mean_ellipse
+from motes.frame import Frame
+from motes.geometry import Ellipse
+from motes.particle_filter import Info
+from motes.presence import Calibration
+from motes.resampling import Resampling, Weights
+from motes.track import Status, Track
+
+Floats = NDArray[np.float64]
+
+SURROUNDINGS = 1.4
+"""The contrast is that to the part between the box and one so many times as large."""
+CALM = 10
+"""Frames from the start whose mean certainty is the reference."""
+STEADY = 0.05
+"""Share of a frame in the running means of contrast and borders."""
+SMALLEST = 2.0
+"""Half-axis in pixels."""
+
+
+class Trust(Config, frozen=True):
+    """How certain the tracker must be, from 0 to 1; see `Discriminative.certainty`.
+
+    Each holds for targets that are easily told from everything else; others ask for the share
+    `of_first` of the certainty that they had in the first frames.
+
+    Attributes
+    ----------
+    learn
+        To learn from a frame.
+    keep
+        Not to call the target lost.
+    find
+        To call a lost one found.
+    of_first
+        See above.
+    """
+
+    learn: Share = 0.25
+    keep: Share = 0.15
+    find: Share = 0.2
+    of_first: Share = 0.6
+
+
+class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
+    """What the next step needs.
+
+    Attributes
+    ----------
+    time
+        Of the last frame, in seconds.
+    ellipse
+        The last estimate, upright.
+    correlation, posterior, sizes
+        The models.
+    contrast
+        Running mean of the color contrast while learning; it sets how much color counts.
+    border
+        (2,) running mean of the posterior just inside and outside of the target's border.
+    reference, seen
+        Mean certainty of the first frames, and of how many.
+    searchers
+        (N, 2) centers of the particles that search, while the target is lost.
+    status
+        Where the tracker is.
+    """
+
+    time: float
+    ellipse: Ellipse
+    correlation: CorrelationModel
+    posterior: PosteriorModel
+    sizes: SizeModel
+    contrast: float
+    border: Floats
+    reference: float
+    seen: int
+    searchers: Floats
+    status: Status
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What one window says.
+
+    Attributes
+    ----------
+    place
+        The window is around this ellipse.
+    spectra, plane, integral
+        Of its features; the filter's response; the posterior's sums.
+    centers, weights
+        (N, 2), (N,) the particles.
+    found
+        Their mean, with the size of `place`.
+    score
+        What the cues, pooled, say of it.
+    """
+
+    place: Ellipse
+    spectra: Spectra
+    plane: Singles
+    integral: Floats
+    centers: Floats
+    weights: Weights
+    found: Ellipse
+    score: float
+
+
+class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
+    """The default tracker.
+
+    Attributes
+    ----------
+    particles
+        How many: N.
+    correlation, posterior, sizes
+        The cues for the place, and the one for the size.
+    color
+        How much the color contrast counts in the pool of the cues for the place.
+    border
+        How much the posterior across the border counts, beside the sizes' filter, for the size.
+    sigma
+        Of the pooled cues: particles weigh exp(pool / sigma).
+    rate
+        Share of a frame in what is learned.
+    trust
+        How certain it must be to learn, and not to be lost.
+    calibration
+        From 1 - certainty to the confidence.
+    resampling
+        How particles are selected.
+    """
+
+    particles: Count = 400
+    correlation: Correlation = Correlation()
+    posterior: Posterior = Posterior()
+    sizes: Sizes = Sizes()
+    color: NonNegative = 1.0
+    border: NonNegative = 0.2
+    sigma: Positive = 0.02
+    rate: Share = 0.02
+    trust: Trust = Trust()
+    calibration: Calibration = Calibration(middle=0.75, width=0.05)
+    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
+
+    @cached_property
+    def cues(self) -> dict[str, Cue]:
+        """The cues for the place, by name."""
+        return {"correlation": self.correlation, "posterior": self.posterior}
+
+    def init(
+        self, rng: np.random.Generator, frame: Frame, region: Ellipse
+    ) -> tuple[DiscriminativeState, Info]:
+        """Learn the target in the box around `region` and start tracking it."""
+        region = Ellipse.from_box(region.box)
+        correlation = self.correlation.learn(frame, region)
+        posterior = self.posterior.learn(frame, region)
+        integral = self.posterior.integral(posterior, frame, region)
+        state = DiscriminativeState(
+            time=frame.time,
+            ellipse=region,
+            correlation=correlation,
+            posterior=posterior,
+            sizes=self.sizes.learn(frame, region),
+            contrast=contrast(integral, posterior, region, region),
+            border=borders(integral, posterior.grid, region, np.array([region]))[0],
+            reference=0.0,
+            seen=0,
+            searchers=np.tile(np.array(region[:2]), (self.particles, 1)),
+            status=Status.TRACKING,
+        )
+        after, info, _ = self._observe(rng, state, frame, region, np.array([region]))
+        return after, info
+
+    def step(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
+    ) -> tuple[DiscriminativeState, Info]:
+        """Look where the target was, or may be: find its place, its size, and look again there."""
+        if state.status is not Status.TRACKING:
+            state, places = self._search(rng, state, frame)
+            looks = [self._look(rng, state, frame, place) for place in places]
+            place = max(looks, key=lambda look: look.score).found
+            after, info, _ = self._observe(rng, state, frame, place, np.array([place]))
+            return after, info
+        found = self._look(rng, state, frame, state.ellipse)
+        sized, spectra, shift = self._sized(rng, state, frame, found)
+        place = mean_ellipse(sized, np.full(len(sized), 1 / len(sized)))[0]
+        after, info, learned = self._observe(rng, state, frame, place, sized)
+        if learned:
+            sizes = self.sizes.taught(state.sizes, spectra, self.rate, shift)
+            after = replace(after, sizes=sizes)
+        return after, info
+
+    def correct(
+        self, state: DiscriminativeState, frame: Frame, region: Ellipse
+    ) -> tuple[DiscriminativeState, Info]:
+        """Put the target at `region` of the current frame; what was learned is kept."""
+        region = Ellipse.from_box(region.box)
+        rng = np.random.Generator(np.random.PCG64(frame.index))
+        state = replace(state, ellipse=region, status=Status.TRACKING)
+        after, info, _ = self._observe(rng, state, frame, region, np.array([region]))
+        track = replace(info.track, ellipse=region, status=Status.TRACKING)
+        kept = {name: getattr(state, name) for name in ("correlation", "posterior", "sizes")}
+        return (
+            replace(after, ellipse=region, status=Status.TRACKING, **kept),
+            replace(info, track=track),
+        )
+
+    def certainty(self, state: DiscriminativeState, look: Look, found: Ellipse) -> float:
+        """Return the geometric mean of response to the first frame's filter and color contrast.
+
+        Both are 0 to 1, and neither is learned into agreement with what the tracker follows: a
+        response relative to its own past says nothing, since it rises while the filter learns
+        the wrong thing.
+        """
+        first = self.correlation.first(state.correlation, look.spectra)
+        stands_out = contrast(look.integral, state.posterior, look.place, found)
+        return math.sqrt(min(max(first, 0.0), 1.0) * max(stands_out, 0.0))
+
+    def _look(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, place: Ellipse
+    ) -> Look:
+        """Weigh particles by what the window around a place says, and take their mean.
+
+        Half of them are spread over the window, the others around the response's maximum; they
+        are weighed, selected, and weighed again nearby, which sharpens them step by step.
+        """
+        samples = state.correlation.grid
+        spectra = self.correlation.spectra(samples, frame, place)
+        plane = self.correlation.response(state.correlation, spectra)
+        integral = self.posterior.integral(state.posterior, frame, place)
+        share = self._color_share(state)
+
+        def pool(centers: Floats) -> Floats:
+            ellipses = np.empty((len(centers), 5))
+            ellipses[:, :2], ellipses[:, 2:] = centers, place[2:]
+            response = at(plane, samples, place, centers)
+            color = means(integral, samples, place, ellipses, CORE)
+            return (1 - share) * response + share * color
+
+        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
+        step = np.array(samples.step(place))
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * step
+        half = np.array(place[2:4])
+        narrow = self.correlation.sharpness * 2 * math.sqrt(place.a * place.b)
+        centers = place[:2] + rng.standard_normal((self.particles, 2)) * half
+        centers[::2] = place[:2] + peak + narrow * rng.standard_normal((len(centers[::2]), 2))
+        for spread in (narrow / 2, narrow / 4):
+            weights = Weights.from_log(pool(centers) / self.sigma)
+            centers = centers[self.resampling.ancestors(rng, weights, self.particles)]
+            centers = centers + spread * rng.standard_normal(centers.shape)
+        weights = Weights.from_log(pool(centers) / self.sigma)
+        x, y = (weights.values @ centers).tolist()
+        found = _inside(place._replace(x=x, y=y), frame)
+        score = float(pool(np.array([found[:2]]))[0])
+        return Look(place, spectra, plane, integral, centers, weights, found, score)
+
+    def _sized(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
+    ) -> tuple[Floats, Spectra, float]:
+        """Return particles (N, 5) of the target's size, the sizes' spectra, and their mean step.
+
+        Each is weighed by the sizes' filter, and by how well the posterior just inside and outside
+        of its border is what it was.
+        """
+        model, sizes = state.sizes, self.sizes
+        spectra = sizes.spectra(model.rows, model.columns, frame, look.found)
+        response = sizes.response(model, spectra)
+        last = sizes.count - 1
+        steps = rng.random(self.particles) * last
+        ellipses = np.tile(np.array(look.found), (self.particles, 1))
+        ellipses[:, 2:4] *= (sizes.step ** (steps - last / 2))[:, None]
+        ellipses[:, 2] = np.clip(ellipses[:, 2], SMALLEST, frame.width / 2)
+        ellipses[:, 3] = np.clip(ellipses[:, 3], SMALLEST, frame.height / 2)
+        grid = state.posterior.grid
+        errors = borders(look.integral, grid, look.place, ellipses) - state.border
+        pool = np.interp(steps, np.arange(sizes.count), response)
+        pool += self.border * np.exp(-50 * (errors**2).sum(axis=1))
+        weights = Weights.from_log(pool / self.sigma)
+        shift = float(weights.values @ steps) - last / 2
+        chosen = self.resampling.ancestors(rng, weights, self.particles)
+        return ellipses[chosen], spectra, shift
+
+    def _search(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
+    ) -> tuple[DiscriminativeState, list[Ellipse]]:
+        """Return where the target may be: where it was lost, and the searcher of likeliest color.
+
+        Searchers walk at random by half of the target's size in a frame, and are selected by the
+        posterior of the colors around them.
+        """
+        size = state.ellipse
+        walk = rng.standard_normal(state.searchers.shape) * size[2:4]
+        ends = [frame.width - 1, frame.height - 1]
+        centers = np.clip(state.searchers + walk, 0, ends)
+        likely = self.posterior.search(state.posterior, frame, centers, size)
+        weights = Weights.from_log(likely / 0.125)
+        x, y = centers[int(np.argmax(likely))].tolist()
+        chosen = self.resampling.ancestors(rng, weights, len(centers))
+        state = replace(state, searchers=centers[chosen])
+        return state, [_inside(size, frame), size._replace(x=x, y=y)]
+
+    def _observe(
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        place: Ellipse,
+        sized: Floats,
+    ) -> tuple[DiscriminativeState, Info, bool]:
+        """Look around a place, judge and learn; `sized` are particles of its size."""
+        look = self._look(rng, state, frame, place)
+        certainty = self.certainty(state, look, look.found)
+        tracking = state.status is Status.TRACKING
+        seen, reference = state.seen, state.reference
+        if tracking and seen < CALM:
+            seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
+        trust = self.trust
+        easy = trust.of_first * reference
+        there = certainty >= min(trust.keep if tracking else trust.find, easy)
+        status = Status.TRACKING if there else Status.LOST if tracking else Status.SEARCHING
+        found = look.found if there or tracking else state.ellipse
+        learned = there and certainty >= min(trust.learn, easy)
+        after = replace(
+            state,
+            time=frame.time,
+            ellipse=found,
+            reference=reference,
+            seen=seen,
+            status=status,
+            searchers=np.tile(found[:2], (self.particles, 1)) if tracking else state.searchers,
+        )
+        if learned:
+            after = self._learned(after, frame, look)
+        ellipses = np.resize(sized, (self.particles, 5))
+        ellipses[:, :2] = look.centers
+        weights = look.weights.values
+        covariance = mean_ellipse(ellipses, weights)[1]
+        share = self._color_share(state)
+        track = Track(
+            frame=frame.index,
+            time=frame.time,
+            ellipse=found,
+            covariance=covariance,
+            confidence=self.calibration.probability(1 - certainty),
+            status=status,
+            distance=1 - certainty,
+            effective_sample_size=look.weights.effective_sample_size,
+        )
+        info = Info(
+            track,
+            ellipses,
+            weights,
+            np.full(len(weights), 1 - certainty),
+            len(weights) * there,
+            {"correlation": state.correlation, "posterior": state.posterior},
+            {"correlation": 1 - share, "posterior": share},
+        )
+        return after, info, learned
+
+    def _learned(self, state: DiscriminativeState, frame: Frame, look: Look) -> DiscriminativeState:
+        """Return the state after a frame of which the tracker is certain."""
+        grid = state.correlation.grid
+        step_x, step_y = grid.step(look.place)
+        x, y = (look.found.x - look.place.x) / step_x, (look.found.y - look.place.y) / step_y
+        now = contrast(look.integral, state.posterior, look.place, look.found)
+        border = borders(look.integral, grid, look.place, np.array([look.found]))[0]
+        return replace(
+            state,
+            correlation=self.correlation.taught(state.correlation, look.spectra, self.rate, x, y),
+            posterior=self.posterior.taught(state.posterior, frame, look.place, self.rate, x, y),
+            contrast=(1 - STEADY) * state.contrast + STEADY * now,
+            border=(1 - STEADY) * state.border + STEADY * border,
+        )
+
+    def _color_share(self, state: DiscriminativeState) -> float:
+        """Return color's share in the pool: more, the more the target stands out by it."""
+        counts = self.color * max(state.contrast, 0.0)
+        return counts / (1 + counts)
+
+
+def contrast(integral: Floats, model: PosteriorModel, place: Ellipse, found: Ellipse) -> float:
+    """Return by how much the posterior in a target is above that around it, -1 to 1."""
+    core, one, wide = (
+        float(means(integral, model.grid, place, np.array([found]), scale)[0])
+        for scale in (CORE, 1.0, SURROUNDINGS)
+    )
+    area = SURROUNDINGS**2
+    return core - (area * wide - one) / (area - 1)
+
+
+def _inside(ellipse: Ellipse, frame: Frame) -> Ellipse:
+    """Return an ellipse with its center in the frame."""
+    x = min(max(ellipse.x, 0.0), frame.width - 1.0)
+    y = min(max(ellipse.y, 0.0), frame.height - 1.0)
+    return ellipse._replace(x=x, y=y)
