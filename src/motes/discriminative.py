@@ -209,8 +209,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             after, info, _ = self._observe(rng, state, frame, place, np.array([place]))
             return after, info
         found = self._look(rng, state, frame, state.ellipse)
-        sized, spectra, shift = self._sized(rng, state, frame, found)
-        place = mean_ellipse(sized, np.full(len(sized), 1 / len(sized)))[0]
+        place, sized, spectra, shift = self._sized(rng, state, frame, found)
         after, info, learned = self._observe(rng, state, frame, place, sized)
         if learned:
             sizes = self.sizes.taught(state.sizes, spectra, self.rate, shift)
@@ -257,55 +256,51 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         integral = self.posterior.integral(state.posterior, frame, place)
         share = self._color_share(state)
 
-        def pool(centers: Floats) -> Floats:
-            ellipses = np.empty((len(centers), 5))
-            ellipses[:, :2], ellipses[:, 2:] = centers, place[2:]
-            response = at(plane, samples, place, centers)
+        ellipses = np.tile(np.array(place), (self.particles, 1))
+
+        def pool(ellipses: Floats) -> Floats:
+            response = at(plane, samples, place, ellipses)
             color = means(integral, samples, place, ellipses, CORE)
             return (1 - share) * response + share * color
 
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        step = np.array(samples.step(place))
-        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * step
-        half = np.array(place[2:4])
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
         narrow = self.correlation.sharpness * 2 * math.sqrt(place.a * place.b)
-        centers = place[:2] + rng.standard_normal((self.particles, 2)) * half
-        centers[::2] = place[:2] + peak + narrow * rng.standard_normal((len(centers[::2]), 2))
-        for spread in (narrow / 2, narrow / 4):
-            weights = Weights.from_log(pool(centers) / self.sigma)
-            centers = centers[self.resampling.ancestors(rng, weights, self.particles)]
-            centers = centers + spread * rng.standard_normal(centers.shape)
-        weights = Weights.from_log(pool(centers) / self.sigma)
-        x, y = (weights.values @ centers).tolist()
+        noise = rng.standard_normal((3, self.particles, 2))
+        ellipses[::2, :2] += noise[0, ::2] * place[2:4]
+        ellipses[1::2, :2] += noise[0, 1::2] * narrow + peak * samples.step(place)
+        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
+            weights = Weights.from_log(pool(ellipses) / self.sigma)
+            ellipses = ellipses[self.resampling.ancestors(rng, weights, self.particles)]
+            ellipses[:, :2] += noise[layer] * spread
+        weights = Weights.from_log(pool(ellipses) / self.sigma)
+        x, y = (weights.values @ ellipses[:, :2]).tolist()
         found = _inside(place._replace(x=x, y=y), frame)
-        score = float(pool(np.array([found[:2]]))[0])
-        return Look(place, spectra, plane, integral, centers, weights, found, score)
+        score = float(pool(np.array([found]))[0])
+        return Look(place, spectra, plane, integral, ellipses[:, :2], weights, found, score)
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
-    ) -> tuple[Floats, Spectra, float]:
-        """Return particles (N, 5) of the target's size, the sizes' spectra, and their mean step.
+    ) -> tuple[Ellipse, Floats, Spectra, int]:
+        """Return the target with its likeliest size, particles (N, 5) of it, spectra, and the step.
 
-        Each is weighed by the sizes' filter, and by how well the posterior just inside and outside
-        of its border is what it was.
+        Each size is weighed by the sizes' filter, and by how well the posterior just inside and
+        outside of its border is what it was. The likeliest one is taken, not the mean: what is
+        nearer to the last size than half a step is no change, so that noise does not add up.
         """
-        model, sizes = state.sizes, self.sizes
+        model, sizes, last = state.sizes, self.sizes, np.array(look.found)
         spectra = sizes.spectra(model.rows, model.columns, frame, look.found)
-        response = sizes.response(model, spectra)
-        last = sizes.count - 1
-        steps = rng.random(self.particles) * last
-        ellipses = np.tile(np.array(look.found), (self.particles, 1))
-        ellipses[:, 2:4] *= (sizes.step ** (steps - last / 2))[:, None]
-        ellipses[:, 2] = np.clip(ellipses[:, 2], SMALLEST, frame.width / 2)
-        ellipses[:, 3] = np.clip(ellipses[:, 3], SMALLEST, frame.height / 2)
-        grid = state.posterior.grid
-        errors = borders(look.integral, grid, look.place, ellipses) - state.border
-        pool = np.interp(steps, np.arange(sizes.count), response)
+        ellipses = np.tile(last, (sizes.count, 1))
+        ellipses[:, 2:4] *= sizes.factors[:, None]
+        largest = [max(frame.width / 2, last[2]), max(frame.height / 2, last[3])]
+        ellipses[:, 2:4] = np.clip(ellipses[:, 2:4], np.minimum(SMALLEST, last[2:4]), largest)
+        pool = sizes.response(model, spectra).astype(np.float64)
+        errors = borders(look.integral, state.posterior.grid, look.place, ellipses) - state.border
         pool += self.border * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
-        shift = float(weights.values @ steps) - last / 2
         chosen = self.resampling.ancestors(rng, weights, self.particles)
-        return ellipses[chosen], spectra, shift
+        best = int(np.argmax(pool))
+        return Ellipse(*ellipses[best].tolist()), ellipses[chosen], spectra, best - sizes.count // 2
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -343,7 +338,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
         trust = self.trust
         easy = trust.of_first * reference
-        there = certainty >= min(trust.keep if tracking else trust.find, easy)
+        there = certainty >= min(trust.keep, 5 / 6 * easy) if tracking else certainty >= min(trust.find,easy)
         status = Status.TRACKING if there else Status.LOST if tracking else Status.SEARCHING
         found = look.found if there or tracking else state.ellipse
         learned = there and certainty >= min(trust.learn, easy)

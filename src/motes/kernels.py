@@ -1246,17 +1246,25 @@ def _posterior(inside: NDArray[np.float32], outside: NDArray[np.float32], color:
 
 @_kernel
 def box_means(
-    integral: NDArray[np.float64], boxes: NDArray[np.float64], out: NDArray[np.float64]
+    integral: NDArray[np.float64],
+    ellipses: NDArray[np.float64],
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    scale: float,
+    out: NDArray[np.float64],
 ) -> None:
-    """Write the mean over each box (N, 4): left, top, right and bottom in samples, from their sums.
+    """Write the mean over the box of each upright ellipse (N, 5), its sides scaled, from sums.
 
-    What reaches outside is left out; a box has at least one sample.
+    The sums' first corner lies at the pixel `origin`, and `step` pixels are one sample, each in x
+    and y. What reaches outside is left out; a box has at least one sample.
     """
     rows, columns = integral.shape[0] - 1, integral.shape[1] - 1
-    for n in range(boxes.shape[0]):
-        left, top = (min(max(boxes[n, 0], 0.0), columns - 1.0), min(max(boxes[n, 1], 0.0), rows - 1.0))
-        right = min(max(boxes[n, 2], left + 1.0), float(columns))
-        bottom = min(max(boxes[n, 3], top + 1.0), float(rows))
+    for n in range(ellipses.shape[0]):
+        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
+        across, down = scale * ellipses[n, 2] / step[0], scale * ellipses[n, 3] / step[1]
+        left, top = min(max(x - across, 0.0), columns - 1.0), min(max(y - down, 0.0), rows - 1.0)
+        right = min(max(x + across, left + 1.0), float(columns))
+        bottom = min(max(y + down, top + 1.0), float(rows))
         total = between(integral, bottom, right) - between(integral, bottom, left)
         total += between(integral, top, left) - between(integral, top, right)
         out[n] = total / ((right - left) * (bottom - top))
@@ -1274,11 +1282,18 @@ def between(plane: NDArray[Any], y: float, x: float) -> float:
 
 @_kernel
 def look_up(
-    plane: NDArray[np.float32], points: NDArray[np.float64], out: NDArray[np.float64]
+    plane: NDArray[np.float32],
+    ellipses: NDArray[np.float64],
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    out: NDArray[np.float64],
 ) -> None:
-    """Write a plane's bilinear value at points (N, 2), column and row; 0 outside of it."""
-    for n in range(points.shape[0]):
-        x, y = points[n, 0], points[n, 1]
+    """Write a plane's bilinear value at the center of each ellipse (N, 5); 0 outside of it.
+
+    The plane's first value lies at the pixel `origin`, the next `step` pixels farther, in x and y.
+    """
+    for n in range(ellipses.shape[0]):
+        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
         out[n] = 0.0
         if 0.0 <= x <= plane.shape[1] - 1 and 0.0 <= y <= plane.shape[0] - 1:
             out[n] = between(plane, y, x)

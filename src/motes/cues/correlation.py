@@ -79,7 +79,7 @@ class Correlation(Config, frozen=True):
         """Return 1 - response at each ellipse (N, 5), in the window around their mean, (N,)."""
         place = Ellipse(*ellipses.mean(axis=0).tolist())
         plane = self.response(model, self.spectra(model.grid, frame, place))
-        return 1 - np.clip(at(plane, model.grid, place, ellipses[:, :2]), 0, 1)
+        return 1 - np.clip(at(plane, model.grid, place, ellipses), 0, 1)
 
     def adapt(
         self, model: CorrelationModel, frame: Frame, ellipse: Ellipse, rate: float, anchor: float
@@ -151,10 +151,13 @@ class Correlation(Config, frozen=True):
         return out
 
 
-def at(plane: Singles, samples: Grid, place: Ellipse, centers: Floats) -> Floats:
-    """Return a response (H, W) of the window around `place` at centers (N, 2) in pixels, (N,)."""
-    middle = np.array([plane.shape[1] // 2, plane.shape[0] // 2])
-    points = (centers - np.array(place[:2])) / np.array(samples.step(place)) + middle
-    out = np.empty(len(points))
-    kernels.look_up(plane, points, out)
+def at(plane: Singles, samples: Grid, place: Ellipse, ellipses: Floats) -> Floats:
+    """Return a response (H, W) of the window around `place` at the ellipses' centers, (N,)."""
+    step_x, step_y = samples.step(place)
+    left, top = (
+        place.x - plane.shape[1] // 2 * step_x,
+        place.y - plane.shape[0] // 2 * step_y,
+    )
+    out = np.empty(len(ellipses))
+    kernels.look_up(plane, ellipses, (left, top), (step_x, step_y), out)
     return out

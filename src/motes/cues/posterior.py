@@ -152,11 +152,11 @@ def means(
     scale
         Of the boxes.
     """
-    step = np.array(samples.step(place))
-    middle = (ellipses[:, :2] - np.array(place[:2])) / step + np.array(samples.center) + 0.5
-    half = scale * ellipses[:, 2:4] / step
+    step_x, step_y = samples.step(place)
+    column, row = samples.center
+    corner = place.x - (column + 0.5) * step_x, place.y - (row + 0.5) * step_y
     out = np.empty(len(ellipses))
-    kernels.box_means(integral, np.hstack([middle - half, middle + half]), out)
+    kernels.box_means(integral, ellipses, corner, (step_x, step_y), scale, out)
     return out
 
 
