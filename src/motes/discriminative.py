@@ -58,6 +58,8 @@ class Trust(Config, frozen=True):
         Not to call the target lost.
     find
         To call a lost one found.
+    frames
+        A target is lost after so many frames in a row that are not certain enough to keep it.
     of_first
         See above.
     """
@@ -65,6 +67,7 @@ class Trust(Config, frozen=True):
     learn: Share = 0.25
     keep: Share = 0.15
     find: Share = 0.2
+    frames: Count = 3
     of_first: Share = 0.6
 
 
@@ -87,8 +90,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         Mean certainty of the first frames, and of how many.
     searchers
         (N, 2) centers of the particles that search, while the target is lost.
-    status
-        Where the tracker is.
+    status, missed
+        Where the tracker is, and for how many frames in a row it was not certain.
     """
 
     time: float
@@ -102,6 +105,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     seen: int
     searchers: Floats
     status: Status
+    missed: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,6 +198,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             seen=0,
             searchers=np.tile(np.array(region[:2]), (self.particles, 1)),
             status=Status.TRACKING,
+            missed=0,
         )
         after, info, _ = self._observe(rng, state, frame, region, np.array([region]))
         return after, info
@@ -338,10 +343,16 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
         trust = self.trust
         easy = trust.of_first * reference
-        there = certainty >= min(trust.keep, 5 / 6 * easy) if tracking else certainty >= min(trust.find,easy)
-        status = Status.TRACKING if there else Status.LOST if tracking else Status.SEARCHING
-        found = look.found if there or tracking else state.ellipse
+        there = certainty >= min(trust.keep if tracking else trust.find, easy)
+        missed = 0 if there else state.missed + 1
+        if there or (tracking and missed < trust.frames):
+            status = Status.TRACKING
+        else:
+            status = Status.LOST if tracking else Status.SEARCHING
         learned = there and certainty >= min(trust.learn, easy)
+        found = look.found if there or tracking else state.ellipse
+        if not learned:  # a size seen by one who is not sure is none
+            found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
             state,
             time=frame.time,
@@ -349,6 +360,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             reference=reference,
             seen=seen,
             status=status,
+            missed=missed,
             searchers=np.tile(found[:2], (self.particles, 1)) if tracking else state.searchers,
         )
         if learned:
