@@ -79,7 +79,9 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     time
         Of the last frame, in seconds.
     ellipse
-        The last estimate, upright.
+        The last estimate: the box as an upright ellipse.
+    shape
+        The first region; what is reported is this, moved and scaled.
     correlation, posterior, sizes
         The models.
     contrast
@@ -96,6 +98,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
 
     time: float
     ellipse: Ellipse
+    shape: Ellipse
     correlation: CorrelationModel
     posterior: PosteriorModel
     sizes: SizeModel
@@ -145,9 +148,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         How many: N.
     correlation, posterior, sizes
         The cues for the place, and the one for the size.
-    color
+    color_gain
         How much the color contrast counts in the pool of the cues for the place.
-    border
+    border_gain
         How much the posterior across the border counts, beside the sizes' filter, for the size.
     sigma
         Of the pooled cues: particles weigh exp(pool / sigma).
@@ -165,8 +168,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     correlation: Correlation = Correlation()
     posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
-    color: NonNegative = 1.0
-    border: NonNegative = 0.2
+    color_gain: NonNegative = 1.0
+    border_gain: NonNegative = 0.2
     sigma: Positive = 0.02
     rate: Share = 0.02
     trust: Trust = Trust()
@@ -182,26 +185,26 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, Info]:
         """Learn the target in the box around `region` and start tracking it."""
-        region = Ellipse.from_box(region.box)
-        correlation = self.correlation.learn(frame, region)
-        posterior = self.posterior.learn(frame, region)
-        integral = self.posterior.integral(posterior, frame, region)
+        box = Ellipse.from_box(region.box)
+        correlation = self.correlation.learn(frame, box)
+        posterior = self.posterior.learn(frame, box)
+        integral = self.posterior.integral(posterior, frame, box)
         state = DiscriminativeState(
             time=frame.time,
-            ellipse=region,
+            ellipse=box,
+            shape=region,
             correlation=correlation,
             posterior=posterior,
-            sizes=self.sizes.learn(frame, region),
-            contrast=contrast(integral, posterior, region, region),
-            border=borders(integral, posterior.grid, region, np.array([region]))[0],
+            sizes=self.sizes.learn(frame, box),
+            contrast=contrast(integral, posterior, box, box),
+            border=borders(integral, posterior.grid, box, np.array([box]))[0],
             reference=0.0,
             seen=0,
-            searchers=np.tile(np.array(region[:2]), (self.particles, 1)),
+            searchers=np.tile(np.array(box[:2]), (self.particles, 1)),
             status=Status.TRACKING,
             missed=0,
         )
-        after, info, _ = self._observe(rng, state, frame, region, np.array([region]))
-        return after, info
+        return state, self._put(state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -225,16 +228,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, Info]:
         """Put the target at `region` of the current frame; what was learned is kept."""
-        region = Ellipse.from_box(region.box)
-        rng = np.random.Generator(np.random.PCG64(frame.index))
-        state = replace(state, ellipse=region, status=Status.TRACKING)
-        after, info, _ = self._observe(rng, state, frame, region, np.array([region]))
-        track = replace(info.track, ellipse=region, status=Status.TRACKING)
-        kept = {name: getattr(state, name) for name in ("correlation", "posterior", "sizes")}
-        return (
-            replace(after, ellipse=region, status=Status.TRACKING, **kept),
-            replace(info, track=track),
+        state = replace(
+            state,
+            ellipse=Ellipse.from_box(region.box),
+            shape=region,
+            searchers=np.tile(np.array(region[:2]), (self.particles, 1)),
+            status=Status.TRACKING,
+            missed=0,
         )
+        return state, self._put(state, frame)
 
     def certainty(self, state: DiscriminativeState, look: Look, found: Ellipse) -> float:
         """Return the geometric mean of response to the first frame's filter and color contrast.
@@ -278,9 +280,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             weights = Weights.from_log(pool(ellipses) / self.sigma)
             ellipses = ellipses[self.resampling.ancestors(rng, weights, self.particles)]
             ellipses[:, :2] += noise[layer] * spread
+        ellipses[:, :2] = np.clip(ellipses[:, :2], 0, [frame.width - 1, frame.height - 1])
         weights = Weights.from_log(pool(ellipses) / self.sigma)
         x, y = (weights.values @ ellipses[:, :2]).tolist()
-        found = _inside(place._replace(x=x, y=y), frame)
+        found = place._replace(x=x, y=y)
         score = float(pool(np.array([found]))[0])
         return Look(place, spectra, plane, integral, ellipses[:, :2], weights, found, score)
 
@@ -296,12 +299,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         model, sizes, last = state.sizes, self.sizes, np.array(look.found)
         spectra = sizes.spectra(model.rows, model.columns, frame, look.found)
         ellipses = np.tile(last, (sizes.count, 1))
-        ellipses[:, 2:4] *= sizes.factors[:, None]
-        largest = [max(frame.width / 2, last[2]), max(frame.height / 2, last[3])]
-        ellipses[:, 2:4] = np.clip(ellipses[:, 2:4], np.minimum(SMALLEST, last[2:4]), largest)
+        least = min(1.0, SMALLEST / last[2:4].min())
+        most = max(1.0, (np.array([frame.width, frame.height]) / 2 / last[2:4]).min())
+        ellipses[:, 2:4] *= np.clip(sizes.factors, least, most)[:, None]
         pool = sizes.response(model, spectra).astype(np.float64)
         errors = borders(look.integral, state.posterior.grid, look.place, ellipses) - state.border
-        pool += self.border * np.exp(-50 * (errors**2).sum(axis=1))
+        pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = self.resampling.ancestors(rng, weights, self.particles)
         best = int(np.argmax(pool))
@@ -365,31 +368,61 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         if learned:
             after = self._learned(after, frame, look)
-        ellipses = np.resize(sized, (self.particles, 5))
-        ellipses[:, :2] = look.centers
-        weights = look.weights.values
-        covariance = mean_ellipse(ellipses, weights)[1]
-        share = self._color_share(state)
+        if there or tracking:
+            ellipses = np.resize(sized, (self.particles, 5))
+            ellipses[:, :2], weights = look.centers, look.weights
+            # The size is the likeliest one; the particles say how sure that is.
+            ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
+        else:
+            ellipses = np.tile(np.array(found), (self.particles, 1))
+            ellipses[:, :2], weights = state.searchers, Weights.uniform(self.particles)
+        return after, self._told(after, frame, ellipses, weights, certainty), learned
+
+    def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
+        """Return what there is to say of a target that somebody else has found."""
+        ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+        return self._told(state, frame, ellipses, Weights.uniform(self.particles), 1.0)
+
+    def _told(
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        ellipses: Floats,
+        weights: Weights,
+        certainty: float,
+    ) -> Info:
+        """Return the estimate in the form of the first region, and the particles."""
+        size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
+        shaped = np.tile(np.array(state.shape), (self.particles, 1))
+        shaped[:, :2] = ellipses[:, :2]
+        shaped[:, 2:4] *= size
+        grown = state.ellipse.a / Ellipse.from_box(state.shape.box).a
+        found = state.shape._replace(
+            x=state.ellipse.x,
+            y=state.ellipse.y,
+            a=state.shape.a * grown,
+            b=state.shape.b * grown,
+        )
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=found,
-            covariance=covariance,
+            covariance=mean_ellipse(shaped, weights.values)[1],
             confidence=self.calibration.probability(1 - certainty),
-            status=status,
+            status=state.status,
             distance=1 - certainty,
-            effective_sample_size=look.weights.effective_sample_size,
+            effective_sample_size=weights.effective_sample_size,
         )
-        info = Info(
+        share = self._color_share(state)
+        return Info(
             track,
-            ellipses,
-            weights,
-            np.full(len(weights), 1 - certainty),
-            len(weights) * there,
+            shaped,
+            weights.values,
+            np.full(len(shaped), 1 - certainty),
+            len(shaped) if state.missed == 0 else 0,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
-        return after, info, learned
 
     def _learned(self, state: DiscriminativeState, frame: Frame, look: Look) -> DiscriminativeState:
         """Return the state after a frame of which the tracker is certain."""
@@ -408,7 +441,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _color_share(self, state: DiscriminativeState) -> float:
         """Return color's share in the pool: more, the more the target stands out by it."""
-        counts = self.color * max(state.contrast, 0.0)
+        counts = self.color_gain * max(state.contrast, 0.0)
         return counts / (1 + counts)
 
 

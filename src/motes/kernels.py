@@ -1049,8 +1049,10 @@ def cut(
                 behind = min(before + 1, width - 1)
                 across = np.float32(x - before)
                 for k in range(3):
-                    high = pixels[above, before, k] * (1 - across) + pixels[above, behind, k] * across
-                    low = pixels[below, before, k] * (1 - across) + pixels[below, behind, k] * across
+                    high = pixels[above, before, k] * (1 - across)
+                    high += pixels[above, behind, k] * across
+                    low = pixels[below, before, k] * (1 - across)
+                    low += pixels[below, behind, k] * across
                     out[k, i, j] = high * (1 - down) + low * down
         return
     across_count, down_count = min(int(step_x + 0.5), 4), min(int(step_y + 0.5), 4)
@@ -1226,9 +1228,8 @@ def color_search(
         for i in range(lattice.shape[1]):
             x = min(max(int(centers[n, 0] + a * lattice[0, i] + 0.5), 0), width - 1)
             y = min(max(int(centers[n, 1] + b * lattice[1, i] + 0.5), 0), height - 1)
-            color = (
-                ((pixels[y, x, 0] >> 3) << 10) + ((pixels[y, x, 1] >> 3) << 5) + (pixels[y, x, 2] >> 3)
-            )
+            red, green, blue = int(pixels[y, x, 0]), int(pixels[y, x, 1]), int(pixels[y, x, 2])
+            color = ((red >> 3) << 10) + ((green >> 3) << 5) + (blue >> 3)
             total += _posterior(inside, outside, color)
         out[n] = total / lattice.shape[1]
 

@@ -1,4 +1,4 @@
-"""A correlation filter over cells of gradients and colors: where is what was learned?
+"""Where is what was learned: a correlation filter over cells of gradients and colors.
 
 Ridge regression from the window around the target onto a Gaussian at its center, for all shifts of
 the window at once, in the Fourier domain (Bolme et al., CVPR 2010; Danelljan et al., Accurate scale
@@ -111,7 +111,7 @@ class Correlation(Config, frozen=True):
     def taught(
         self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
     ) -> CorrelationModel:
-        """Return the filter with a share `rate` of what a window says, target x, y off its center."""
+        """Return the filter with a share `rate` of what a window says, target x, y off center."""
         numerator, power = self.lesson(spectra, model.grid, x, y)
         return replace(
             model,

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config, Share
+from motes.config import Config
 from motes.cues.window import Grid, Singles, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -68,7 +68,7 @@ class Posterior(Config, frozen=True):
         return PosteriorModel(inside, outside, a, b)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
-        """Return 1 - mean posterior of each ellipse (N, 5), in the window around their mean, (N,)."""
+        """Return 1 - mean posterior of ellipses (N, 5), in the window around their mean, (N,)."""
         place = Ellipse(*ellipses.mean(axis=0).tolist())
         integral = self.integral(model, frame, place)
         return 1 - means(integral, model.grid, place, ellipses, CORE)
@@ -123,10 +123,8 @@ class Posterior(Config, frozen=True):
         kernels.color_integral(samples, model.inside, model.outside, out)
         return out
 
-    def search(
-        self, model: PosteriorModel, frame: Frame, centers: Floats, size: Ellipse
-    ) -> Floats:
-        """Return the mean posterior in ellipses of one size around centers (N, 2) anywhere, (N,)."""
+    def search(self, model: PosteriorModel, frame: Frame, centers: Floats, size: Ellipse) -> Floats:
+        """Return the mean posterior in ellipses of one size around centers (N, 2), (N,)."""
         out = np.empty(len(centers))
         kernels.color_search(
             frame.pixels, centers, size.a, size.b, sunflower(32), model.inside, model.outside, out

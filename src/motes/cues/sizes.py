@@ -65,15 +65,15 @@ class Sizes(Config, frozen=True):
     @property
     def factors(self) -> NDArray[np.float64]:
         """(count,), the sizes as factors of the last one."""
-        out: NDArray[np.float64] = self.step ** (np.arange(self.count) - self.count // 2)
+        out: NDArray[np.float64] = np.power(
+            self.step, np.arange(self.count, dtype=np.float64) - self.count // 2
+        )
         return out
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> SizeModel:
         """Return the filter of a target in an upright ellipse."""
         shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
-        rows, columns = (
-            max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a)
-        )
+        rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
         numerator, power = self._lesson(self.spectra(rows, columns, frame, ellipse), 0)
         return SizeModel(numerator, power, rows, columns)
 
