@@ -531,7 +531,7 @@ def test_lost_searched_and_found_again(name: str, seed: int) -> None:
     assert tracks[-1].confidence > 0.3
 
 
-@pytest.mark.parametrize("name", [name for name in CONFIGS if name not in FILTERS])
+@pytest.mark.parametrize("name", [name for name in CONFIGS if name.startswith("mean_shift")])
 def test_mean_shift_says_that_it_lost_the_target(name: str) -> None:
     tracks = hidden_for_long(name, 0)
     assert tracks[14].status is Status.LOST

@@ -1083,8 +1083,8 @@ def gradient_cells(
 
     9 orientations of gradients without and 18 with their sign, each normalized by the energy of
     the four blocks of 2x2 cells around, truncated at 0.2 and averaged; then gray and two color
-    differences. `sectors` (256, 256) has the number of a gradient's sector, 18 to the turn, at row
-    128 + dy / 6 and column 128 + dx / 6, the derivatives being those of R + G + B.
+    differences. `sectors` (512, 512) has the number of a gradient's sector, 18 to the turn, at row
+    256 + dy / 3 and column 256 + dx / 3, the derivatives being those of R + G + B.
     """
     height, width = samples.shape[1], samples.shape[2]
     rows, columns = out.shape[1], out.shape[2]
@@ -1104,8 +1104,8 @@ def gradient_cells(
         for j in range(width):
             dx, dy = here[min(j + 1, width - 1)] - here[max(j - 1, 0)], after[j] - before[j]
             magnitude[j] = math.sqrt(dx * dx + dy * dy)
-            sixth = np.float32(1 / 6)
-            sector[j] = sectors[int(dy * sixth + 128.0), int(dx * sixth + 128.0)]
+            third = np.float32(1 / 3)
+            sector[j] = sectors[int(dy * third + 256.5), int(dx * third + 256.5)]
         y = (i + 0.5) / cell + 0.5
         above = int(y)
         down = np.float32(y - above)

@@ -86,7 +86,7 @@ class Grid:
 @cache
 def sectors() -> NDArray[np.uint8]:
     """Return which of 18 sectors of the turn a gradient has, as `kernels.gradient_cells` asks."""
-    dy, dx = np.mgrid[-128:128, -128:128]
+    dy, dx = np.mgrid[-256:256, -256:256]
     numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
     out: NDArray[np.uint8] = numbers.astype(np.uint8)
     return out
