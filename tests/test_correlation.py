@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.cues import Cue
 from motes.cues.correlation import Correlation
 from motes.cues.posterior import CORE, Posterior, borders, means
 from motes.cues.sizes import Sizes
@@ -215,7 +216,7 @@ def test_a_lesson_of_another_size_is_one_of_that_size() -> None:
 
 
 @pytest.mark.parametrize("cue", [Correlation(), Posterior()])
-def test_distances_grow_away_from_the_target(cue: Correlation | Posterior) -> None:
+def test_distances_grow_away_from_the_target(cue: Cue) -> None:
     frame = patch()
     model = cue.learn(frame, TARGET)
     around = [TARGET._replace(x=TARGET.x + dx) for dx in (-14, -7, 0, 7, 14)]

@@ -42,6 +42,8 @@ STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
 SMALLEST = 2.0
 """Half-axis in pixels."""
+FRESH = 4
+"""Of so many searchers one starts anew in each frame, anywhere."""
 
 
 class Trust(Config, frozen=True):
@@ -315,13 +317,14 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     ) -> tuple[DiscriminativeState, list[Ellipse]]:
         """Return where the target may be: where it was lost, and the searcher of likeliest color.
 
-        Searchers walk at random by half of the target's size in a frame, and are selected by the
-        posterior of the colors around them.
+        Searchers walk at random by half of the target's size in a frame, some start anew anywhere,
+        and they are selected by the posterior of the colors around them.
         """
         size = state.ellipse
         walk = rng.standard_normal(state.searchers.shape) * size[2:4]
         ends = [frame.width - 1, frame.height - 1]
         centers = np.clip(state.searchers + walk, 0, ends)
+        centers[::FRESH] = rng.random((len(centers[::FRESH]), 2)) * ends
         likely = self.posterior.search(state.posterior, frame, centers, size)
         weights = Weights.from_log(likely / 0.125)
         x, y = centers[int(np.argmax(likely))].tolist()

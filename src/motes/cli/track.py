@@ -103,7 +103,7 @@ def track(
             "figures are made anew.",
         ),
     ] = False,
-    preset: Preset = "default",
+    preset: Preset = "nummiaro",
     config: ConfigFile = None,
     seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
     fps_target: Annotated[
