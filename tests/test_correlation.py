@@ -199,17 +199,14 @@ def test_the_sizes_filter_sees_growth(steps: int) -> None:
     cue = Sizes()
     model = cue.learn(textured(), TARGET)
     grown = textured(zoom=cue.step**steps)
-    response = cue.response(model, cue.spectra(model.rows, model.columns, grown, TARGET))
+    response = cue.response(model, grown, TARGET)
     assert abs(int(response.argmax()) - cue.count // 2 - steps) <= 1
 
 
-def test_a_lesson_of_another_size_is_one_of_that_size() -> None:
-    cue = Sizes()
-    model = cue.learn(textured(), TARGET)
-    grown = cue.spectra(model.rows, model.columns, textured(zoom=cue.step**2), TARGET)
-    taught = cue.taught(model, grown, 1.0, 2)
-    response = cue.response(taught, grown)
-    assert int(response.argmax()) == cue.count // 2 + 2
+def test_a_size_once_learned_is_the_last_one() -> None:
+    cue, grown = Sizes(), textured(zoom=1.12)
+    model = cue.taught(cue.learn(textured(), TARGET), grown, TARGET, 1.0)
+    assert int(cue.response(model, grown, TARGET).argmax()) == cue.count // 2
 
 
 # In a particle filter of any preset's kind: the cues' protocol

@@ -42,6 +42,10 @@ STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
 SMALLEST = 2.0
 """Half-axis in pixels."""
+UNSEEN = 0.1
+"""Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
+answers for what it has learned, which may have drifted from the target's middle. With it, 88 % of
+true centers lie within the 95 % ellipse while the target is tracked; without, 29 %."""
 FRESH = 4
 """Of so many searchers one starts anew in each frame, anywhere."""
 
@@ -175,7 +179,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     sigma: Positive = 0.02
     rate: Share = 0.02
     trust: Trust = Trust()
-    calibration: Calibration = Calibration(middle=0.75, width=0.05)
+    calibration: Calibration = Calibration(middle=0.73, width=0.05)
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
 
     @cached_property
@@ -219,11 +223,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             after, info, _ = self._observe(rng, state, frame, place, np.array([place]))
             return after, info
         found = self._look(rng, state, frame, state.ellipse)
-        place, sized, spectra, shift = self._sized(rng, state, frame, found)
+        place, sized = self._sized(rng, state, frame, found)
         after, info, learned = self._observe(rng, state, frame, place, sized)
         if learned:
-            sizes = self.sizes.taught(state.sizes, spectra, self.rate, shift)
-            after = replace(after, sizes=sizes)
+            after = replace(
+                after, sizes=self.sizes.taught(state.sizes, frame, after.ellipse, self.rate)
+            )
         return after, info
 
     def correct(
@@ -291,26 +296,24 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
-    ) -> tuple[Ellipse, Floats, Spectra, int]:
-        """Return the target with its likeliest size, particles (N, 5) of it, spectra, and the step.
+    ) -> tuple[Ellipse, Floats]:
+        """Return the target with its likeliest size, and particles (N, 5) of it.
 
         Each size is weighed by the sizes' filter, and by how well the posterior just inside and
         outside of its border is what it was. The likeliest one is taken, not the mean: what is
         nearer to the last size than half a step is no change, so that noise does not add up.
         """
         model, sizes, last = state.sizes, self.sizes, np.array(look.found)
-        spectra = sizes.spectra(model.rows, model.columns, frame, look.found)
         ellipses = np.tile(last, (sizes.count, 1))
         least = min(1.0, SMALLEST / last[2:4].min())
         most = max(1.0, (np.array([frame.width, frame.height]) / 2 / last[2:4]).min())
         ellipses[:, 2:4] *= np.clip(sizes.factors, least, most)[:, None]
-        pool = sizes.response(model, spectra).astype(np.float64)
+        pool = sizes.response(model, frame, look.found).astype(np.float64)
         errors = borders(look.integral, state.posterior.grid, look.place, ellipses) - state.border
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = self.resampling.ancestors(rng, weights, self.particles)
-        best = int(np.argmax(pool))
-        return Ellipse(*ellipses[best].tolist()), ellipses[chosen], spectra, best - sizes.count // 2
+        return Ellipse(*ellipses[int(np.argmax(pool))].tolist()), ellipses[chosen]
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -406,11 +409,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             a=state.shape.a * grown,
             b=state.shape.b * grown,
         )
+        covariance = mean_ellipse(shaped, weights.values)[1]
+        if certainty < 1:
+            side = 2 * math.sqrt(state.ellipse.a * state.ellipse.b)
+            covariance[[0, 1], [0, 1]] += (UNSEEN * side) ** 2
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=found,
-            covariance=mean_ellipse(shaped, weights.values)[1],
+            covariance=covariance,
             confidence=self.calibration.probability(1 - certainty),
             status=state.status,
             distance=1 - certainty,

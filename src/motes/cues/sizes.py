@@ -74,10 +74,10 @@ class Sizes(Config, frozen=True):
         """Return the filter of a target in an upright ellipse."""
         shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
         rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
-        numerator, power = self._lesson(self.spectra(rows, columns, frame, ellipse), 0)
+        numerator, power = self._lesson(self._spectra(rows, columns, frame, ellipse))
         return SizeModel(numerator, power, rows, columns)
 
-    def spectra(self, rows: int, columns: int, frame: Frame, ellipse: Ellipse) -> Spectra:
+    def _spectra(self, rows: int, columns: int, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (count // 2 + 1, features) of a target's cells."""
         rows_of_samples, columns_of_samples = rows * CELL, columns * CELL
         samples = np.empty((3, rows_of_samples, columns_of_samples), np.float32)
@@ -93,25 +93,27 @@ class Sizes(Config, frozen=True):
         transform: Spectra = fft.rfft(out * taper[:, None], axis=0)
         return transform
 
-    def response(self, model: SizeModel, spectra: Spectra) -> Singles:
-        """Return the filter's response at each size, (count,)."""
+    def response(self, model: SizeModel, frame: Frame, ellipse: Ellipse) -> Singles:
+        """Return the filter's response at each size of a target, (count,)."""
+        spectra = self._spectra(model.rows, model.columns, frame, ellipse)
         learned = (model.numerator.conj() * spectra).sum(axis=1) / (model.power + self.ridge)
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
 
-    def taught(self, model: SizeModel, spectra: Spectra, rate: float, shift: float) -> SizeModel:
-        """Return the filter with a share `rate` of a target seen `shift` steps off the middle."""
-        numerator, power = self._lesson(spectra, shift)
+    def taught(self, model: SizeModel, frame: Frame, ellipse: Ellipse, rate: float) -> SizeModel:
+        """Return the filter with a share `rate` of the target in an upright ellipse."""
+        numerator, power = self._lesson(self._spectra(model.rows, model.columns, frame, ellipse))
         return replace(
             model,
             numerator=(1 - rate) * model.numerator + rate * numerator,
             power=(1 - rate) * model.power + rate * power,
         )
 
-    def _lesson(self, spectra: Spectra, shift: float) -> tuple[Spectra, Singles]:
+    def _lesson(self, spectra: Spectra) -> tuple[Spectra, Singles]:
         frequency = np.fft.rfftfreq(self.count)
         sigma = self.sharpness
         label = np.exp(-2 * (np.pi * sigma * frequency) ** 2) * math.sqrt(2 * np.pi) * sigma
-        label = (label * np.exp(2j * np.pi * frequency * shift)).astype(np.complex64)
+        # Its peak is at the first size; the middle one is meant, as `response` undoes.
+        label = label.astype(np.complex64)
         power: Singles = (spectra.real**2 + spectra.imag**2).sum(axis=1)
         return label[:, None] * spectra, power
