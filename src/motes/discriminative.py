@@ -42,10 +42,9 @@ STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
 SMALLEST = 2.0
 """Half-axis in pixels."""
-UNSEEN = 0.1
+UNSEEN = 0.2
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
-answers for what it has learned, which may have drifted from the target's middle. With it, 88 % of
-true centers lie within the 95 % ellipse while the target is tracked; without, 29 %."""
+answers for what it has learned, which may have drifted from the target's middle."""
 FRESH = 4
 """Of so many searchers one starts anew in each frame, anywhere."""
 
@@ -70,9 +69,9 @@ class Trust(Config, frozen=True):
         See above.
     """
 
-    learn: Share = 0.25
-    keep: Share = 0.15
-    find: Share = 0.2
+    learn: Share = 0.3
+    keep: Share = 0.2
+    find: Share = 0.25
     frames: Count = 3
     of_first: Share = 0.6
 
