@@ -127,14 +127,15 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
     error = go("track FILM --init BOX -o r.csv --fps-target 1e6 --budget.least 31")[2]
     assert "31 to 100 particles" in error  # 100 before it knows its pace
-    error = go("track FILM --init BOX -o s.csv --budget.least 31")[2]
+    error = go("track FILM --init BOX -o s.csv --preset nummiaro --budget.least 31")[2]
     found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
     assert found
     least, most, mean = map(int, found.groups())
     assert 31 <= least < mean < most <= 500
-    error = go("track FILM --init BOX -o t.csv --budget.least 40 --budget.most 40 --particles 40")[
-        2
-    ]
+    error = go(
+        "track FILM --init BOX -o t.csv --preset nummiaro --budget.least 40 --budget.most 40 "
+        "--particles 40"
+    )[2]
     assert "ms a frame, 40 particles; wrote t.csv" in error
 
 
@@ -144,7 +145,7 @@ def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
     assert re.fullmatch(
         r"motes: 60 frames, tracked in 100\.0 %, tracker [\d.]+ ms a frame; wrote r\.csv\.\n", error
     )
-    tracker = Tracker("nummiaro", seed=0)
+    tracker = Tracker(seed=0)
     region = [float(number) for number in film[1].split(",")]
     with open_source(film[0]) as source:
         tracks = [
@@ -195,7 +196,9 @@ def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
 
 
 def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
-    code, out, error = go("track FILM --init BOX --start 5 --overlay o.mp4 --figures f")
+    code, out, error = go(
+        "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
+    )
     assert (code, out) == (0, "")
     assert error.rstrip().endswith("wrote o.mp4, 4 figures in f.")
     assert sorted(os.listdir()) == ["f", "o.mp4"]
@@ -327,15 +330,16 @@ def test_layers_preset_then_file_then_options(go: Go) -> None:
 
 
 def test_another_type_brings_its_own_values(go: Go) -> None:
-    _, out, _ = go("track --motion.type random_walk --motion.noise.position 0.3 --dump-config")
+    _, out, _ = go(
+        "track --preset nummiaro --motion.type random_walk --motion.noise.position 0.3 "
+        "--dump-config"
+    )
     assert 'type = "random_walk"\n\n[motion.noise]' in out
     assert go("track --type mean_shift --dump-config")[1].startswith('type = "mean_shift"')
 
 
 def test_options_may_come_before_the_source(go: Go) -> None:
-    assert (
-        go("track --particles 20 --motion.noise.position=0.3 FILM --init BOX --end 2 -o -")[0] == 0
-    )
+    assert go("track --particles 20 --sizes.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
 
 
 def flat(values: dict[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -378,7 +382,11 @@ SINGLE_TYPES = ("type",)
         ("track FILM --init BOX --fps-target 0", 2, "A rate of frames is a positive number; got 0"),
         ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
         ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "no run repeats itself"),
-        ("track FILM --init BOX --budget.least 9 --budget.most 3", 2, "least is 9, and most is 3"),
+        (
+            "track FILM --init BOX --preset nummiaro --budget.least 9 --budget.most 3",
+            2,
+            "least is 9, and most is 3",
+        ),
         ("track FILM --init BOX --at a.toml", 2, "belong to --histogram"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
@@ -396,8 +404,12 @@ SINGLE_TYPES = ("type",)
         ),
         ("track FILM --init BOX --overlya o.mp4", 2, "did you mean --overlay"),
         ("track FILM --init BOX --preset mean_shift --particles 9", 2, "no option --particles"),
-        ("track FILM --init BOX --motion.nois.size 1", 2, "did you mean 'noise'?"),
-        ("track FILM --init BOX --motion.noise.size nan", 2, "motion.noise.size"),
+        (
+            "track FILM --init BOX --preset nummiaro --motion.nois.size 1",
+            2,
+            "did you mean 'noise'?",
+        ),
+        ("track FILM --init BOX --preset nummiaro --motion.noise.size nan", 2, "motion.noise.size"),
         ("track FILM --init BOX --particles many", 2, "particles: Expected `int`, got `str`"),
         ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
         ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),

@@ -216,6 +216,7 @@ def test_a_change_of_type_starts_from_its_own_defaults() -> None:
     assert isinstance(base.motion, ConstantVelocity)
     assert same.motion.persistence == base.motion.persistence
     sampling = configure(preset("nummiaro"), {"color": {"sampling": {"type": "every_pixel"}}})
+    assert isinstance(sampling, ParticleFilter)
     assert sampling.color is not None
     assert sampling.color.sampling == EveryPixel()
     assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
@@ -277,7 +278,7 @@ def test_text_that_is_no_toml() -> None:
 def test_unknown_presets() -> None:
     with pytest.raises(ConfigError, match="did you mean 'nummiaro'"):
         preset("numiaro")
-    with pytest.raises(ConfigError, match="known are nummiaro, "):
+    with pytest.raises(ConfigError, match="known are default, nummiaro, "):
         preset("zzz")
 
 

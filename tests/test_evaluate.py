@@ -327,7 +327,7 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
             "neither such a name here nor a module mean_shift; did you mean mean_s",
         ),
         ("cv2:mill", "did you mean cv2:mil?"),
-        ("zzz", "known are nummiaro"),
+        ("zzz", "known are default"),
         ("no.toml", "cannot be read: No such file"),
         ("bad.toml", "is not valid TOML"),
         ("key.toml", "did you mean 'particles'"),

@@ -17,7 +17,7 @@ from motes.errors import FormatError, LimitError
 from motes.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.particle_filter import Info
+from motes.particle_filter import Info, ParticleFilter
 from motes.presets import configure, preset
 from motes.track import Status, Track
 from motes.tracker import Tracker
@@ -168,7 +168,9 @@ def test_the_surface_is_rho_at_each_place() -> None:
     surface = recorder.surface()
     assert surface is not None
     frame, (truth,) = synthetic.growing((160, 120), 1, factor=1.5)[0]
-    cue = preset("nummiaro").color
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    cue = config.color
     assert cue is not None
     model = cue.learn(frame, truth.ellipse)
     for row, column in ((0, 60), (17, 42), (60, 0)):

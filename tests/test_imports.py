@@ -31,6 +31,7 @@ ORDER = [
     "budget",
     "particle_filter",
     "meanshift",
+    "discriminative",
     "presets",
     "target",
     "detection",

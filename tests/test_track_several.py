@@ -56,7 +56,7 @@ def test_each_is_followed_as_if_alone(go: Go, film: str) -> None:
         (str(frame), who) for frame in range(FRAMES) for who in "12"
     ]
     for i, box in enumerate(BOXES):
-        tracker = Tracker("nummiaro", 3 + i)
+        tracker = Tracker(seed=3 + i)
         with open_source(film) as source:
             frames = list(source)
         tracks = [tracker.init(frames[0], box), *map(tracker.update, frames[1:])]

@@ -11,8 +11,10 @@ from msgspec.structs import replace
 from motes import charts
 from motes.charts import STEPS, Edges, Series, Surface
 from motes.cues.orientation import Orientation
+from motes.discriminative import Discriminative
 from motes.errors import FormatError, LimitError
 from motes.frame import Frame
+from motes.meanshift import MeanShift
 from motes.particle_filter import Info, ParticleFilter
 from motes.presets import TrackerConfig
 from motes.track import Status
@@ -188,10 +190,12 @@ class Recorder:
 
     @property
     def _name(self) -> str:
-        return "particle filter" if isinstance(self._config, ParticleFilter) else "mean shift"
+        return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
 
     @property
     def _rule(self) -> tuple[int, float]:
         """Number of samples N and fraction f of the appearance rule."""
+        if isinstance(self._config, Discriminative):
+            return self._config.particles, 0.0  # all of them, or none
         samples = self._config.particles if isinstance(self._config, ParticleFilter) else 1
         return samples, self._config.presence.fraction

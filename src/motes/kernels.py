@@ -1233,6 +1233,286 @@ def mean_shift(
         center[1] = sum_y / total
 
 
+@_unordered
+def cut(
+    pixels: NDArray[np.uint8],
+    left: float,
+    top: float,
+    step_x: float,
+    step_y: float,
+    out: NDArray[np.float32],
+) -> None:
+    """Write the samples (3, H, W) of a part of a picture, RGB 0 to 255.
+
+    The sample in row i and column j lies at (left + j step_x, top + i step_y). Where it stands for
+    several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear. Outside the
+    picture its border goes on.
+    """
+    height, width = pixels.shape[0], pixels.shape[1]
+    rows, columns = out.shape[1], out.shape[2]
+    if step_x < 1.0 or step_y < 1.0:
+        for i in range(rows):
+            y = min(max(top + i * step_y, 0.0), height - 1.0)
+            above = int(y)
+            below = min(above + 1, height - 1)
+            down = np.float32(y - above)
+            for j in range(columns):
+                x = min(max(left + j * step_x, 0.0), width - 1.0)
+                before = int(x)
+                behind = min(before + 1, width - 1)
+                across = np.float32(x - before)
+                for k in range(3):
+                    high = pixels[above, before, k] * (1 - across)
+                    high += pixels[above, behind, k] * across
+                    low = pixels[below, before, k] * (1 - across)
+                    low += pixels[below, behind, k] * across
+                    out[k, i, j] = high * (1 - down) + low * down
+        return
+    across_count, down_count = min(int(step_x + 0.5), 4), min(int(step_y + 0.5), 4)
+    share = np.float32(1.0 / (across_count * down_count))
+    for i in range(rows):
+        for j in range(columns):
+            red, green, blue = 0, 0, 0
+            for u in range(down_count):
+                y = top + (i - 0.5 + (u + 0.5) / down_count) * step_y + 0.5
+                row = int(min(max(y, 0.0), height - 1.0))
+                for v in range(across_count):
+                    x = left + (j - 0.5 + (v + 0.5) / across_count) * step_x + 0.5
+                    column = int(min(max(x, 0.0), width - 1.0))
+                    red += pixels[row, column, 0]
+                    green += pixels[row, column, 1]
+                    blue += pixels[row, column, 2]
+            out[0, i, j], out[1, i, j], out[2, i, j] = red * share, green * share, blue * share
+
+
+@_unordered
+def gradient_cells(
+    samples: NDArray[np.float32],
+    cell: int,
+    sectors: NDArray[np.uint8],
+    out: NDArray[np.float32],
+) -> None:
+    """Write the features (30, h, w) of cells of samples (3, H, W), H = cell * h, W = cell * w.
+
+    9 orientations of gradients without and 18 with their sign, each normalized by the energy of
+    the four blocks of 2x2 cells around, truncated at 0.2 and averaged; then gray and two color
+    differences. `sectors` (512, 512) has the number of a gradient's sector, 18 to the turn, at row
+    256 + dy / 3 and column 256 + dx / 3, the derivatives being those of R + G + B.
+    """
+    height, width = samples.shape[1], samples.shape[2]
+    rows, columns = out.shape[1], out.shape[2]
+    # One cell more on each side, into which the outermost samples' votes fall.
+    votes = np.zeros((rows + 2, columns + 2, 18), np.float32)
+    energy = np.empty((rows, columns), np.float32)
+    before, here = np.empty(width, np.float32), np.empty(width, np.float32)
+    after = np.empty(width, np.float32)
+    magnitude, sector = np.empty(width, np.float32), np.empty(width, np.uint8)
+    for j in range(width):
+        here[j] = samples[0, 0, j] + samples[1, 0, j] + samples[2, 0, j]
+        before[j] = here[j]
+    for i in range(height):
+        row = min(i + 1, height - 1)
+        for j in range(width):
+            after[j] = samples[0, row, j] + samples[1, row, j] + samples[2, row, j]
+        for j in range(width):
+            dx, dy = here[min(j + 1, width - 1)] - here[max(j - 1, 0)], after[j] - before[j]
+            magnitude[j] = math.sqrt(dx * dx + dy * dy)
+            third = np.float32(1 / 3)
+            sector[j] = sectors[int(dy * third + 256.5), int(dx * third + 256.5)]
+        y = (i + 0.5) / cell + 0.5
+        above = int(y)
+        down = np.float32(y - above)
+        for j in range(width):
+            x = (j + 0.5) / cell + 0.5
+            left = int(x)
+            across = np.float32(x - left)
+            low = magnitude[j] * down
+            high = magnitude[j] - low
+            k = sector[j]
+            votes[above, left, k] += high - high * across
+            votes[above, left + 1, k] += high * across
+            votes[above + 1, left, k] += low - low * across
+            votes[above + 1, left + 1, k] += low * across
+        before, here, after = here, after, before
+    for i in range(rows):
+        for j in range(columns):
+            total = np.float32(0.0)
+            for k in range(9):
+                both = votes[i + 1, j + 1, k] + votes[i + 1, j + 1, k + 9]
+                total += both * both
+            energy[i, j] = total
+    top, half = np.float32(0.2), np.float32(0.5)
+    for i in range(rows):
+        u, v = max(i - 1, 0), min(i + 1, rows - 1)
+        for j in range(columns):
+            s, t = max(j - 1, 0), min(j + 1, columns - 1)
+            # A gradient of one gray value counts as none.
+            middle = energy[i, j] + np.float32(1.0)
+            n0 = 1 / math.sqrt(energy[u, s] + energy[u, j] + energy[i, s] + middle)
+            n1 = 1 / math.sqrt(energy[u, t] + energy[u, j] + energy[i, t] + middle)
+            n2 = 1 / math.sqrt(energy[v, s] + energy[v, j] + energy[i, s] + middle)
+            n3 = 1 / math.sqrt(energy[v, t] + energy[v, j] + energy[i, t] + middle)
+            for k in range(27):
+                if k < 9:
+                    value = votes[i + 1, j + 1, k] + votes[i + 1, j + 1, k + 9]
+                else:
+                    value = votes[i + 1, j + 1, k - 9]
+                out[k, i, j] = half * (
+                    min(value * n0, top)
+                    + min(value * n1, top)
+                    + min(value * n2, top)
+                    + min(value * n3, top)
+                )
+            gray, red_green, blue_yellow = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            for row in range(i * cell, (i + 1) * cell):
+                for column in range(j * cell, (j + 1) * cell):
+                    red, green = samples[0, row, column], samples[1, row, column]
+                    blue = samples[2, row, column]
+                    gray += red + green + blue
+                    red_green += red - green
+                    blue_yellow += half * (red + green) - blue
+            scale = np.float32(1.0 / (cell * cell * 255.0))
+            out[27, i, j] = gray * scale / 3 - half
+            out[28, i, j], out[29, i, j] = red_green * scale, blue_yellow * scale
+
+
+@_kernel
+def color_counts(
+    samples: NDArray[np.float32],
+    inner: tuple[float, float, float, float],
+    outer: tuple[float, float, float, float],
+    inside: NDArray[np.float32],
+    outside: NDArray[np.float32],
+) -> None:
+    """Write shares of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`.
+
+    Boxes are left, top, right and bottom, in samples.
+    """
+    inside[:], outside[:] = 0.0, 0.0
+    here, there = 0, 0
+    for i in range(samples.shape[1]):
+        for j in range(samples.shape[2]):
+            color = _color32(samples, i, j)
+            if inner[1] <= i < inner[3] and inner[0] <= j < inner[2]:
+                inside[color] += 1.0
+                here += 1
+            elif not (outer[1] <= i < outer[3] and outer[0] <= j < outer[2]):
+                outside[color] += 1.0
+                there += 1
+    for color in range(inside.shape[0]):
+        inside[color] /= max(here, 1)
+        outside[color] /= max(there, 1)
+
+
+@_kernel
+def color_integral(
+    samples: NDArray[np.float32],
+    inside: NDArray[np.float32],
+    outside: NDArray[np.float32],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the sums (H + 1, W + 1), above and left of each corner, of inside / (inside + outside).
+
+    A color that was never seen counts 1/2.
+    """
+    out[0] = 0.0
+    for i in range(samples.shape[1]):
+        total, out[i + 1, 0] = 0.0, 0.0
+        for j in range(samples.shape[2]):
+            total += _posterior(inside, outside, _color32(samples, i, j))
+            out[i + 1, j + 1] = out[i, j + 1] + total
+
+
+@_kernel
+def color_search(
+    pixels: NDArray[np.uint8],
+    centers: NDArray[np.float64],
+    a: float,
+    b: float,
+    lattice: NDArray[np.float32],
+    inside: NDArray[np.float32],
+    outside: NDArray[np.float32],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the mean of inside / (inside + outside) over a lattice's points around each center."""
+    height, width = pixels.shape[0], pixels.shape[1]
+    for n in range(centers.shape[0]):
+        total = 0.0
+        for i in range(lattice.shape[1]):
+            x = min(max(int(centers[n, 0] + a * lattice[0, i] + 0.5), 0), width - 1)
+            y = min(max(int(centers[n, 1] + b * lattice[1, i] + 0.5), 0), height - 1)
+            red, green, blue = int(pixels[y, x, 0]), int(pixels[y, x, 1]), int(pixels[y, x, 2])
+            color = ((red >> 3) << 10) + ((green >> 3) << 5) + (blue >> 3)
+            total += _posterior(inside, outside, color)
+        out[n] = total / lattice.shape[1]
+
+
+@_unordered
+def _color32(samples: NDArray[np.float32], i: int, j: int) -> int:
+    red, green, blue = int(samples[0, i, j]), int(samples[1, i, j]), int(samples[2, i, j])
+    return ((red >> 3) << 10) + ((green >> 3) << 5) + (blue >> 3)
+
+
+@_unordered
+def _posterior(inside: NDArray[np.float32], outside: NDArray[np.float32], color: int) -> float:
+    return float((inside[color] + 1e-6) / (inside[color] + outside[color] + 2e-6))
+
+
+@_kernel
+def box_means(
+    integral: NDArray[np.float64],
+    ellipses: NDArray[np.float64],
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    scale: float,
+    out: NDArray[np.float64],
+) -> None:
+    """Write the mean over the box of each upright ellipse (N, 5), its sides scaled, from sums.
+
+    The sums' first corner lies at the pixel `origin`, and `step` pixels are one sample, each in x
+    and y. What reaches outside is left out; a box has at least one sample.
+    """
+    rows, columns = integral.shape[0] - 1, integral.shape[1] - 1
+    for n in range(ellipses.shape[0]):
+        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
+        across, down = scale * ellipses[n, 2] / step[0], scale * ellipses[n, 3] / step[1]
+        left, top = min(max(x - across, 0.0), columns - 1.0), min(max(y - down, 0.0), rows - 1.0)
+        right = min(max(x + across, left + 1.0), float(columns))
+        bottom = min(max(y + down, top + 1.0), float(rows))
+        total = between(integral, bottom, right) - between(integral, bottom, left)
+        total += between(integral, top, left) - between(integral, top, right)
+        out[n] = total / ((right - left) * (bottom - top))
+
+
+@_unordered
+def between(plane: NDArray[Any], y: float, x: float) -> float:
+    """Return a plane's bilinear value at row y and column x, both inside it."""
+    i, j = min(int(y), plane.shape[0] - 2), min(int(x), plane.shape[1] - 2)
+    down, across = y - i, x - j
+    high = (1 - across) * plane[i, j] + across * plane[i, j + 1]
+    low = (1 - across) * plane[i + 1, j] + across * plane[i + 1, j + 1]
+    return float((1 - down) * high + down * low)
+
+
+@_kernel
+def look_up(
+    plane: NDArray[np.float32],
+    ellipses: NDArray[np.float64],
+    origin: tuple[float, float],
+    step: tuple[float, float],
+    out: NDArray[np.float64],
+) -> None:
+    """Write a plane's bilinear value at the center of each ellipse (N, 5); 0 outside of it.
+
+    The plane's first value lies at the pixel `origin`, the next `step` pixels farther, in x and y.
+    """
+    for n in range(ellipses.shape[0]):
+        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
+        out[n] = 0.0
+        if 0.0 <= x <= plane.shape[1] - 1 and 0.0 <= y <= plane.shape[0] - 1:
+            out[n] = between(plane, y, x)
+
+
 def cache_folder() -> Path | None:
     """Return the folder where compiled kernels are kept, None where there is none."""
     folder = color_distances.stats.cache_path  # type: ignore[attr-defined]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -103,7 +104,7 @@ class Info(msgspec.Struct, frozen=True, eq=False):
     weights: Floats
     distances: Floats
     appearing: int
-    models: Mapping[str, Model]
+    models: Mapping[str, Any]
     shares: Mapping[str, float]
     lessons: Mapping[str, Lesson] = {}
 

@@ -14,6 +14,7 @@ from motes.cues.color import Color
 from motes.cues.edges import Edges
 from motes.cues.hog import Hog
 from motes.cues.orientation import Orientation
+from motes.discriminative import Discriminative
 from motes.errors import ConfigError
 from motes.fusion import Adaptive, Fixed, Product
 from motes.likelihood import BestParticle, Exponential, Gaussian
@@ -24,7 +25,7 @@ from motes.presence import AppearanceRule, Calibration
 from motes.resampling import Resampling
 from motes.sampling import EveryPixel, Lattice
 
-TrackerConfig = ParticleFilter | MeanShift
+TrackerConfig = ParticleFilter | MeanShift | Discriminative
 
 # Nummiaro et al. give no value for sigma and for the noise, only that the noise is proportional to
 # the first region. These are round numbers from a plateau over 24 real sequences. Three things are
@@ -124,6 +125,7 @@ ZHAO_PEI = ParticleFilter(
 )
 
 PRESETS: dict[str, TrackerConfig] = {
+    "default": Discriminative(),
     "nummiaro": NUMMIARO,
     "nummiaro:adaptive": ADAPTIVE,
     "mean_shift": MEAN_SHIFT,

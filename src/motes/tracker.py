@@ -17,17 +17,24 @@ from numpy.typing import NDArray
 from motes.budget import Budget, Pace
 from motes.config import from_dict, to_dict
 from motes.detection import Detector, best
+from motes.discriminative import Discriminative, DiscriminativeState
 from motes.errors import ConfigError, FormatError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
 from motes.geometry import as_ellipse, region_within
-from motes.meanshift import ShiftState
+from motes.meanshift import MeanShift, ShiftState
 from motes.particle_filter import FilterState, Info, ParticleFilter
 from motes.presets import TrackerConfig, preset
 from motes.target import Place, Target, boxes_of, write_whole
 from motes.track import Status, Track
 
 Picture = Frame | NDArray[Any]
-State = FilterState | ShiftState
+State = FilterState | ShiftState | DiscriminativeState
+STATES = {
+    ParticleFilter: FilterState,
+    MeanShift: ShiftState,
+    Discriminative: DiscriminativeState,
+}
+"""Which state each algorithm keeps."""
 
 
 class Tracker:
@@ -57,7 +64,7 @@ class Tracker:
 
     def __init__(
         self,
-        config: str | TrackerConfig = "nummiaro",
+        config: str | TrackerConfig = "default",
         seed: int = 0,
         fps_target: float | None = None,
     ) -> None:
@@ -226,7 +233,7 @@ class Tracker:
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
             tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
-            kind: Any = FilterState if isinstance(tracker.config, ParticleFilter) else ShiftState
+            kind: Any = STATES[type(tracker.config)]
             tracker._state = msgspec.convert(saved["state"], kind, dec_hook=_unpack)
             tracker._rng.bit_generator.state = json.loads(saved["random"])
             index, time, pixels = saved["frame"]
@@ -292,7 +299,7 @@ class OpenCVTracker:
         As for `Tracker`.
     """
 
-    def __init__(self, config: str | TrackerConfig = "nummiaro", seed: int = 0) -> None:
+    def __init__(self, config: str | TrackerConfig = "default", seed: int = 0) -> None:
         self.tracker = Tracker(config, seed)
 
     def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:

@@ -36,7 +36,7 @@ class Trackers:
     each: list[Tracker]
 
     def __init__(
-        self, config: str | TrackerConfig = "nummiaro", seed: int = 0, threads: int = 1
+        self, config: str | TrackerConfig = "default", seed: int = 0, threads: int = 1
     ) -> None:
         if threads < 1:
             raise ConfigError(f"Objects are divided among 1 or more threads; got {threads}.")

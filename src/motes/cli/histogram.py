@@ -52,8 +52,11 @@ def histogram(
     source
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
+    from motes.discriminative import Discriminative
+
     learning = tracker_config(histogram, preset, config, settings)
-    if learning.color is None:
+    color = None if isinstance(learning, Discriminative) else learning.color
+    if color is None:
         raise ConfigError(f"Preset {preset} reads no colors; choose one that does, as nummiaro.")
     region = region_of(init, ellipse)
     if region is None or (init and ellipse):
@@ -70,7 +73,7 @@ def histogram(
         picture = next(film)
     place = region_within(region, picture.width, picture.height)
     announce_compiling()
-    target = Target.learn(learning.color, picture, place)
+    target = Target.learn(color, picture, place)
     target.save(output)
     say(
         f"wrote {output}: {(target.model.histogram > 0).sum()} of {target.model.histogram.size} "

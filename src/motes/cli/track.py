@@ -111,7 +111,7 @@ def track(
             "figures are made anew.",
         ),
     ] = False,
-    preset: Preset = "nummiaro",
+    preset: Preset = "default",
     config: ConfigFile = None,
     seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
     fps_target: Annotated[
@@ -138,7 +138,8 @@ def track(
     Writes where it is in every frame, how sure that is, and whether it is searched, tracked or
     lost; of several, their boxes with identities from 1, in the order of --init. Without -o,
     --overlay and --figures the rows go to standard output, or to a file named after the source if
-    that is a terminal.
+    that is a terminal. With --histogram and --fps-target, the preset is
+    nummiaro if no other is named.
 
     Parameters
     ----------
@@ -146,6 +147,8 @@ def track(
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
     known = None if histogram is None else load_target(histogram)
+    if preset == "default" and (known is not None or fps_target is not None):
+        preset = "nummiaro"  # which alone can search for a histogram and choose its particles
     tracking = tracker_config(track, preset, config, settings, known)
     if dump_config:
         from motes.config import to_toml

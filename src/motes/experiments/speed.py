@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 from msgspec.structs import replace
 
+from motes.discriminative import Discriminative
 from motes.errors import LimitError
 from motes.evaluate.peers import PEERS, peer
 from motes.frame import Frame
@@ -112,6 +113,7 @@ def soon_started() -> TrackerConfig:
     would take minutes, and starting is not what is timed.
     """
     config = preset(REFERENCE)
+    assert not isinstance(config, Discriminative)
     return replace(config, presence=replace(config.presence, step=60))
 
 

@@ -1,0 +1,120 @@
+"""A window around the target, sampled once: a fixed number of samples, whatever the target's size.
+
+What is learned from a window can be compared with another one sample by sample, and costs the same
+for a target of 8 pixels and of half the frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len
+
+from motes import kernels
+from motes.frame import Frame
+from motes.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+
+CELL = 4
+"""Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
+SAMPLES = 128
+"""Mean side of a window in samples."""
+FINEST = 2
+"""No more samples than this to a pixel, which would show nothing new."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """The samples around a target whose first region had a certain size.
+
+    The window is the target with half of its mean side around it.
+
+    Attributes
+    ----------
+    rows, columns
+        Of cells.
+    width, height
+        The target's, in samples.
+    """
+
+    rows: int
+    columns: int
+    width: float
+    height: float
+
+    @cached_property
+    def taper(self) -> Singles:
+        """(rows, columns) Hann's window, which spares the transform the borders' jump."""
+        down, across = (np.hanning(n + 2)[1:-1] for n in (self.rows, self.columns))
+        return np.outer(down, across).astype(np.float32)
+
+    @property
+    def center(self) -> tuple[float, float]:
+        """Column and row of the window's center, the target's, in samples."""
+        return (self.columns * CELL - 1) / 2, (self.rows * CELL - 1) / 2
+
+    def step(self, ellipse: Ellipse) -> tuple[float, float]:
+        """Return the pixels from one sample to the next, in x and y, for a target of a size."""
+        return 2 * ellipse.a / self.width, 2 * ellipse.b / self.height
+
+    def cut(self, frame: Frame, ellipse: Ellipse) -> Singles:
+        """Return the samples (3, H, W) of the window around a target; the frame keeps them."""
+        key = ("window", self.rows, self.columns, ellipse)
+        if key not in frame.planes:
+            step_x, step_y = self.step(ellipse)
+            samples = np.empty((3, self.rows * CELL, self.columns * CELL), np.float32)
+            column, row = self.center
+            kernels.cut(
+                frame.pixels,
+                ellipse.x - column * step_x,
+                ellipse.y - row * step_y,
+                step_x,
+                step_y,
+                samples,
+            )
+            frame.planes[key] = samples
+        out: Singles = frame.planes[key]
+        return out
+
+
+@cache
+def sectors() -> NDArray[np.uint8]:
+    """Return which of 18 sectors of the turn a gradient has, as `kernels.gradient_cells` asks."""
+    dy, dx = np.mgrid[-256:256, -256:256]
+    numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
+    out: NDArray[np.uint8] = numbers.astype(np.uint8)
+    return out
+
+
+def features(samples: Singles) -> Singles:
+    """Return the features (30, h, w) of the cells of samples (3, H, W).
+
+    Histograms of oriented gradients after Felzenszwalb et al., Object detection with
+    discriminatively trained part-based models, PAMI 2010, section 6, without their texture
+    features; gray and two color differences beside them.
+    """
+    out = np.empty((30, samples.shape[1] // CELL, samples.shape[2] // CELL), np.float32)
+    kernels.gradient_cells(samples, CELL, sectors(), out)
+    return out
+
+
+@cache
+def grid(a: float, b: float) -> Grid:
+    """Return the grid for a target whose half-axes were first a and b pixels."""
+    width, height = 2 * a, 2 * b
+    around = (width + height) / 2
+    wide, high = width + around, height + around
+    pixels = max(math.sqrt(wide * high) / SAMPLES, 1 / FINEST)
+    columns, rows = (_fast(side / pixels / CELL) for side in (wide, high))
+    return Grid(rows, columns, width * columns * CELL / wide, height * rows * CELL / high)
+
+
+def _fast(cells: float) -> int:
+    """Return a number of cells near to one wanted whose transform is fast."""
+    return int(next_fast_len(max(round(cells), 6), real=True))

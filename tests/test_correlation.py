@@ -1,0 +1,226 @@
+"""The cues that the default tracker learns: a correlation filter, a posterior, sizes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.cues.correlation import Correlation
+from motes.cues.posterior import CORE, Posterior, borders, means
+from motes.cues.sizes import Sizes
+from motes.cues.window import CELL, FINEST, SAMPLES, features, grid, sectors
+from motes.frame import Frame
+from motes.geometry import Ellipse
+from motes.presets import configure, preset
+from motes.tracker import Tracker
+from oracles import mosaic
+
+Floats = NDArray[np.float64]
+TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
+
+
+def textured(shift: tuple[float, float] = (0.0, 0.0), zoom: float = 1.0) -> Frame:
+    """Return 200x150 pixels of smooth waves, moved, and enlarged around the target's center."""
+    y, x = np.mgrid[:150, :200].astype(np.float64)
+    x, y = (x - shift[0] - TARGET.x) / zoom, (y - shift[1] - TARGET.y) / zoom
+    rng = np.random.default_rng(3)
+    image = np.zeros((150, 200, 3))
+    for _ in range(30):
+        angle, length, phase = rng.uniform(0, np.pi), rng.uniform(8, 40), rng.uniform(0, 6.28)
+        wave = np.sin((x * np.cos(angle) + y * np.sin(angle)) * 2 * np.pi / length + phase)
+        image += wave[:, :, None] * rng.uniform(-12, 12, 3)
+    return Frame(0, 0.0, np.clip(image + 128, 0, 255).astype(np.uint8))
+
+
+def patch(color: tuple[int, int, int] = (200, 30, 30)) -> Frame:
+    """Return a picture of another color with the target's box in `color`."""
+    pixels = np.full((150, 200, 3), (40, 90, 160), np.uint8)
+    pixels[56:84, 70:110] = color
+    return Frame(0, 0.0, pixels)
+
+
+# The window
+
+
+def test_a_window_of_one_sample_a_pixel_is_the_picture() -> None:
+    pixels = mosaic(1, 60, 80)
+    out = np.empty((3, 20, 30), np.float32)
+    kernels.cut(pixels, 12.0, 7.0, 1.0, 1.0, out)
+    np.testing.assert_array_equal(out, np.moveaxis(pixels[7:27, 12:42], 2, 0))
+
+
+def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
+    pixels = mosaic(2, 60, 80)
+    out = np.empty((3, 10, 12), np.float32)
+    kernels.cut(pixels, 10.5, 8.5, 2.0, 2.0, out)
+    blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)
+
+
+def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
+    x = np.tile(np.arange(40, dtype=np.uint8)[None, :, None] * 5, (30, 1, 3))
+    out = np.empty((3, 4, 60), np.float32)
+    kernels.cut(x, -10.0, 3.0, 0.5, 0.5, out)
+    expected = np.clip(-10 + 0.5 * np.arange(60), 0, 39) * 5
+    np.testing.assert_allclose(out[0], np.tile(expected, (4, 1)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
+def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
+    cells = grid(*half)
+    assert cells.rows * cells.columns * CELL**2 < 2 * SAMPLES**2
+    assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
+    wide, high = 2 * half[0] + sum(half), 2 * half[1] + sum(half)
+    assert cells.width / (cells.columns * CELL) == pytest.approx(2 * half[0] / wide)
+    assert cells.height / (cells.rows * CELL) == pytest.approx(2 * half[1] / high)
+
+
+def test_sectors_of_gradients() -> None:
+    for k in range(18):
+        dx, dy = 100 * np.cos(k * np.pi / 9), 100 * np.sin(k * np.pi / 9)
+        assert sectors()[256 + round(dy), 256 + round(dx)] == k
+
+
+@pytest.mark.parametrize("turn", range(18))
+def test_features_of_a_slope_are_its_sector(turn: int) -> None:
+    y, x = np.mgrid[:32, :32]
+    angle = turn * np.pi / 9
+    slope = 128 + 3 * (np.cos(angle) * (x - 16) + np.sin(angle) * (y - 16))
+    found = features(np.tile(slope, (3, 1, 1)).astype(np.float32))[:, 2:-2, 2:-2]
+    assert (found[:9].argmax(axis=0) == turn % 9).all()
+    assert (found[9:27].argmax(axis=0) == turn).all()
+    gray = slope.reshape(8, 4, 8, 4).mean((1, 3))[2:-2, 2:-2] / 255 - 0.5
+    np.testing.assert_allclose(found[27], gray, atol=1e-5)
+
+
+# The correlation filter
+
+
+def test_the_response_peaks_where_it_was_learned() -> None:
+    cue, frame = Correlation(), textured()
+    model = cue.learn(frame, TARGET)
+    plane = cue.response(model, cue.spectra(model.grid, frame, TARGET))
+    assert np.unravel_index(plane.argmax(), plane.shape) == (
+        plane.shape[0] // 2,
+        plane.shape[1] // 2,
+    )
+    assert plane.max() == pytest.approx(1, abs=0.05)
+    assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
+
+
+@pytest.mark.parametrize("shift", [(3.0, 0.0), (-2.5, 4.5), (6.0, -5.0)])
+def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, float]) -> None:
+    cue = Correlation()
+    model = cue.learn(textured(), TARGET)
+    plane = cue.response(model, cue.spectra(model.grid, textured(shift), TARGET))
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
+    step = model.grid.step(TARGET)
+    found = (column - plane.shape[1] // 2) * step[0], (row - plane.shape[0] // 2) * step[1]
+    assert CELL * step[0] > 2
+    assert found == pytest.approx(shift, abs=1.0)
+
+
+def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
+    cue, shift = Correlation(), (6.0, -5.0)
+    model = cue.learn(textured(), TARGET)
+    step = model.grid.step(TARGET)
+    spectra = cue.spectra(model.grid, textured(shift), TARGET)
+    taught = cue.taught(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
+    plane = Correlation(anchor=0).response(taught, cue.spectra(model.grid, textured(), TARGET))
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
+    assert abs(column - plane.shape[1] // 2) <= 1
+    assert abs(row - plane.shape[0] // 2) <= 1
+
+
+def test_the_first_filter_is_kept() -> None:
+    cue = Correlation()
+    model = cue.learn(textured(), TARGET)
+    other = Frame(0, 0.0, mosaic(5, 150, 200))
+    taught = cue.taught(model, cue.spectra(model.grid, other, TARGET), 1.0)
+    there, elsewhere = (cue.spectra(model.grid, frame, TARGET) for frame in (textured(), other))
+    assert cue.first(taught, there) > 0.9
+    assert cue.first(taught, elsewhere) < 0.3
+    assert cue.response(taught, there).max() == pytest.approx(cue.anchor, abs=0.15)
+
+
+# The color posterior
+
+
+def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
+    cue, frame = Posterior(), patch()
+    model = cue.learn(frame, TARGET)
+    integral = cue.integral(model, frame, TARGET)
+    samples = model.grid
+    inside = means(integral, samples, TARGET, np.array([TARGET]), CORE)[0]
+    outside = means(integral, samples, TARGET, np.array([TARGET._replace(x=55.0)]), 0.3)[0]
+    assert inside > 0.95
+    assert outside < 0.05
+    just_inside, just_outside = borders(integral, samples, TARGET, np.array([TARGET]))[0]
+    assert just_inside > 0.8
+    assert just_outside < 0.2
+    assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
+
+
+def test_box_means_are_those_of_the_samples() -> None:
+    rng = np.random.default_rng(0)
+    values = rng.random((40, 50))
+    integral = np.zeros((41, 51))
+    integral[1:, 1:] = values.cumsum(0).cumsum(1)
+    out = np.empty(1)
+    kernels.box_means(integral, np.array([[20.0, 15, 8, 5, 0]]), (0, 0), (1, 1), 1.0, out)
+    assert out[0] == pytest.approx(values[10:20, 12:28].mean())
+    kernels.box_means(integral, np.array([[40.0, 30, 8, 6, 0]]), (0, 0), (2, 2), 0.5, out)
+    assert out[0] == pytest.approx(_mean(values, 18, 22, 13.5, 16.5))
+
+
+def _mean(values: Floats, left: float, right: float, top: float, bottom: float) -> float:
+    """Return the mean over a part with half samples at its edges."""
+    fine = values.repeat(2, axis=0).repeat(2, axis=1)
+    return float(
+        fine[round(2 * top) : round(2 * bottom), round(2 * left) : round(2 * right)].mean()
+    )
+
+
+def test_the_search_sees_the_patch_from_afar() -> None:
+    cue, frame = Posterior(), patch()
+    model = cue.learn(frame, TARGET)
+    likely = cue.search(model, frame, np.array([[20.0, 20.0], TARGET[:2]]), TARGET)
+    assert likely[1] > 0.9 > 0.1 > likely[0]
+
+
+# The size
+
+
+@pytest.mark.parametrize("steps", [-2, 0, 2])
+def test_the_sizes_filter_sees_growth(steps: int) -> None:
+    cue = Sizes()
+    model = cue.learn(textured(), TARGET)
+    grown = textured(zoom=cue.step**steps)
+    response = cue.response(model, grown, TARGET)
+    assert abs(int(response.argmax()) - cue.count // 2 - steps) <= 1
+
+
+def test_a_size_once_learned_is_the_last_one() -> None:
+    cue, grown = Sizes(), textured(zoom=1.12)
+    model = cue.taught(cue.learn(textured(), TARGET), grown, TARGET, 1.0)
+    assert int(cue.response(model, grown, TARGET).argmax()) == cue.count // 2
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_distances_grow_away_from_the_target(cue: Correlation | Posterior) -> None:
+    frame = patch()
+    model: Any = cue.learn(frame, TARGET)
+    around = [TARGET._replace(x=TARGET.x + dx) for dx in (-14, -7, 0, 7, 14)]
+    found = cue.distances(model, frame, np.array(around))
+    assert (found >= 0).all()
+    assert (found <= 1).all()
+    assert found.argmin() == 2
+
+
+def test_default_is_what_a_tracker_uses() -> None:
+    assert Tracker().config == preset("default")
+    assert configure(preset("default"), {"color_gain": 0}) != preset("default")

@@ -1,0 +1,201 @@
+"""The default tracker: on every kind of target, behind things, out of the frame and back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.discriminative import Discriminative
+from motes.frame import FRAME_INTERVAL, Frame
+from motes.geometry import Box, Ellipse, iou
+from motes.track import Status, Track
+from motes.tracker import Tracker
+
+Pixels = NDArray[np.uint8]
+Place = tuple[float, float]
+Color = tuple[int, int, int]
+
+
+def blocks(seed: int, height: int, width: int, side: int, low: Color, high: Color) -> Pixels:
+    """Return a texture of blocks of random colors."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(low, high, (height // side + 1, width // side + 1, 3), np.uint8)
+    return coarse.repeat(side, axis=0).repeat(side, axis=1)[:height, :width]
+
+
+def wall(height: int, width: int) -> Pixels:
+    """Return a dull texture."""
+    return blocks(11, height, width, 8, (60, 60, 60), (120, 120, 120))
+
+
+def coat(height: int, width: int) -> Pixels:
+    """Return a bright texture of some six blocks to a side."""
+    side = max(min(height, width) // 6, 1)
+    return blocks(7, height, width, side, (120, 60, 0), (255, 160, 120))
+
+
+def film(
+    places: list[Place], size: tuple[int, int], background: Pixels, bar: Box | None = None
+) -> tuple[list[Frame], list[Box]]:
+    """Return frames with a coat of `size` (w, h) centered at each place, and its boxes.
+
+    A bar hides what is behind it.
+    """
+    frames, boxes = [], []
+    width, height = size
+    target = coat(height, width)
+    for index, (x, y) in enumerate(places):
+        pixels = background.copy()
+        left, top = round(x - (width - 1) / 2), round(y - (height - 1) / 2)
+        rows = slice(max(top, 0), max(min(top + height, len(pixels)), 0))
+        columns = slice(max(left, 0), max(min(left + width, pixels.shape[1]), 0))
+        part = pixels[rows, columns]
+        part[:] = target[
+            rows.start - top : rows.start - top + part.shape[0],
+            columns.start - left : columns.start - left + part.shape[1],
+        ]
+        if bar is not None:
+            x0, y0, w, h = (round(value) for value in bar)
+            pixels[y0 : y0 + h, x0 : x0 + w] = (70, 75, 80)
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+        boxes.append(Box(left, top, width, height))
+    return frames, boxes
+
+
+def follow(frames: list[Frame], box: Box, seed: int = 0) -> tuple[Tracker, list[Track]]:
+    tracker = Tracker(seed=seed)
+    return tracker, [tracker.init(frames[0], box)] + [tracker.update(each) for each in frames[1:]]
+
+
+def colorless(frames: list[Frame]) -> list[Frame]:
+    return [Frame(each.index, each.time, each.pixels.mean(2).astype(np.uint8)) for each in frames]
+
+
+def circle(middle: Place, radius: float, count: int) -> list[Place]:
+    turns = np.arange(count) / 8
+    return [
+        (middle[0] + radius * np.sin(turn), middle[1] + radius * (1 - np.cos(turn)))
+        for turn in turns.tolist()
+    ]
+
+
+@pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
+@pytest.mark.parametrize(
+    ("size", "frame"),
+    [
+        ((8, 8), (160, 120)),
+        ((30, 50), (320, 240)),
+        ((12, 60), (320, 240)),
+        ((160, 120), (320, 240)),
+    ],
+    ids=["8 pixels", "upright", "thin", "half of the frame"],
+)
+def test_follows_targets_of_every_size(
+    size: tuple[int, int], frame: tuple[int, int], gray: bool
+) -> None:
+    background = wall(frame[1], frame[0])
+    places = circle((frame[0] / 2, frame[1] / 2), min(size) / 2, 20)
+    frames, boxes = film(places, size, background)
+    if gray:
+        frames = colorless(frames)
+    _, tracks = follow(frames, boxes[0])
+    overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
+    assert min(overlaps) > 0.6
+    assert {track.status for track in tracks} == {Status.TRACKING}
+
+
+def test_follows_in_a_large_frame() -> None:
+    frames, boxes = film(circle((2000.0, 900.0), 120, 4), (300, 420), wall(2160, 3840))
+    _, tracks = follow(frames, boxes[0])
+    assert iou(tracks[-1].box, boxes[-1]) > 0.7
+
+
+def grown() -> tuple[list[Frame], list[Box]]:
+    frames, boxes = [], []
+    for index in range(25):
+        side = round(40 * 1.03**index)
+        (frame,), (box,) = film([(160.0, 120.0)], (side, side), wall(240, 320))
+        frames.append(Frame(index, index * FRAME_INTERVAL, frame.pixels))
+        boxes.append(box)
+    return frames, boxes
+
+
+def test_follows_growth() -> None:
+    frames, boxes = grown()
+    _, tracks = follow(frames, boxes[0])
+    assert boxes[-1].width > 80
+    assert iou(tracks[-1].box, boxes[-1]) > 0.7
+
+
+def hidden() -> tuple[list[Frame], list[Box]]:
+    """Return a target that stops behind a bar, hidden in frames 20 to 39, and comes out again."""
+    x = np.concatenate([np.linspace(40, 150, 21), np.full(18, 150.0), np.linspace(150, 260, 21)])
+    places = [(value, 100.0) for value in x.tolist()]
+    return film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
+
+
+def test_a_hidden_target_is_lost_and_found_again() -> None:
+    frames, boxes = hidden()
+    _, tracks = follow(frames, boxes[0])
+    assert {track.status for track in tracks[:15]} == {Status.TRACKING}
+    assert Status.LOST in {track.status for track in tracks[18:32]}
+    assert {track.status for track in tracks[30:38]} == {Status.SEARCHING}
+    assert {track.status for track in tracks[-8:]} == {Status.TRACKING}
+    assert iou(tracks[-1].box, boxes[-1]) > 0.6
+
+
+def test_nothing_is_learned_of_what_hides_the_target() -> None:
+    frames, boxes = hidden()
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    learned = []
+    for frame in frames[1:]:
+        before = tracker.info.models["correlation"]
+        tracker.update(frame)
+        learned.append(tracker.info.models["correlation"] is not before)
+    assert all(learned[2:12])
+    assert not any(learned[26:36])
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
+    out = [(300.0 + 8 * index, 60.0) for index in range(8)]
+    places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
+    places += [(-10.0 + 5 * index, 150.0) for index in range(25)]
+    frames, boxes = film(places, (30, 40), wall(200, 320))
+    _, tracks = follow(frames, boxes[0], seed)
+    assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
+    assert tracks[-1].status is Status.TRACKING
+    assert iou(tracks[-1].box, boxes[-1]) > 0.5
+
+
+def test_a_turned_region_stays_turned() -> None:
+    frames, boxes = film(circle((160.0, 100.0), 15, 10), (40, 40), wall(240, 320))
+    region = Ellipse.from_box(boxes[0])._replace(a=22.0, b=14.0, theta=0.6)
+    tracker = Tracker()
+    tracker.init(frames[0], region)
+    for frame in frames[1:]:
+        track = tracker.update(frame)
+    assert track.ellipse.theta == 0.6
+    assert track.ellipse.a / track.ellipse.b == pytest.approx(22 / 14)
+    center = boxes[-1].x + 19.5, boxes[-1].y + 19.5
+    assert track.ellipse[:2] == pytest.approx(center, abs=3)
+
+
+def test_the_shares_follow_the_color_contrast() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 3, (30, 40), wall(240, 320))
+    colored, _ = follow(frames, boxes[0])
+    plain, _ = follow(colorless(frames), boxes[0])
+    assert sum(colored.info.shares.values()) == pytest.approx(1)
+    assert colored.info.shares["posterior"] >= plain.info.shares["posterior"]
+
+
+def test_without_color_the_filter_alone_decides() -> None:
+    frames, boxes = film(circle((160.0, 100.0), 15, 6), (30, 40), wall(240, 320))
+    tracker = Tracker(Discriminative(color_gain=0, border_gain=0))
+    tracker.init(frames[0], boxes[0])
+    for frame in frames[1:]:
+        track = tracker.update(frame)
+    assert tracker.info.shares == {"correlation": 1.0, "posterior": 0.0}
+    assert iou(track.box, boxes[-1]) > 0.7
