@@ -105,7 +105,9 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
         kind(**values)
 
 
-@pytest.mark.parametrize("name", [name for name in PRESETS if not name.startswith("mean_shift")])
+@pytest.mark.parametrize(
+    "name", [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
+)
 @pytest.mark.parametrize(
     "likelihood",
     [

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from motes import synthetic
 from motes.cues.color import Color
 from motes.detection import Detection
+from motes.discriminative import Discriminative
 from motes.errors import ConfigError, FormatError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
@@ -496,7 +497,7 @@ def test_any_cut_or_changed_file_is_refused(tmp_path: Path) -> None:
 def test_presets_by_name() -> None:
     for name in PRESETS:
         assert Tracker(name).config is PRESETS[name]
-    assert Tracker().config is PRESETS["nummiaro"]
+    assert Tracker().config is PRESETS["default"]
     with pytest.raises(ConfigError, match="did you mean"):
         Tracker("numiaro")
 
@@ -692,14 +693,18 @@ def test_searches_that_are_refused() -> None:
     shift = Tracker("mean_shift")
     with pytest.raises(ConfigError, match="Only a particle filter on color alone can search"):
         shift.search(FRAMES[0], known("mean_shift"))
-    for name in ("maggio", "maggio:O-ROH"):  # a target's file says nothing about its edges
+    for name in (
+        "default",
+        "maggio",
+        "maggio:O-ROH",
+    ):  # a target's file says nothing about its edges
         with pytest.raises(ConfigError, match="Only a particle filter on color alone can search"):
             Tracker(name).search(FRAMES[0], known("nummiaro"))
     other = Target.learn(Color(space="hsv", bins=(8, 8, 4)), FRAMES[0], TARGET)
     with pytest.raises(ConfigError, match=r"reads rgb \(8, 8, 8\), the histogram is hsv"):
-        Tracker().search(FRAMES[0], other)
+        Tracker("nummiaro").search(FRAMES[0], other)
     with pytest.raises(ConfigError, match="outside the frame"):
-        Tracker().search(FRAMES[0], known("nummiaro"), [Place(box=(200, 0, 5, 5))])
+        Tracker("nummiaro").search(FRAMES[0], known("nummiaro"), [Place(box=(200, 0, 5, 5))])
 
 
 def test_a_search_starts_afresh() -> None:
@@ -717,7 +722,7 @@ def test_a_search_starts_afresh() -> None:
 
 
 def test_opencv_manners() -> None:
-    plain, tracker = Tracker(seed=4), OpenCVTracker(seed=4)
+    plain, tracker = Tracker("nummiaro", 4), OpenCVTracker("nummiaro", 4)
     box = (20, 29, 20, 14)
     plain.init(FRAMES[0].pixels, box)
     assert tracker.init(FRAMES[0].pixels[:, :, ::-1], box) is None  # type: ignore[func-returns-value]
@@ -780,9 +785,9 @@ def test_real_sequences(data: Path, name: str, low: float) -> None:
     assert np.mean(scores) > low
 
 
-def test_the_presets_are_of_both_kinds() -> None:
+def test_the_presets_are_of_all_kinds() -> None:
     kinds = {type(config) for config in PRESETS.values()}
-    assert kinds == {ParticleFilter, MeanShift}
+    assert kinds == {ParticleFilter, MeanShift, Discriminative}
 
 
 def test_correct_after_load_sees_the_saved_frame(tmp_path: Path) -> None:
@@ -925,7 +930,7 @@ def test_a_known_target_larger_than_the_frame_is_refused() -> None:
     large = scene(0, None).pixels
     target = Target.learn(Color(), Frame(0, 0.0, large), Ellipse(40, 30, 30, 30))
     with pytest.raises(ConfigError, match="larger than the frame"):
-        Tracker().search(np.zeros((20, 20, 3), np.uint8), target)
+        Tracker("nummiaro").search(np.zeros((20, 20, 3), np.uint8), target)
 
 
 def test_a_failed_start_leaves_the_tracker_alone() -> None:
