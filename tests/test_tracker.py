@@ -692,7 +692,7 @@ def test_searching_looks_where_the_target_may_appear(name: str) -> None:
 def test_searches_that_are_refused() -> None:
     shift = Tracker("mean_shift")
     with pytest.raises(ConfigError, match="Only a particle filter on color alone can search"):
-        shift.search(FRAMES[0], known("mean_shift"))
+        shift.search(FRAMES[0], known("nummiaro"))
     for name in (
         "default",
         "maggio",
