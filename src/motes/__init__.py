@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
     from motes.frame import Frame
     from motes.geometry import Box, Ellipse
+    from motes.lookalike import LookalikeDetector
     from motes.objects import SceneTrack
     from motes.presets import PRESETS, configure, preset
     from motes.scene import Scene
@@ -35,6 +36,7 @@ _HOMES = {
     "FormatError": "errors",
     "Frame": "frame",
     "LimitError": "errors",
+    "LookalikeDetector": "lookalike",
     "MotesError": "errors",
     "OpenCVTracker": "tracker",
     "Place": "target",
@@ -63,6 +65,7 @@ __all__ = [
     "FormatError",
     "Frame",
     "LimitError",
+    "LookalikeDetector",
     "MotesError",
     "OpenCVTracker",
     "Place",
