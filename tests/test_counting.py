@@ -69,7 +69,7 @@ def test_events_of_one_visit() -> None:
     kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
     assert kinds == [
         (0, "appears", None, None, None),
-        (5, "crosses", "gate", "left", None),
+        (6, "crosses", "gate", "left", None),  # in frame 5 it stands on the line
         (6, "enters", "zone 1", None, None),
         (9, "leaves", "zone 1", None, 0.75),
         (13, "disappears", None, None, 2.75),
@@ -91,6 +91,16 @@ def test_what_is_hidden_crosses_when_it_comes_up() -> None:
         seen(3, (80, 40)),
     )
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (3, "crosses")]
+
+
+def test_who_trembles_on_a_line_crosses_it_once() -> None:
+    """The foot of an object 11 pixels high is beside a line when it is 1.1 pixels away."""
+    counting = Counting(Places((Line((50, 0, 50, 99)),)))
+    feet = [40, 49.5, 50.5, 49.2, 50.9, 49.1, 52, 50.5, 49.5, 51, 60]
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
+    back = told(counting, seen(11, (48, 40)))
+    assert [(e.event, e.direction) for e in back] == [("crosses", "right")]
 
 
 def test_who_vanishes_in_a_zone_leaves_it() -> None:

@@ -181,7 +181,7 @@ def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
             time.sleep(0.01)
         os.kill(process.pid, signal.SIGINT)
         error = process.communicate()[1]
-    assert process.returncode == 130
+    assert process.returncode == 130, error
     assert "interrupted after" in error
     assert all(json.loads(line)["identity"] for line in rows.read_text().splitlines())
 

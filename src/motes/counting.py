@@ -23,6 +23,8 @@ Point: TypeAlias = tuple[float, float]
 MINUTE = 60.0
 SPEED_OVER = 0.5
 """Seconds over which a speed is measured."""
+CLEAR = 0.1
+"""A foot is on one side of a line when it is this share of its object's height away from it."""
 
 
 class Line(Config, frozen=True):
@@ -138,11 +140,16 @@ class Event(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True)
 class _Walk:
-    """An object's way: when and where it was lately, and since when it is in which zone."""
+    """An object's way: when and where it was lately, and since when it is in which zone.
+
+    `clear` is where its foot last was clearly beside a line, by line: who trembles on it has not
+    crossed it.
+    """
 
     since: float
     feet: deque[tuple[float, Point]]
     zones: dict[str, float]
+    clear: dict[str, Point]
 
 
 class Counting:
@@ -196,14 +203,16 @@ class Counting:
         walk = self._walks.get(each.identity)
         events = []
         if walk is None:
-            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {})
+            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {}, {})
             events.append(self._event(each, walk, foot, "appears"))
-        before = walk.feet[-1][1]
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
         for name, line in self._lines.items():
-            side = crossing(line.points, before, foot)
+            if _distance(line.points, foot) < CLEAR * each.track.box.height:
+                continue
+            side = crossing(line.points, walk.clear.get(name, foot), foot)
+            walk.clear[name] = foot
             if side is not None:
                 events.append(self._event(each, walk, foot, "crosses", name, side))
         for name, zone in self._zones.items():
@@ -274,6 +283,11 @@ def crossing(
 def _side(start: Point, end: Point, point: Point) -> float:
     """Return on which side of a line a point lies: above 0 on the right, as seen along it."""
     return (end[0] - start[0]) * (point[1] - start[1]) - (end[1] - start[1]) * (point[0] - start[0])
+
+
+def _distance(line: tuple[float, float, float, float], point: Point) -> float:
+    """Return how far a point is from a line that has no ends."""
+    return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
 
 
 def _foot(each: SceneTrack) -> Point:
