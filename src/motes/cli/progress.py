@@ -47,10 +47,6 @@ class Progress:
         self._frames = self._shown = 0
         self._at = time.perf_counter()
 
-    def update(self, step: Step) -> None:
-        """Count the frame of a step; show it if the last look is old enough."""
-        self.count(f"{step.status} {step.track.confidence:.2f}" if step.track else step.status)
-
     def count(self, state: str) -> None:
         """Count a frame; show it, and the state of things, if the last look is old enough."""
         if self._bar is None:
@@ -101,8 +97,8 @@ class Tally:
         """Whether the target was ever tracked."""
         return self._tracked > 0
 
-    def add(self, step: Step) -> None:
-        """Count a frame."""
+    def add(self, step: Step) -> str:
+        """Count a frame; return how things are now."""
         self.frames += 1
         self._tracked += step.status is Status.TRACKING
         if self._before is not None:
@@ -117,6 +113,7 @@ class Tally:
             if step.status is Status.TRACKING and self._before.status is not Status.TRACKING:
                 self._events.append(f"found at frame {step.frame.index}")
         self._before = step
+        return f"{step.status} {step.track.confidence:.2f}" if step.track else step.status
 
     def __str__(self) -> str:
         parts = ["1 frame" if self.frames == 1 else f"{self.frames} frames"]

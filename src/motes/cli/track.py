@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -31,7 +31,6 @@ from motes.cli.options import (
     read_text,
     say,
     tracker_config,
-    undisturbed,
 )
 from motes.errors import ConfigError, MotesError
 
@@ -258,29 +257,17 @@ def _run(
     quiet: bool,
 ) -> int:
     """Follow the target through the film, write all there is to write, and say how it went."""
-    from motes.cli.follow import follow, prefetch
-    from motes.cli.progress import Progress, Tally
+    from motes.cli.follow import follow
+    from motes.cli.progress import Tally
+    from motes.cli.run import run
     from motes.particle_filter import ParticleFilter
 
     announce_compiling()
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
-    tally, interrupted = Tally(budget=chooses), False
+    tally = Tally(budget=chooses)
+    steps = partial(follow, tracker, begin)
     try:
-        with contextlib.ExitStack() as open_outputs, prefetch(film) as frames:
-            for output in outputs:
-                open_outputs.enter_context(output)
-            with Progress(film, quiet=quiet and sys.stdout.isatty()) as progress:
-                try:
-                    for step in follow(tracker, begin, frames):
-                        with undisturbed():
-                            for output in outputs:
-                                output.write(step)
-                            tally.add(step)
-                        progress.update(step)
-                except KeyboardInterrupt:
-                    interrupted = True  # and all files are closed as at the end
-    except KeyboardInterrupt:
-        interrupted = True
+        interrupted = run(film, outputs, steps, tally.add, quiet=quiet and sys.stdout.isatty())
     except MotesError:
         _summarize(tally, film, outputs, interrupted=False)
         raise

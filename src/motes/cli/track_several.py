@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from motes.cli import DONE, INTERRUPTED
-from motes.cli.follow import prefetch
-from motes.cli.options import announce_compiling, say, undisturbed
-from motes.cli.progress import Progress
+from motes.cli.options import announce_compiling, say
+from motes.cli.run import run
 from motes.cli.watch_outputs import Form, Moment, Output, Overlay, objects_output
 from motes.counting import Places
 from motes.errors import MotesError
@@ -47,31 +45,18 @@ def track_several(
 ) -> int:
     """Follow the objects in regions of the first frame; their identities count from 1."""
     announce_compiling()
-    tally, interrupted = Tally(len(regions)), False
+    tally = Tally(len(regions))
 
-    def step(frame: Frame) -> Moment:
-        tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
-        return Moment(frame, [SceneTrack(i, each) for i, each in enumerate(tracks, start=1)], ())
+    def moments(frames: Iterator[Frame]) -> Iterator[Moment]:
+        for frame in frames:
+            clock = time.perf_counter()
+            tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
+            tally.seconds(time.perf_counter() - clock)
+            each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
+            yield Moment(frame, each, ())
 
     try:
-        with contextlib.ExitStack() as opened, prefetch(film) as frames:
-            for output in outputs:
-                opened.enter_context(output)
-            with Progress(film) as progress:
-                try:
-                    for frame in frames:
-                        clock = time.perf_counter()
-                        moment = step(frame)
-                        seconds = time.perf_counter() - clock
-                        with undisturbed():
-                            for output in outputs:
-                                output.write(moment)
-                            tally.add(moment, seconds)
-                        progress.count(tally.state)
-                except KeyboardInterrupt:
-                    interrupted = True  # and all files are closed as at the end
-    except KeyboardInterrupt:
-        interrupted = True
+        interrupted = run(film, outputs, moments, tally.add)
     except MotesError:
         _summarize(tally, film, outputs, interrupted=False)
         raise
@@ -85,21 +70,18 @@ class Tally:
     def __init__(self, objects: int) -> None:
         self.frames = 0
         self._tracked = [0] * objects
-        self._now = 0
         self._seconds = 0.0
 
-    def add(self, moment: Moment, seconds: float) -> None:
-        """Count a frame."""
+    def seconds(self, seconds: float) -> None:
+        """Count the time that a frame takes; the first one takes long and says nothing."""
+        self._seconds += seconds if self.frames else 0.0
+
+    def add(self, moment: Moment) -> str:
+        """Count a frame; return how things are now."""
         seen = [each.track.status is Status.TRACKING for each in moment.tracks]
-        self._seconds += seconds if self.frames else 0.0  # the first frame takes long
         self.frames += 1
         self._tracked = [count + here for count, here in zip(self._tracked, seen, strict=True)]
-        self._now = sum(seen)
-
-    @property
-    def state(self) -> str:
-        """How things are now."""
-        return f"{self._now} of {len(self._tracked)} tracked"
+        return f"{sum(seen)} of {len(seen)} tracked"
 
     def __str__(self) -> str:
         parts = ["1 frame" if self.frames == 1 else f"{self.frames} frames"]

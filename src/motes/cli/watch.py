@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -26,13 +25,13 @@ from motes.cli.options import (
     numbers_of,
     read_text,
     say,
-    undisturbed,
 )
 from motes.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.counting import Counting, Places
+    from motes.frame import Frame
     from motes.scene import Scene, SceneConfig
     from motes.video import Source
 
@@ -237,35 +236,28 @@ def _corners(text: str) -> list[float]:
 
 def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Output]) -> int:
     """Watch the film, write all there is to write, and say how it went."""
-    from motes.cli.follow import prefetch
-    from motes.cli.progress import Progress
+    from motes.cli.run import run
     from motes.cli.watch_outputs import Moment
 
     announce_compiling()
     frames, interrupted, said = 0, False, set[str]()
+
+    def moments(pictures: Iterator[Frame]) -> Iterator[Moment]:
+        for frame in pictures:
+            tracks = scene.update(frame)
+            yield Moment(frame, tracks, counting.update(tracks))
+
+    def note(moment: Moment) -> str:
+        nonlocal frames
+        frames += 1
+        for kind, text in scene.remarks.items():
+            if kind not in said:
+                said.add(kind)
+                say(text)
+        return f"{scene.born - scene.gone} objects, {scene.born} came, {scene.gone} went"
+
     try:
-        with contextlib.ExitStack() as opened, prefetch(film) as pictures:
-            for output in outputs:
-                opened.enter_context(output)
-            with Progress(film) as progress:
-                try:
-                    for frame in pictures:
-                        tracks = scene.update(frame)
-                        with undisturbed():
-                            moment = Moment(frame, tracks, counting.update(tracks))
-                            for output in outputs:
-                                output.write(moment)
-                            frames += 1
-                        for kind, text in scene.remarks.items():
-                            if kind not in said:
-                                said.add(kind)
-                                say(text)
-                        progress.count(
-                            f"{scene.born - scene.gone} objects, {scene.born} came, "
-                            f"{scene.gone} went"
-                        )
-                except KeyboardInterrupt:
-                    interrupted = True  # and all files are closed as at the end
+        interrupted = run(film, outputs, moments, note)
     except MotesError:
         _summarize(frames, film, scene, counting, outputs, interrupted=False)
         raise

@@ -1,0 +1,72 @@
+"""From a film into outputs: the loop of `motes track` and `motes watch`."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from typing import Protocol, TypeVar
+
+from motes.cli.follow import prefetch
+from motes.cli.options import undisturbed
+from motes.cli.progress import Progress
+from motes.frame import Frame
+from motes.video import Source
+
+T = TypeVar("T")
+T_contra = TypeVar("T_contra", contravariant=True)
+
+
+class Sink(AbstractContextManager[object], Protocol[T_contra]):
+    """Takes what became of each frame; ends as a context manager."""
+
+    def write(self, step: T_contra, /) -> None:
+        """Add a frame."""
+        ...
+
+
+def run(
+    film: Source,
+    outputs: Sequence[Sink[T]],
+    steps: Callable[[Iterator[Frame]], Iterable[T]],
+    note: Callable[[T], str],
+    *,
+    quiet: bool = False,
+) -> bool:
+    """Write what becomes of each frame into all outputs, and close them.
+
+    Parameters
+    ----------
+    film
+        Decoded ahead, in a thread.
+    outputs
+        Opened here, all of them before the first frame.
+    steps
+        Makes of the frames what outputs take.
+    note
+        Takes note of a step that is written; returns how things are, for the progress bar.
+    quiet
+        Whether there is no progress bar.
+
+    Returns
+    -------
+    Whether Ctrl-C ended it; all outputs are then closed as at the end.
+    """
+    interrupted = False
+    try:
+        with contextlib.ExitStack() as opened, prefetch(film) as frames:
+            for output in outputs:
+                opened.enter_context(output)
+            with Progress(film, quiet=quiet) as progress:
+                try:
+                    for step in steps(frames):
+                        with undisturbed():
+                            for output in outputs:
+                                output.write(step)
+                            state = note(step)
+                        progress.count(state)
+                except KeyboardInterrupt:
+                    interrupted = True
+    except KeyboardInterrupt:
+        interrupted = True
+    return interrupted
