@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config
+from motes.cues.histograms import HistogramCue
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
@@ -56,7 +56,7 @@ class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
         return slots
 
 
-class Color(Config, frozen=True):
+class Color(HistogramCue, frozen=True):
     """Weighted color histogram of an ellipse (equations 2 to 7).
 
     Attributes
@@ -145,15 +145,6 @@ class Color(Config, frozen=True):
             *self._space, center,
         )  # fmt: skip
         return float(center[0]), float(center[1])
-
-    def observe(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram, (m,); zeros where nothing is seen."""
-        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
-        return histogram
-
-    def settle(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> ColorModel:
-        """Return the model itself: how colors are read does not depend on the last frame."""
-        return model
 
     @property
     def _reading(self) -> tuple[NDArray[np.float32], tuple[int, int], int]:

@@ -14,8 +14,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config
-from motes.cues.histograms import bhattacharyya
+from motes.cues.histograms import HistogramCue
 from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -42,7 +41,7 @@ class EdgesModel(msgspec.Struct, frozen=True, eq=False, tag="edges"):
     anchor: Floats
 
 
-class Edges(Config, frozen=True):
+class Edges(HistogramCue, frozen=True):
     """Histogram of the orientation of strong edges in an ellipse (equations 10 to 15, 18 and 19).
 
     A pixel whose edge is no stronger than the threshold is left out; equation 14 would count it as
@@ -111,16 +110,3 @@ class Edges(Config, frozen=True):
         cue = replace(self, sampling=self.sampling.dense)
         histogram = cue.histograms(frame, np.array([ellipse]))[0]
         return EdgesModel(histogram, histogram)
-
-    def distances(self, model: EdgesModel, frame: Frame, ellipses: Floats) -> Floats:
-        """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        return bhattacharyya(self.histograms(frame, ellipses), model.histogram)
-
-    def observe(self, model: EdgesModel, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram, (m,); zeros where nothing is seen."""
-        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
-        return histogram
-
-    def settle(self, model: EdgesModel, frame: Frame, ellipse: Ellipse) -> EdgesModel:
-        """Return the model itself: how edges are read does not depend on the last frame."""
-        return model

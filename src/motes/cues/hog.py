@@ -15,8 +15,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config
-from motes.cues.histograms import bhattacharyya
+from motes.cues.histograms import HistogramCue
 from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -55,7 +54,7 @@ class GradientPlane(Plane):
     strength: NDArray[np.float32]
 
 
-class Hog(Config, frozen=True):
+class Hog(HistogramCue, frozen=True):
     """Histogram of the directions of gradients in an ellipse, turned to the strongest one (2).
 
     As in SIFT (Lowe, IJCV 2004), which the paper follows, a pixel counts by the strength of its
@@ -133,16 +132,3 @@ class Hog(Config, frozen=True):
         cue = replace(self, sampling=self.sampling.dense)
         histogram = cue.histograms(frame, np.array([ellipse]))[0]
         return HogModel(histogram, histogram)
-
-    def distances(self, model: HogModel, frame: Frame, ellipses: Floats) -> Floats:
-        """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        return bhattacharyya(self.histograms(frame, ellipses), model.histogram)
-
-    def observe(self, model: HogModel, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram, (m,); zeros where nothing is seen."""
-        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
-        return histogram
-
-    def settle(self, model: HogModel, frame: Frame, ellipse: Ellipse) -> HogModel:
-        """Return the model itself: how gradients are read does not depend on the last frame."""
-        return model
