@@ -77,3 +77,21 @@ def test_where_everything_is_alike_there_is_a_limit() -> None:
 def test_a_box_beside_the_picture() -> None:
     with pytest.raises(ConfigError, match="outside"):
         LookalikeDetector((900, 20, 8, 8))(pitch(0))
+
+
+def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
+    """On a lawn of two greens, where the lawn around one is not that around another."""
+    frame = pitch(0, *((x, y, BLUE) for x, y in TEAM))
+    frame.pixels[:, 160:] = np.where(
+        (frame.pixels[:, 160:] > (40, 90, 20)).all(axis=2, keepdims=True)
+        & (frame.pixels[:, 160:, 1:2] < 200),
+        (110, 150, 30),
+        frame.pixels[:, 160:],
+    )
+    x, y = TEAM[0]
+    found = LookalikeDetector((x - 8, y - 6, 30, 42))(frame)
+    for x, y in TEAM:
+        boxes = [each.box for each in found]
+        centers = [(box.x + box.width / 2, box.y + box.height / 2) for box in boxes]
+        assert any(abs(a - x - 7) < 10 and abs(b - y - 15) < 16 for a, b in centers), (x, y)
+    assert len(found) <= 2 * len(TEAM)
