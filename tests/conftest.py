@@ -13,6 +13,12 @@ settings.register_profile("motes", deadline=None, derandomize=True)
 settings.load_profile("motes")
 
 
+@pytest.fixture(autouse=True)
+def _compiling_quietly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Keep quiet about compiling: which test is the first that needs a kernel is chance."""
+    monkeypatch.setattr("motes.kernels.when_compiling", lambda tell: None)
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""

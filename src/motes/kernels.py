@@ -17,6 +17,7 @@ row is a multiple of the second: 1, 1 is every pixel.
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 from collections.abc import Callable
@@ -48,6 +49,7 @@ CACHED = _use_cache()
 """Whether compiled kernels are kept on disk for the next run."""
 
 import numba  # noqa: E402  (reads NUMBA_CACHE_DIR when imported)
+from numba.core import event  # noqa: E402
 
 
 def _kernel(function: F) -> F:
@@ -1517,3 +1519,19 @@ def cache_folder() -> Path | None:
     """Return the folder where compiled kernels are kept, None where there is none."""
     folder = color_distances.stats.cache_path  # type: ignore[attr-defined]
     return Path(folder) if CACHED and folder else None
+
+
+def when_compiling(tell: Callable[[], None]) -> None:
+    """Call a function before the next kernel is compiled that no folder keeps, and never again."""
+
+    class Once(event.Listener):
+        def on_start(self, _: event.Event) -> None:
+            stop()
+            tell()
+
+        def on_end(self, _: event.Event) -> None:
+            """Told at the start."""
+
+    once = Once()
+    stop = functools.partial(event.unregister, "numba:compile", once)
+    event.register("numba:compile", once)  # type: ignore[no-untyped-call]

@@ -342,15 +342,10 @@ def undisturbed() -> Iterator[None]:
 
 
 def announce_compiling() -> None:
-    """Tell the user why the first start takes long, if this is one."""
+    """Tell the user why a start takes long, if kernels must be compiled in it."""
     from motes import kernels
 
-    folder = kernels.cache_folder()
-    if folder is None:
-        say("Compiling kernels; there is no folder to keep them in (see motes doctor).")
-        return
-    version = f"py{sys.version_info.major}{sys.version_info.minor}"
-    kept = folder.glob(f"kernels.color_distances-*.{version}*.nbi")
-    changed = Path(kernels.__file__).stat().st_mtime
-    if not any(index.stat().st_mtime >= changed for index in kept):
-        say("Compiling kernels, once for this machine; later starts are quick.")
+    kept = "once for this machine; later starts are quick."
+    lost = "there is no folder to keep them in (see motes doctor)."
+    why = kept if kernels.cache_folder() else lost
+    kernels.when_compiling(lambda: say(f"Compiling kernels, {why}"))
