@@ -26,8 +26,9 @@ import pytest
 from PIL import Image
 
 from motes import Tracker, kernels, open_source, synthetic
+from motes.ahead import prefetch
 from motes.cli import main, options
-from motes.cli.follow import follow, on_region, prefetch
+from motes.cli.follow import follow, on_region
 from motes.config import to_dict
 from motes.errors import SourceError
 from motes.figures import FIGURES
@@ -771,6 +772,24 @@ def test_prefetch_ends_its_thread_when_left_early() -> None:
         assert next(items) == 0
         assert threading.active_count() == before + 1
     assert threading.active_count() == before
+
+
+def test_who_waits_for_prefetched_items_ends_with_their_context() -> None:
+    """As a second thread does that takes what a first one has ready, when the user leaves."""
+    go_on, got = threading.Event(), list[int]()
+
+    def slow() -> Iterator[int]:
+        yield 1
+        go_on.wait()
+        yield 2
+
+    with prefetch(slow()) as items:
+        reader = threading.Thread(target=lambda: got.extend(items), daemon=True)
+        reader.start()
+        wait_for(lambda: got == [1])
+        threading.Timer(0.05, go_on.set).start()  # while the context ends
+    reader.join(timeout=5)
+    assert (reader.is_alive(), got) == (False, [1])
 
 
 def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:

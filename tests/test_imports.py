@@ -15,6 +15,7 @@ ROOM = Path(motes.__file__).parent
 ORDER = [
     "errors",
     "config",
+    "ahead",
     "geometry",
     "frame",
     "track",

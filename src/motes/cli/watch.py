@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -242,10 +243,10 @@ def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Outpu
     announce_compiling()
     frames, interrupted, said = 0, False, set[str]()
 
-    def moments(pictures: Iterator[Frame]) -> Iterator[Moment]:
-        for frame in pictures:
-            tracks = scene.update(frame)
-            yield Moment(frame, tracks, counting.update(tracks))
+    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
+        with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
+            for frame, tracks in watched:
+                yield Moment(frame, tracks, counting.update(tracks))
 
     def note(moment: Moment) -> str:
         nonlocal frames
