@@ -37,8 +37,6 @@ def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
 
     def hand_over() -> Iterator[T]:
         while not isinstance(item := ready.get(), _End):
-            if stopped.is_set():
-                return
             yield item
         if item.error is not None:
             raise item.error
@@ -53,8 +51,9 @@ def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
             with contextlib.suppress(queue.Empty):
                 ready.get(timeout=0.01)
         thread.join()
-        with contextlib.suppress(queue.Full):  # full of items, whoever waits gets one of these
-            ready.put_nowait(_End(None))
+        while not ready.empty():
+            ready.get()
+        ready.put(_End(None))
 
 
 @dataclass(frozen=True, slots=True)
