@@ -410,7 +410,7 @@ def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, 
     """Return all that is said of a frame in a form that is compared bit for bit."""
     bits = [[np.asarray(value).tobytes() for value in astuple(t.track)] for t in tracks]
     who = [(t.identity, t.behind, t.detected) for t in tracks]
-    return frame.index, who, bits, scene.accounts, scene.remarks
+    return frame.index, who, bits, scene.accounts, dict(scene.remarks)
 
 
 def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
