@@ -44,6 +44,7 @@ ORDER = [
     "objects",
     "births",
     "scene",
+    "watching",
     "ground",
     "counting",
     "decoder",

@@ -59,6 +59,12 @@ class SceneConfig(Config, frozen=True):
         Seconds for which a hidden object is waited for, if it was known for as long before.
     farewell
         The same where it should be at the border, or outside.
+    least_patience
+        Seconds for which any hidden object is waited for.
+    within
+        A box with more than this share of it in another one lies within that.
+    larger
+        A detection with two objects in it is so many times larger than either.
     """
 
     tracker: ParticleFilter
@@ -72,14 +78,11 @@ class SceneConfig(Config, frozen=True):
     alone: NonNegative = 0.12
     patience: Positive = 3.0
     farewell: NonNegative = 0.2
+    least_patience: NonNegative = 0.4
+    within: Share = 0.7
+    larger: Annotated[float, Meta(ge=1)] = 1.4
 
 
-WITHIN = 0.7
-"""A box with more than this share of it in another one lies within that."""
-LARGER = 1.4
-"""A detection with two objects in it is that much larger than either."""
-LEAST_PATIENCE = 0.4
-"""Seconds for which any hidden object is waited for."""
 PLACES = 2000
 """An object's background is looked at around so many places at its birth: a few milliseconds."""
 
@@ -250,9 +253,11 @@ class Scene:
         boxes = as_rows(each.box for each in found)
         # A detection in which two objects lie, and which is larger than either, is not one of them.
         shares = inside(places, boxes)
-        within = shares > WITHIN
+        within = shares > self.config.within
         areas = np.where(within, places[:, 2:].prod(axis=1)[:, None], 0).max(axis=0)
-        several = (within.sum(axis=0) > 1) & (boxes[:, 2:].prod(axis=1) > LARGER * areas)
+        several = (within.sum(axis=0) > 1) & (
+            boxes[:, 2:].prod(axis=1) > self.config.larger * areas
+        )
         holder = np.where(within & several, shares, 0.0)
         held = holder.max(axis=1) > 0
         taken = set(np.flatnonzero(several).tolist())
@@ -353,7 +358,7 @@ class Scene:
         shared = np.maximum(inside(boxes, seen), inside(seen, boxes).T)
         rest = []
         for each, row in zip(free, shared, strict=True):
-            if row.max() > WITHIN:
+            if row.max() > self.config.within:
                 self.accounts.append(
                     Account(each, Outcome.PART, things[int(row.argmax())].identity)
                 )
@@ -381,7 +386,8 @@ class Scene:
         for thing in self._objects:
             unseen = frame.time - thing.seen
             leaving = not _within(thing.track.box, frame)
-            patience = min(self.config.patience, max(thing.seen - thing.since, LEAST_PATIENCE))
+            known = max(thing.seen - thing.since, self.config.least_patience)
+            patience = min(self.config.patience, known)
             if unseen > (self.config.farewell if leaving else patience):
                 thing.lose()
                 self.gone += 1
