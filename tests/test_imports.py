@@ -36,6 +36,7 @@ ORDER = [
     "presets",
     "target",
     "detection",
+    "steady",
     "background",
     "lookalike",
     "tracker",

@@ -19,12 +19,14 @@ from motes.detection import Detection
 from motes.errors import ConfigError, LimitError
 from motes.frame import Frame
 from motes.geometry import Box
+from motes.steady import Anchor
 
 Method = Literal["mog2", "knn", "gaussian"]
 Mask = NDArray[np.uint8]
 
 SPARSE = 8
 """How bright pixels usually are is learned of every so many in x and y."""
+MOVES = "the camera moves; what moves before it is not seen"
 SHADE = 0.95
 """What keeps more than this share of its brightness is no shadow."""
 
@@ -69,7 +71,8 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
     limit
         No more objects than these, the largest, are taken of one frame.
     still
-        After so many frames in a row of nearly nothing but foreground it is the camera that moves.
+        After so many frames in a row of nearly nothing but foreground it is the camera that moves;
+        and after it has, it must stand still for as many.
     """
 
     method: Method | None = None
@@ -148,7 +151,7 @@ class BackgroundDetector:
             _Gaussian(config) if method == "gaussian" else _Mixture(method, config)
         )
         self._shape: tuple[int, ...] | None = None
-        self._flooded = 0
+        self._flooded = self._rest = 0
         self.remarks: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -157,17 +160,25 @@ class BackgroundDetector:
             self._shape = frame.pixels.shape
             self._begin(frame.pixels)
             return []
+        if self._anchor.slipped(frame.pixels):
+            self._begin(frame.pixels)
+            self._rest = self.config.still
+            self._remark(frame, "camera", MOVES)
+            return []
         mask = self._model.apply(self._exposed(frame.pixels))
         if mask.mean() > self.config.most:
             self._begin(frame.pixels)
             self._flooded += 1
             if self._flooded == self.config.still:
-                self._remark(frame, "camera", "the camera moves; what moves before it is not seen")
+                self._remark(frame, "camera", MOVES)
             elif self._flooded == 1:
                 said = "the picture changes all over; its background is learned anew"
                 self._remark(frame, "light", said)
             return []
         self._flooded = 0
+        if self._rest:
+            self._rest -= 1
+            return []
         boxes = blobs(mask, self.config)
         limit = self.config.limit
         if len(boxes) > limit:
@@ -177,6 +188,7 @@ class BackgroundDetector:
 
     def _begin(self, pixels: Mask) -> None:
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
+        self._anchor = Anchor(pixels)
         self._model.begin(pixels)
 
     def _exposed(self, pixels: Mask) -> Mask:
