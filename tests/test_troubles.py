@@ -97,6 +97,21 @@ def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: floa
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
+    """For ten frames; what it shows until then may be the edges of things that stand."""
+    wide, detector = ground(0, WIDTH + 20), BackgroundDetector(method)
+
+    def picture(index: int) -> Picture:
+        x = 3 * (index >= CHANGE)
+        return walked(wide[:, x : x + WIDTH], index)
+
+    found = [len(detector(frame)) for frame in film(picture, 70)]
+    assert found[CHANGE : CHANGE + 11] == [0] * 11
+    assert min(found[30:CHANGE]) >= 2
+    assert min(found[CHANGE + 11 :]) >= 1
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_flood_is_limited_and_said_once(method: Method) -> None:
     """150 patches flicker; a hundred of them are taken in each frame."""
     empty, rng = ground(0), np.random.default_rng(1)

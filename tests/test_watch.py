@@ -83,6 +83,22 @@ def test_one_walks_by(go: Go) -> None:
         assert sum(1 for _ in overlay) == FRAMES
 
 
+def test_who_stays_in_a_zone(go: Go) -> None:
+    """The walker is in the middle half for 80 pixels, 20 frames; one zone has its own dwell."""
+    Path("p.toml").write_text(
+        "[[zone]]\nname = 'hall'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\n"
+        "[[zone]]\nname = 'desk'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\ndwell = 30\n"
+    )
+    code, out, error = go("FILM --events - --places p.toml --dwell 0.38 --detector gaussian")
+    assert code == 0
+    events = [json.loads(line) for line in out.splitlines()]
+    (stay,) = (event for event in events if event["event"] == "stays")
+    (enter, _) = (event for event in events if event["event"] == "enters")
+    assert (stay["place"], stay["seconds"]) == ("hall", 0.4)
+    assert stay["frame"] == enter["frame"] + 10
+    assert "stays hall 1" in error
+
+
 def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
     assert go("FILM -o r.txt --detector gaussian")[0] == 0
     assert go("FILM -o r.jsonl --detector gaussian")[0] == 0
@@ -110,6 +126,8 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --detector yolo", 2, "mog2, knn, gaussian, people, faces or a .txt file"),
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
+        ("FILM --dwell 3", 2, "--dwell is for zones"),
+        ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --patiance 1", 2, "did you mean --patience?"),

@@ -84,12 +84,20 @@ def watch(
             help="Count who enters and leaves a polygon: x1,y1,x2,y2,x3,y3,... May be repeated.",
         ),
     ] = None,
+    dwell: Annotated[
+        float | None,
+        Parameter(
+            group=COUNTED,
+            help="Count who stays in a zone for so many seconds, where the zone does not say.",
+        ),
+    ] = None,
     places: Annotated[
         Path | None,
         Parameter(
             group=COUNTED,
-            help="TOML with [[line]] and [[zone]], their points and name; and [ground], for speeds "
-            "in metres: scale, homography (9 numbers), or points (four or more [x, y, X, Y]).",
+            help="TOML with [[line]] and [[zone]], their points and name, a zone's dwell; and "
+            "[ground], for speeds in metres: scale, homography (9 numbers), or points (four or "
+            "more [x, y, X, Y]).",
         ),
     ] = None,
     scale: Annotated[
@@ -114,8 +122,8 @@ def watch(
         Parameter(
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Who appears, disappears, crosses, enters and leaves, while it happens, as JSON "
-            "Lines: a file, or - for standard output.",
+            help="Who appears, disappears, crosses, enters, stays and leaves, while it happens, as "
+            "JSON Lines: a file, or - for standard output.",
         ),
     ] = None,
     overlay: Annotated[
@@ -149,10 +157,10 @@ def watch(
     """
     if source is not None and source.endswith(".toml"):
         single = {
-            "detector": finder, "like": like, "line": line, "zone": zone, "places": places,
-            "start": start, "end": end, "stride": stride != 1, "events": events, "overlay": overlay,
-            "preset": preset != "nummiaro:adaptive", "scale": scale, "config": config,
-            "dump-config": dump_config, **settings,
+            "detector": finder, "like": like, "line": line, "zone": zone, "dwell": dwell,
+            "places": places, "start": start, "end": end, "stride": stride != 1, "events": events,
+            "overlay": overlay, "preset": preset != "nummiaro:adaptive", "scale": scale,
+            "config": config, "dump-config": dump_config, **settings,
         }  # fmt: skip
         for option, value in single.items():
             if value:
@@ -161,7 +169,7 @@ def watch(
         from motes.cli.watch_rig import watch_rig
 
         return watch_rig(source, output, overwrite, seed)
-    where = _places(line or [], zone or [], places, scale)
+    where = _places(line or [], zone or [], dwell, places, scale)
     watching = _watch_config(preset, config, finder, like, settings)
     if dump_config:
         from motes.config import to_toml
@@ -230,9 +238,15 @@ def _watch_config(
 
 
 def _places(
-    lines: Sequence[str], zones: Sequence[str], file: Path | None, scale: float | None
+    lines: Sequence[str],
+    zones: Sequence[str],
+    dwell: float | None,
+    file: Path | None,
+    scale: float | None,
 ) -> Places:
     """Return lines, zones and ground of the options and of the file."""
+    from msgspec.structs import replace
+
     from motes.counting import Line, Places, Zone
     from motes.ground import Ground
 
@@ -251,7 +265,13 @@ def _places(
             raise ConfigError(f"--scale and the [ground] of {file} contradict each other.")
         with named("--scale"):
             ground = Ground(scale)
-    return Places(given.line + more.line, given.zone + more.zone, ground)
+    together = given.zone + more.zone
+    if dwell is not None:
+        if not together:
+            raise ConfigError("--dwell is for zones; give one with --zone or --places.")
+        with named("--dwell"):
+            together = tuple(replace(zone, dwell=zone.dwell or dwell) for zone in together)
+    return Places(given.line + more.line, together, ground)
 
 
 def _corners(text: str) -> list[float]:
