@@ -37,6 +37,7 @@ ORDER = [
     "target",
     "detection",
     "steady",
+    "ghosts",
     "background",
     "lookalike",
     "tracker",

@@ -19,6 +19,7 @@ from motes.detection import Detection
 from motes.errors import ConfigError, LimitError
 from motes.frame import Frame
 from motes.geometry import Box
+from motes.ghosts import without_ghosts
 from motes.steady import Anchor
 
 Method = Literal["mog2", "knn", "gaussian"]
@@ -26,6 +27,8 @@ Mask = NDArray[np.uint8]
 
 SPARSE = 8
 """How bright pixels usually are is learned of every so many in x and y."""
+RENEWED = 5
+"""The picture of the background that ghosts are looked for in is so many frames old at most."""
 MOVES = "the camera moves; what moves before it is not seen"
 SHADE = 0.95
 """What keeps more than this share of its brightness is no shadow."""
@@ -68,6 +71,10 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
         object.
     least, most
         How large an object is, as shares of the frame.
+    ghost
+        Where somebody was who has become background, there is a ghost: a patch whose outline has
+        less than this share of the gradients that the background has there. With 0 these are
+        taken for objects.
     limit
         No more objects than these, the largest, are taken of one frame.
     still
@@ -89,6 +96,7 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
     gap: tuple[Share, Share] = (0.06, 0.008)
     least: Share = 0.002
     most: Share = 0.5
+    ghost: Share = 0.9
     limit: Count = 100
     still: Count = 10
 
@@ -115,12 +123,16 @@ class _Model(Protocol):
         """Return where the foreground is, (H, W) of 0 and 1, shadows left out; and learn."""
         ...
 
+    def picture(self) -> Mask:
+        """Return the background as it is learned, (H, W, 3)."""
+        ...
+
 
 class BackgroundDetector:
     """Finds what moves before a camera that stands still. A `Detector`; frames come in order.
 
-    Until it has seen some thirty frames, whatever leaves its place leaves a ghost there. A frame
-    that is mostly foreground, as when the light is switched on, has no detections, and the
+    What leaves its place has become background there, and a patch without edges of its own is not
+    taken for an object (`ghosts`). A frame that is mostly foreground, as when the light is switched on, has no detections, and the
     background begins anew with it.
 
     Parameters
@@ -151,7 +163,8 @@ class BackgroundDetector:
             _Gaussian(config) if method == "gaussian" else _Mixture(method, config)
         )
         self._shape: tuple[int, ...] | None = None
-        self._flooded = self._rest = 0
+        self._flooded = self._rest = self._when = 0
+        self._learned: Mask | None = None
         self.remarks: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -180,6 +193,10 @@ class BackgroundDetector:
             self._rest -= 1
             return []
         boxes = blobs(mask, self.config)
+        if boxes and self.config.ghost:
+            if self._learned is None or frame.index - self._when >= RENEWED:
+                self._learned, self._when = self._model.picture(), frame.index
+            boxes = without_ghosts(boxes, mask, frame.pixels, self._learned, self.config.ghost)
         limit = self.config.limit
         if len(boxes) > limit:
             said = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
@@ -189,6 +206,7 @@ class BackgroundDetector:
     def _begin(self, pixels: Mask) -> None:
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
         self._anchor = Anchor(pixels)
+        self._learned = None
         self._model.begin(pixels)
 
     def _exposed(self, pixels: Mask) -> Mask:
@@ -243,6 +261,11 @@ class _Mixture:
         mask: Mask = (self._model.apply(pixels, learningRate=self._rate) == 255).astype(np.uint8)
         return mask
 
+    def picture(self) -> Mask:
+        """Return OpenCV's mean of what is background."""
+        learned: Mask = self._model.getBackgroundImage()
+        return learned
+
 
 class _Gaussian:
     """A running mean and variance for each pixel and channel.
@@ -277,6 +300,10 @@ class _Gaussian:
         np.maximum(self._variance, config.noise**2, out=self._variance)
         mask: Mask = foreground.astype(np.uint8)
         return mask
+
+    def picture(self) -> Mask:
+        """Return the means."""
+        return self._mean.astype(np.uint8)
 
 
 def blobs(mask: Mask, config: BackgroundConfig) -> list[Box]:
