@@ -25,7 +25,7 @@ from motes.frame import Frame
 from motes.scene import Scene
 
 SIZE, TARGET, OBJECTS = (640, 480), (60, 80), 20
-LAPS = 10
+LAPS = 8
 WARM = 40
 """Frames before any is timed: births, and compiling."""
 RUNS = 3

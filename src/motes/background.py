@@ -132,8 +132,8 @@ class BackgroundDetector:
     """Finds what moves before a camera that stands still. A `Detector`; frames come in order.
 
     What leaves its place has become background there, and a patch without edges of its own is not
-    taken for an object (`ghosts`). A frame that is mostly foreground, as when the light is switched on, has no detections, and the
-    background begins anew with it.
+    taken for an object (`ghosts`). A frame that is mostly foreground, as when the light is switched
+    on, has no detections, and the background begins anew with it.
 
     Parameters
     ----------
