@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motes.background import BackgroundConfig, BackgroundDetector, Method
 from motes.frame import Frame
 from motes.geometry import Box, iou
-from motes.ghosts import without_ghosts
+from motes.ghosts import gradients, without_ghosts
 from test_background import METHODS
 
 THING, GONE = Box(20, 30, 16, 30), Box(100, 30, 16, 30)
@@ -32,17 +32,27 @@ def test_a_ghost_has_its_edges_in_the_background() -> None:
     mask = np.zeros((120, 160), np.uint8)
     for x, y, width, height in (map(int, box) for box in (THING, GONE)):
         mask[y : y + height, x : x + width] = 1
-    pixels, background = painted(ground(1), THING), painted(ground(2), GONE)
+    pixels = gradients(painted(ground(1), THING))
+    background = gradients(painted(ground(2), GONE))
     assert without_ghosts([THING, GONE], mask, pixels, background, 0.9) == [THING]
     assert without_ghosts([THING, GONE], mask, background, pixels, 0.9) == [GONE]
     assert without_ghosts([THING, GONE], mask, pixels, background, 0.0) == [THING, GONE]
     assert without_ghosts([], mask, pixels, background, 0.9) == []
 
 
+def test_gradients_by_hand() -> None:
+    pixels = np.zeros((3, 4, 3), np.uint8)
+    pixels[1, 2] = (9, 100, 9)
+    assert gradients(pixels).tolist() == [[0, 0, 100, 0], [0, 100, 0, 100], [0, 0, 100, 0]]
+    assert gradients(pixels[:1, :1]).tolist() == [[0]]
+
+
 def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
     all_of_it = Box(0, 0, 160, 120)
     mask = np.ones((120, 160), np.uint8)
-    assert without_ghosts([all_of_it], mask, ground(), ground(1), 0.9) == [all_of_it]
+    assert without_ghosts([all_of_it], mask, gradients(ground()), gradients(ground(1)), 0.9) == [
+        all_of_it
+    ]
 
 
 @pytest.mark.parametrize("method", METHODS)

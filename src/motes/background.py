@@ -19,7 +19,7 @@ from motes.detection import Detection
 from motes.errors import ConfigError, LimitError
 from motes.frame import Frame
 from motes.geometry import Box
-from motes.ghosts import without_ghosts
+from motes.ghosts import Steps, gradients, without_ghosts
 from motes.steady import Anchor
 
 Method = Literal["mog2", "knn", "gaussian"]
@@ -164,7 +164,7 @@ class BackgroundDetector:
         )
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._when = 0
-        self._learned: Mask | None = None
+        self._learned: Steps | None = None
         self.remarks: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -195,8 +195,9 @@ class BackgroundDetector:
         boxes = blobs(mask, self.config)
         if boxes and self.config.ghost:
             if self._learned is None or frame.index - self._when >= RENEWED:
-                self._learned, self._when = self._model.picture(), frame.index
-            boxes = without_ghosts(boxes, mask, frame.pixels, self._learned, self.config.ghost)
+                self._learned, self._when = gradients(self._model.picture()), frame.index
+            now = gradients(frame.pixels)
+            boxes = without_ghosts(boxes, mask, now, self._learned, self.config.ghost)
         limit = self.config.limit
         if len(boxes) > limit:
             said = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"

@@ -14,10 +14,19 @@ from numpy.typing import NDArray
 from motes.geometry import Box
 
 Mask = NDArray[np.uint8]
+Steps = NDArray[np.int16]
+
+
+def gradients(pixels: Mask) -> Steps:
+    """Return how much the green of a picture (H, W, 3) changes, in x and y together: (H, W)."""
+    green = np.pad(pixels[:, :, 1].astype(np.int16), 1, mode="edge")
+    down, across = green[2:, 1:-1] - green[:-2, 1:-1], green[1:-1, 2:] - green[1:-1, :-2]
+    total: Steps = np.abs(down) + np.abs(across)
+    return total
 
 
 def without_ghosts(
-    boxes: Iterable[Box], mask: Mask, pixels: Mask, background: Mask, share: float
+    boxes: Iterable[Box], mask: Mask, now: Steps, learned: Steps, share: float
 ) -> list[Box]:
     """Return the boxes in which something is.
 
@@ -27,19 +36,18 @@ def without_ghosts(
         Of patches of the mask.
     mask
         (H, W), 1 where the foreground is.
-    pixels, background
-        (H, W, 3), the frame, and what is learned of the background.
+    now, learned
+        Gradients of the frame, and of what is learned of the background.
     share
         In a ghost, the frame's gradients along the outline of the mask are, on average, less than
         this share of the background's.
     """
-    y, x = np.nonzero(_outline(mask))
-    now, learned = _gradients(pixels, y, x), _gradients(background, y, x)
-    kept = []
+    outline, kept = _outline(mask), []
     for box in boxes:
-        left, top, width, height = box
-        here = (x >= left - 1) & (x <= left + width) & (y >= top - 1) & (y <= top + height)
-        if now[here].sum() >= share * learned[here].sum():
+        left, top, width, height = map(int, box)
+        here = slice(max(top - 1, 0), top + height + 1), slice(max(left - 1, 0), left + width + 1)
+        edge = outline[here]
+        if now[here][edge].sum() >= share * learned[here][edge].sum():
             kept.append(box)
     return kept
 
@@ -53,17 +61,3 @@ def _outline(mask: Mask) -> NDArray[np.bool_]:
     out[:, 1:] |= across
     out[:, :-1] |= across
     return out
-
-
-def _gradients(pixels: Mask, y: NDArray[np.intp], x: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return how much the green of a picture changes at some pixels, in y and x together."""
-    height, width = pixels.shape[:2]
-    green = pixels[:, :, 1]
-
-    def at(y: NDArray[np.intp], x: NDArray[np.intp]) -> NDArray[np.int64]:
-        return green[y, x].astype(np.int64)
-
-    down = at(np.minimum(y + 1, height - 1), x) - at(np.maximum(y - 1, 0), x)
-    across = at(y, np.minimum(x + 1, width - 1)) - at(y, np.maximum(x - 1, 0))
-    total: NDArray[np.int64] = np.abs(down) + np.abs(across)
-    return total

@@ -44,11 +44,11 @@ class Anchor:
         height, width = picture.shape
         if min(height, width) <= 2 * margin:
             return False
-        inner = self._kept[margin : height - margin : 2, margin : width - margin : 2]
+        inner = self._kept[margin : height - margin : 3, margin : width - margin : 3]
 
         def misfit(dy: int, dx: int) -> float:
             y, x = margin + dy, margin + dx
-            other = picture[y : height - 2 * margin + y : 2, x : width - 2 * margin + x : 2]
+            other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
             return float(np.median(np.abs(inner - other)))
 
         sides = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
