@@ -9,8 +9,9 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
-from motes.background import BackgroundDetector, Method, blobs
+from motes.background import BackgroundConfig, BackgroundDetector, Method, blobs
 from motes.detection import PeopleDetector, RecordedDetections
 from motes.errors import ConfigError, LimitError, SourceError
 from motes.frame import Frame
@@ -88,7 +89,7 @@ def test_a_moving_camera_is_said_once() -> None:
 
 
 def test_a_flood_of_objects_is_limited() -> None:
-    detector = BackgroundDetector("gaussian", least=1e-4, limit=7)
+    detector = BackgroundDetector(BackgroundConfig(method="gaussian", least=1e-4, limit=7))
     still = np.full((200, 200, 3), 90, np.uint8)
     detector(Frame(0, 0.0, still))
     flood = still.copy()
@@ -110,9 +111,13 @@ def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     mask[10:30, 60:70] = 1  # 20 columns aside: another one
     mask[100, 100] = 1  # a speck
     mask[190:, 390:] = 1  # in the corner
-    assert blobs(mask, 50) == [Box(20, 10, 20, 40), Box(60, 10, 10, 20), Box(390, 190, 10, 10)]
-    assert blobs(mask, 150) == [Box(20, 10, 20, 40), Box(60, 10, 10, 20)]
-    assert blobs(np.zeros((20, 20), np.uint8), 1) == []
+    upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
+    assert blobs(mask, BackgroundConfig(least=50 / mask.size)) == [*upper, corner]
+    assert blobs(mask, BackgroundConfig(least=150 / mask.size)) == upper
+    apart = BackgroundConfig(gap=(0.01, 0.008), least=50 / mask.size)
+    assert len(blobs(mask, apart)) == 4
+    assert blobs(mask, BackgroundConfig(speck=1, least=1 / mask.size))[-1] == Box(100, 100, 1, 1)
+    assert blobs(np.zeros((20, 20), np.uint8), BackgroundConfig()) == []
 
 
 def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,17 +135,59 @@ def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) 
     assert [iou(each.box, Box(15, 40, *WALKER)) > 0.8 for each in found] == [True]
 
 
+def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
+    """Return how many are found in a patch of another brightness, in its last frame."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector(config)
+    for index in range(40):
+        pixels = rng.integers(98, 103, (120, 160, 3)).astype(np.uint8)
+        if index >= 40 - frames:
+            pixels[40:70, 30:50] = np.rint(gain * pixels[40:70, 30:50])
+        found = detector(Frame(index, index / 25, pixels))
+    return len(found)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("change", "gain", "found"),
+    [
+        ({"deviations": 40.0, "distance": 80.0}, 1.4, 0),
+        ({"least": 0.1}, 1.4, 0),
+        ({"shadow": 1.0}, 0.7, 1),
+        ({"shadow": 0.9}, 0.7, 1),
+    ],
+)
+def test_settings_decide_what_is_found(
+    method: Method, change: dict[str, float], gain: float, found: int
+) -> None:
+    config = BackgroundConfig(method=method)
+    assert patch(config, gain) == 1 - found
+    assert patch(replace(config, **change), gain) == found
+
+
+@pytest.mark.parametrize("method", METHODS[::2])  # nearest samples are replaced at random
+@pytest.mark.parametrize("change", [{"rate": 0.5}, {"history": 2}])
+def test_settings_decide_how_soon_what_stays_is_learned(
+    method: Method, change: dict[str, float]
+) -> None:
+    config = BackgroundConfig(method=method)
+    assert patch(config, 1.4, frames=4) == 1
+    assert patch(replace(config, **change), 1.4, frames=4) == 0
+
+
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"method": "mog"}, "mog2, knn, gaussian"),
+        ({"method": "mog"}, "method: .*mog"),
         ({"least": 0.6}, "least < most"),
-        ({"limit": 0}, "1 or more"),
+        ({"limit": 0}, "limit: .* >= 1"),
+        ({"gap": (0.1, 2)}, "gap"),
+        ({"rate": 0}, "rate"),
+        ({"speck": 4}, "speck"),
     ],
 )
 def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
-        BackgroundDetector(**settings)  # type: ignore[arg-type]
+        BackgroundConfig(**settings)  # type: ignore[arg-type]
 
 
 def test_detections_in_a_file(tmp_path: Path) -> None:

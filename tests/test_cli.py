@@ -26,8 +26,9 @@ import pytest
 from PIL import Image
 
 from motes import Tracker, kernels, open_source, synthetic
+from motes.ahead import prefetch
 from motes.cli import main, options
-from motes.cli.follow import follow, on_region, prefetch
+from motes.cli.follow import follow, on_region
 from motes.config import to_dict
 from motes.errors import SourceError
 from motes.figures import FIGURES
@@ -767,6 +768,17 @@ def test_prefetch_ends_its_thread_when_left_early() -> None:
         assert next(items) == 0
         assert threading.active_count() == before + 1
     assert threading.active_count() == before
+
+
+def test_prefetched_items_end_with_their_context() -> None:
+    """Also for a second thread, which takes what a first one has ready, when the user leaves."""
+    rest: list[int] = []
+    with prefetch(iter(range(10**9)), ahead=2) as items:
+        assert next(items) == 0
+    reader = threading.Thread(target=lambda: rest.extend(items), daemon=True)
+    reader.start()
+    reader.join(timeout=5)
+    assert (reader.is_alive(), rest) == (False, [])
 
 
 def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:

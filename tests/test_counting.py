@@ -81,6 +81,30 @@ def test_events_of_one_visit() -> None:
     assert counting.counts.total() == 5
 
 
+def test_who_stays_is_told_once_for_each_visit() -> None:
+    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
+    places = Places(
+        zone=(Zone(square, "desk", dwell=1), Zone(square, "hall"), Zone(square, "bed", 9))
+    )
+    counting = Counting(places)
+    feet = [70, 70, 71, 72, 73, 74, 50, 70, 70, 70, 50, *[70] * 6]
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
+    stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
+    assert stays == [(4, "desk", 1.0), (15, "desk", 1.0)]  # four frames a second
+    assert counting.counts[0, "stays", "desk", ""] == 2
+    left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
+    assert left == [(6, 1.5), (10, 0.75)]
+
+
+def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
+    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
+    counting = Counting(Places(zone=(Zone(square, "desk", dwell=1),)))
+    events = told(
+        counting, seen(0, (70, 40)), seen(5, (70, 40), Status.OCCLUDED), seen(7, (70, 40))
+    )
+    assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
+
+
 def test_what_is_hidden_crosses_when_it_comes_up() -> None:
     counting = Counting(Places((Line((50, 0, 50, 99)),)))
     events = told(

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import itertools
 import sys
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
+from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from motes import synthetic
 from motes.association import Account, Association, Outcome, assign, divided, inside, meet
-from motes.background import BackgroundDetector
-from motes.detection import Detection
+from motes.background import BackgroundDetector, Method
+from motes.detection import Detection, Detector
 from motes.errors import ConfigError, SourceError
 from motes.frame import Frame
 from motes.geometry import Box, iou
@@ -357,6 +360,92 @@ def test_identities_survive_full_occlusion(length: int) -> None:
         identity = np.bincount(before[:, k]).argmax()
         assert identity > 0
         assert (after[:, k] == identity).mean() > 0.8
+
+
+# Ahead
+
+
+class Slow:
+    """A detector that is now quicker and now slower than what follows, and says what it does."""
+
+    def __init__(self, wrapped: Detector, fail: int = -1) -> None:
+        self.wrapped, self.fail, self.latest = wrapped, fail, -1
+        self.remarks: dict[str, str] = {}
+
+    def __call__(self, frame: Frame) -> Sequence[Detection]:
+        """Return what the wrapped one finds."""
+        if frame.index == self.fail:
+            raise SourceError("the detector is tired")
+        time.sleep(0.003 * (frame.index % 3))
+        self.latest = frame.index
+        self.remarks[f"{frame.index // 10}"] = f"Frame {frame.index}"
+        return self.wrapped(frame)
+
+
+def walks() -> Iterator[Frame]:
+    """Yield two who meet, before a still camera, from frame 10 on."""
+    rng = np.random.default_rng(1)
+    for i in range(45):
+        pixels = GROUND + rng.integers(0, 5, GROUND.shape, np.uint8)
+        for box, color in zip((walker(i - 10), walker(55 - i)), COLORS, strict=False):
+            x, y, w, h = map(int, box)
+            if i >= 10:
+                pixels[y : y + h, max(x, 0) : max(x + w, 0)] = color
+        yield Frame(i, i / 25, pixels)
+
+
+@pytest.mark.parametrize("method", ["gaussian", "mog2"])
+def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
+    if method != "gaussian":
+        pytest.importorskip("cv2")
+    scenes = [Scene(Slow(BackgroundDetector(method)), seed=2) for _ in range(3)]
+    serial = [told(scenes[0], frame, scenes[0].update(frame)) for frame in walks()]
+    assert scenes[0].born >= 2
+    for scene, ahead in zip(scenes[1:], (True, False), strict=True):
+        said = [told(scene, *each) for each in scene.watch(walks(), ahead=ahead)]
+        assert said == serial
+
+
+def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, ...]:
+    """Return all that is said of a frame in a form that is compared bit for bit."""
+    bits = [[np.asarray(value).tobytes() for value in astuple(t.track)] for t in tracks]
+    who = [(t.identity, t.behind, t.detected) for t in tracks]
+    return frame.index, who, bits, scene.accounts, dict(scene.remarks)
+
+
+def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
+    slow = Slow(lambda _: [])
+    for frame, _ in Scene(slow).watch(walks()):
+        time.sleep(0.012)
+        assert slow.latest <= frame.index + 2
+        if frame.index == 20:
+            assert slow.latest == 22
+            break
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
+    def film() -> Iterator[Frame]:
+        yield from itertools.islice(walks(), 8)
+        raise SourceError("the film is torn")
+
+    for detector, frames, why in (
+        (Slow(lambda _: [], fail=5), 5, "tired"),
+        (Slow(lambda _: []), 8, "torn"),
+    ):
+        threads, watched = threading.active_count(), Scene(detector).watch(film(), ahead=ahead)
+        assert [next(watched)[0].index for _ in range(frames)] == list(range(frames))
+        with pytest.raises(SourceError, match=why):
+            next(watched)
+        assert threading.active_count() == threads
+
+
+def test_who_stops_watching_leaves_no_thread() -> None:
+    threads = threading.active_count()
+    with contextlib.closing(Scene(Slow(lambda _: [])).watch(walks())) as watched:
+        next(watched)
+        assert threading.active_count() == threads + 1
+    assert threading.active_count() == threads
 
 
 # Association

@@ -83,6 +83,22 @@ def test_one_walks_by(go: Go) -> None:
         assert sum(1 for _ in overlay) == FRAMES
 
 
+def test_who_stays_in_a_zone(go: Go) -> None:
+    """The walker is in the middle half for 80 pixels, 20 frames; one zone has its own dwell."""
+    Path("p.toml").write_text(
+        "[[zone]]\nname = 'hall'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\n"
+        "[[zone]]\nname = 'desk'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\ndwell = 30\n"
+    )
+    code, out, error = go("FILM --events - --places p.toml --dwell 0.38 --detector gaussian")
+    assert code == 0
+    events = [json.loads(line) for line in out.splitlines()]
+    (stay,) = (event for event in events if event["event"] == "stays")
+    (enter, _) = (event for event in events if event["event"] == "enters")
+    assert (stay["place"], stay["seconds"]) == ("hall", 0.4)
+    assert stay["frame"] == enter["frame"] + 10
+    assert "stays hall 1" in error
+
+
 def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
     assert go("FILM -o r.txt --detector gaussian")[0] == 0
     assert go("FILM -o r.jsonl --detector gaussian")[0] == 0
@@ -107,13 +123,22 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
 @pytest.mark.parametrize(
     ("line", "code", "said"),
     [
-        ("FILM --detector yolo", 2, "mog2, knn, gaussian, people or a .txt file"),
+        ("FILM --detector yolo", 2, "mog2, knn, gaussian, people, faces or a .txt file"),
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
+        ("FILM --dwell 3", 2, "--dwell is for zones"),
+        ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --patiance 1", 2, "did you mean --patience?"),
         ("FILM --confirm 0", 2, "confirm"),
+        ("FILM --detector.histry 9", 2, "no key 'detector.histry'; did you mean 'history'?"),
+        ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
+        ("FILM --detector.least 0.6", 2, "least < most"),
+        ("FILM --detector.speck 4", 2, "detector.speck"),
+        ("FILM --like 1,2,3,4 --detector people", 2, "contradict each other"),
+        ("--dump-config --config nothing.toml", 3, "nothing.toml"),
+        ("-o r.csv", 2, "no source"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM --preset mean_shift", 2, "particle filters"),
         ("FILM -o r.text", 2, ".txt, .csv, .jsonl, .json, .xml"),
@@ -145,6 +170,36 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     base = first("")
     assert first("--config s.toml") == base + 5
     assert first("--config s.toml --confirm 5 --association.appearance 0.4") == base + 2
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ("--detector gaussian --detector.history 40 --patience 2", "history = 40"),
+        ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
+        ("--detector det.txt --within 0.8", 'file = "det.txt"'),
+        ("--detector faces --detector.upsample 0", "upsample = 0"),
+        ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
+        ("--detector.type background --detector.rate 0.01", "rate = 0.01"),
+    ],
+)
+def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: str) -> None:
+    code, text, error = go(f"--dump-config {options}")
+    assert (code, error) == (0, "")
+    detector = text[text.index("[detector]") :]
+    assert line in detector.splitlines()
+    Path("s.toml").write_text(text)
+    assert go("--dump-config --config s.toml") == (0, text, "")
+
+
+def test_a_dumped_run_is_the_same_again(go: Go) -> None:
+    """And what a detector is told changes what is found: half of who comes in is too little."""
+    strict, loose = (f"--detector gaussian --detector.least {least}" for least in (0.028, 0.01))
+    Path("s.toml").write_text(go(f"{strict} --dump-config")[1])
+    rows = go(f"FILM -o - {loose}")[1]
+    assert go("FILM -o - --config s.toml")[1] == go(f"FILM -o - {strict}")[1] != rows
+    assert go("FILM -o - --config s.toml --detector.least 0.01")[1] == rows
+    assert len(rows.splitlines()) > 30
 
 
 def test_nothing_is_overwritten_unasked(go: Go) -> None:

@@ -11,13 +11,13 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 from msgspec import Meta
 
-from motes.config import Config, from_dict, from_toml
+from motes.config import Config, Positive, from_dict, from_toml
 from motes.errors import ConfigError
 from motes.ground import Ground
 from motes.objects import SceneTrack
 from motes.track import Status
 
-Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "leaves"]
+Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "stays", "leaves"]
 Point: TypeAlias = tuple[float, float]
 
 MINUTE = 60.0
@@ -44,10 +44,14 @@ class Line(Config, frozen=True):
 
 
 class Zone(Config, frozen=True):
-    """A polygon: x1, y1, x2, y2, x3, y3, ..., in pixels."""
+    """A polygon: x1, y1, x2, y2, x3, y3, ..., in pixels.
+
+    Who is in it for `dwell` seconds stays there, which is told then; by default nobody does.
+    """
 
     points: Annotated[tuple[float, ...], Meta(min_length=6)]
     name: str = ""
+    dwell: Positive | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -67,7 +71,8 @@ class Zone(Config, frozen=True):
 class Places(Config, frozen=True):
     """Where is counted, and on what ground.
 
-    In TOML, any number of [[line]] and [[zone]] with `points`, and `name`; and a [ground].
+    In TOML, any number of [[line]] and [[zone]] with `points`, and `name`, and of a zone `dwell`;
+    and a [ground].
     """
 
     line: tuple[Line, ...] = ()
@@ -109,7 +114,7 @@ class Event(msgspec.Struct, frozen=True):
     place, direction
         The line or zone, and to which side of a line.
     seconds
-        How long it has been in the zone that it leaves, or in the picture.
+        How long it has been in the zone where it stays or that it leaves, or in the picture.
     metres_per_second
         The speed on the ground, where that is known.
     """
@@ -140,7 +145,7 @@ class Event(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True)
 class _Walk:
-    """An object's way: when and where it was lately, and since when it is in which zone.
+    """An object's way: when and where it was lately, since when it is in which zone, and stays.
 
     `clear` is where its foot last was clearly beside a line, by line: who trembles on it has not
     crossed it.
@@ -150,6 +155,7 @@ class _Walk:
     feet: deque[tuple[float, Point]]
     zones: dict[str, float]
     clear: dict[str, Point]
+    stays: set[str]
 
 
 class Counting:
@@ -203,7 +209,7 @@ class Counting:
         walk = self._walks.get(each.identity)
         events = []
         if walk is None:
-            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {}, {})
+            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {}, {}, set())
             events.append(self._event(each, walk, foot, "appears"))
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
@@ -222,7 +228,13 @@ class Counting:
                 events.append(self._event(each, walk, foot, "enters", name))
             elif not holds and name in walk.zones:
                 since = walk.zones.pop(name)
+                walk.stays.discard(name)
                 events.append(self._event(each, walk, foot, "leaves", name, seconds=time - since))
+            elif holds and zone.dwell is not None and name not in walk.stays:
+                inside = time - walk.zones[name]
+                if inside >= zone.dwell:
+                    walk.stays.add(name)
+                    events.append(self._event(each, walk, foot, "stays", name, seconds=inside))
         return events
 
     def _end(self, each: SceneTrack) -> list[Event]:

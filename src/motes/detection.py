@@ -6,10 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
+from msgspec import Meta
 
+from motes.config import Config
 from motes.errors import LimitError, SourceError
 from motes.frame import Frame
 from motes.geometry import Box
@@ -31,16 +33,35 @@ class Detector(Protocol):
         ...
 
 
+class FacesConfig(Config, frozen=True, tag="faces"):
+    """How a `FaceDetector` looks for faces.
+
+    Attributes
+    ----------
+    upsample
+        How many times the image's size is doubled before looking: faces of about 80 pixels and
+        more are found with 0, of 40 with 1.
+    threshold
+        Least score, the distance from the classifier's boundary.
+    """
+
+    upsample: Annotated[int, Meta(ge=0)] = 1
+    threshold: float = 0.0
+
+    def detector(self) -> FaceDetector:
+        """Return a detector that is set so; raise a LimitError if dlib is missing."""
+        return FaceDetector(self)
+
+
 class FaceDetector:
     """Upright frontal faces, by gradient histograms and a support vector machine.
 
-    The detector class of Nummiaro et al., section V, as dlib ships it, trained; faces of about
-    80 pixels and more, or 40 with `upsample` 1.
+    The detector class of Nummiaro et al., section V, as dlib ships it, trained.
 
     Parameters
     ----------
-    upsample
-        How many times the image's size is doubled before looking.
+    config
+        How to look.
 
     Raises
     ------
@@ -48,7 +69,7 @@ class FaceDetector:
         If dlib is not installed.
     """
 
-    def __init__(self, upsample: int = 1) -> None:
+    def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
         try:
             import dlib
         except ImportError:
@@ -56,11 +77,13 @@ class FaceDetector:
                 "Finding faces needs dlib; install it with: pip install 'motes[faces]'."
             ) from None
         self._find = dlib.get_frontal_face_detector()
-        self._upsample = upsample
+        self._config = config
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the faces in a frame."""
-        boxes, scores, _ = self._find.run(frame.pixels, self._upsample, 0.0)
+        boxes, scores, _ = self._find.run(
+            frame.pixels, self._config.upsample, self._config.threshold
+        )
         return [
             Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
             for r, score in zip(boxes, scores, strict=True)
@@ -84,6 +107,28 @@ def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
     return max(fitting, key=lambda found: found.score, default=None)
 
 
+class PeopleConfig(Config, frozen=True, tag="people"):
+    """How a `PeopleDetector` looks for people.
+
+    Attributes
+    ----------
+    threshold
+        Least score, the distance from the classifier's boundary.
+    stride
+        Places are looked at every so many pixels.
+    scale
+        Sizes are looked at of which each is so many times the one before.
+    """
+
+    threshold: float = 0.5
+    stride: Annotated[int, Meta(ge=8, multiple_of=8)] = 8
+    scale: Annotated[float, Meta(gt=1)] = 1.05
+
+    def detector(self) -> PeopleDetector:
+        """Return a detector that is set so; raise a LimitError if OpenCV is missing."""
+        return PeopleDetector(self)
+
+
 class PeopleDetector:
     """Upright people of some 100 pixels and more, by gradient histograms and a linear classifier.
 
@@ -91,8 +136,8 @@ class PeopleDetector:
 
     Parameters
     ----------
-    threshold
-        Least score, the distance from the classifier's boundary.
+    config
+        How to look.
 
     Raises
     ------
@@ -100,7 +145,7 @@ class PeopleDetector:
         If OpenCV is not installed.
     """
 
-    def __init__(self, threshold: float = 0.5) -> None:
+    def __init__(self, config: PeopleConfig = PeopleConfig()) -> None:  # noqa: B008
         try:
             import cv2
         except ImportError:
@@ -109,14 +154,17 @@ class PeopleDetector:
             ) from None
         self._find = cv2.HOGDescriptor()
         self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
-        self._threshold = threshold
+        self._config = config
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the people in a frame."""
         if frame.width < 64 or frame.height < 128:  # its window does not fit in
             return []
         boxes, scores = self._find.detectMultiScale(
-            frame.pixels, hitThreshold=self._threshold, winStride=(8, 8), scale=1.05
+            frame.pixels,
+            hitThreshold=self._config.threshold,
+            winStride=(self._config.stride, self._config.stride),
+            scale=self._config.scale,
         )
         # The window has a margin around the person.
         return [
@@ -125,6 +173,16 @@ class PeopleDetector:
                 np.reshape(boxes, (-1, 4)).tolist(), np.ravel(scores).tolist(), strict=True
             )
         ]
+
+
+class RecordedConfig(Config, frozen=True, tag="recorded"):
+    """The file of `RecordedDetections`."""
+
+    file: str
+
+    def detector(self) -> RecordedDetections:
+        """Return its detections; raise a SourceError if there are none."""
+        return RecordedDetections(self.file)
 
 
 class RecordedDetections:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.config import Config
 from motes.cues.color import Color, ColorModel
 from motes.detection import Detection
 from motes.frame import Frame
@@ -32,6 +33,28 @@ LIMIT = 100
 """At most so many are found in a frame."""
 
 
+class LookalikeConfig(Config, frozen=True, tag="like"):
+    """Whom a `LookalikeDetector` looks for, and how.
+
+    Attributes
+    ----------
+    box
+        The one in the first frame: x, y, width, height.
+    color
+        How colors are compared; by default with the histogram of Zhao and Pei.
+    rule
+        How alike is alike.
+    """
+
+    box: tuple[float, float, float, float]
+    color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128))
+    rule: AppearanceRule = AppearanceRule(margin=0.7)
+
+    def detector(self) -> LookalikeDetector:
+        """Return a detector that is set so."""
+        return LookalikeDetector(self)
+
+
 class LookalikeDetector:
     """All regions whose colors resemble those of one region in the first frame that it is given.
 
@@ -40,12 +63,8 @@ class LookalikeDetector:
 
     Parameters
     ----------
-    box
-        The one in the first frame: x, y, width, height.
-    color
-        How colors are compared; by default with the histogram of Zhao and Pei.
-    rule
-        How alike is alike.
+    like
+        The box in the first frame, x, y, width, height; or a configuration.
 
     Raises
     ------
@@ -53,13 +72,10 @@ class LookalikeDetector:
         On the first frame, if the box does not fit it.
     """
 
-    def __init__(
-        self,
-        box: Sequence[float],
-        color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128)),  # noqa: B008
-        rule: AppearanceRule = AppearanceRule(margin=0.7),  # noqa: B008
-    ) -> None:
-        self._box, self._color, self._rule = Box(*box), color, rule
+    def __init__(self, like: Sequence[float] | LookalikeConfig) -> None:
+        if not isinstance(like, LookalikeConfig):
+            like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
+        self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
         self._model: ColorModel | None = None
         self._least = 0.0
 

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.association import inside
-from motes.background import named_detector
 from motes.cues.color import Color
 from motes.errors import MotesError
 from motes.frame import Frame
@@ -33,6 +32,7 @@ from motes.objects import SceneTrack
 from motes.processes import cause, deaf
 from motes.scene import Scene
 from motes.track import Status
+from motes.watching import named_detector
 
 CUE = Color()
 """What makes the histograms by which cameras know each other's objects."""

@@ -7,15 +7,17 @@ by its model when it comes up.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Mapping, Sequence
-from typing import Annotated
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.ahead import prefetch
 from motes.association import Account, Association, Outcome, as_rows, assign, divided, inside, meet
 from motes.births import Births
 from motes.config import Config, Count, NonNegative, Positive, Share
@@ -57,6 +59,12 @@ class SceneConfig(Config, frozen=True):
         Seconds for which a hidden object is waited for, if it was known for as long before.
     farewell
         The same where it should be at the border, or outside.
+    least_patience
+        Seconds for which any hidden object is waited for.
+    within
+        A box with more than this share of it in another one lies within that.
+    larger
+        A detection with two objects in it is so many times larger than either.
     """
 
     tracker: ParticleFilter
@@ -70,14 +78,11 @@ class SceneConfig(Config, frozen=True):
     alone: NonNegative = 0.12
     patience: Positive = 3.0
     farewell: NonNegative = 0.2
+    least_patience: NonNegative = 0.4
+    within: Share = 0.7
+    larger: Annotated[float, Meta(ge=1)] = 1.4
 
 
-WITHIN = 0.7
-"""A box with more than this share of it in another one lies within that."""
-LARGER = 1.4
-"""A detection with two objects in it is that much larger than either."""
-LEAST_PATIENCE = 0.4
-"""Seconds for which any hidden object is waited for."""
 PLACES = 2000
 """An object's background is looked at around so many places at its birth: a few milliseconds."""
 
@@ -98,6 +103,13 @@ def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneCo
     return SceneConfig(tracker=replace(config, presence=presence))
 
 
+class _Found(NamedTuple):
+    """What a detector said of a frame, and its remarks up to then."""
+
+    detections: Sequence[Detection]
+    remarks: Mapping[str, str]
+
+
 class Scene:
     """Gives every object before a fixed camera an identity, from entry to exit.
 
@@ -116,9 +128,12 @@ class Scene:
         What became of every detection of the last frame.
     born, gone
         How many objects there have been, and how many of them are gone.
+    remarks
+        What the detector has told about the pictures so far, each once; see `BackgroundDetector`.
     """
 
     accounts: list[Account]
+    remarks: Mapping[str, str]
 
     def __init__(
         self,
@@ -136,11 +151,7 @@ class Scene:
         self._last: Frame | None = None
         self.accounts = []
         self.born = self.gone = 0
-
-    @property
-    def remarks(self) -> Mapping[str, str]:
-        """What the detector has to tell about the picture, each once; see `BackgroundDetector`."""
-        return getattr(self._detector, "remarks", {})
+        self.remarks = {}
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are hidden, oldest first.
@@ -151,8 +162,40 @@ class Scene:
             If the frame's size has changed, or its time is not after the last one's.
         """
         picture, dt = self._next(frame)
-        self.accounts = []
-        free = self._sift(picture, self._detector(picture))
+        return self._step(picture, dt, self._detect(picture))
+
+    def watch(
+        self, frames: Iterable[Frame], *, ahead: bool = True
+    ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
+        """Yield each frame and what `update` says of it.
+
+        Parameters
+        ----------
+        frames
+            In order.
+        ahead
+            Whether a thread finds what is in the next two frames meanwhile: what is said stays the
+            same, and is said later where frames come live and faster than they can be followed.
+
+        Raises
+        ------
+        SourceError
+            As `update`. What `frames` and the detector raise comes after the frames before.
+        """
+        found = ((frame, self._detect(frame)) for frame in frames)
+        with prefetch(found, 1) if ahead else contextlib.nullcontext(found) as detected:
+            for frame, what in detected:
+                yield frame, self._step(*self._next(frame), what)
+
+    def _detect(self, frame: Frame) -> _Found:
+        """Return what the detector says of a frame."""
+        found = self._detector(frame)
+        return _Found(found, dict(getattr(self._detector, "remarks", {})))
+
+    def _step(self, picture: Frame, dt: float, found: _Found) -> list[SceneTrack]:
+        """Follow all objects into the next frame."""
+        self.accounts, self.remarks = [], found.remarks
+        free = self._sift(picture, found.detections)
         for thing in self._objects:
             thing.foresee(dt)
         free = self._match(picture, dt, free)
@@ -210,9 +253,11 @@ class Scene:
         boxes = as_rows(each.box for each in found)
         # A detection in which two objects lie, and which is larger than either, is not one of them.
         shares = inside(places, boxes)
-        within = shares > WITHIN
+        within = shares > self.config.within
         areas = np.where(within, places[:, 2:].prod(axis=1)[:, None], 0).max(axis=0)
-        several = (within.sum(axis=0) > 1) & (boxes[:, 2:].prod(axis=1) > LARGER * areas)
+        several = (within.sum(axis=0) > 1) & (
+            boxes[:, 2:].prod(axis=1) > self.config.larger * areas
+        )
         holder = np.where(within & several, shares, 0.0)
         held = holder.max(axis=1) > 0
         taken = set(np.flatnonzero(several).tolist())
@@ -313,7 +358,7 @@ class Scene:
         shared = np.maximum(inside(boxes, seen), inside(seen, boxes).T)
         rest = []
         for each, row in zip(free, shared, strict=True):
-            if row.max() > WITHIN:
+            if row.max() > self.config.within:
                 self.accounts.append(
                     Account(each, Outcome.PART, things[int(row.argmax())].identity)
                 )
@@ -341,7 +386,8 @@ class Scene:
         for thing in self._objects:
             unseen = frame.time - thing.seen
             leaving = not _within(thing.track.box, frame)
-            patience = min(self.config.patience, max(thing.seen - thing.since, LEAST_PATIENCE))
+            known = max(thing.seen - thing.since, self.config.least_patience)
+            patience = min(self.config.patience, known)
             if unseen > (self.config.farewell if leaving else patience):
                 thing.lose()
                 self.gone += 1

@@ -12,7 +12,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.follow import prefetch
+from motes.ahead import prefetch
 from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling, read_text
 from motes.cli.results import Out, Output, show
 from motes.errors import ConfigError

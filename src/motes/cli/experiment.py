@@ -336,9 +336,9 @@ def zhao_figure9(
     """
     output = Output("zhao-figure9", ("",), out, overwrite, plot=True)
 
-    from motes.background import named_detector
     from motes.evaluate.mot_sequences import has_crowds, load_crowds
     from motes.experiments import detected
+    from motes.watching import named_detector
 
     finder = None if detector is None else named_detector(detector)
     if has_crowds(sequence):

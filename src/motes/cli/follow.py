@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import queue
-import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 from motes.detection import Detector
 from motes.frame import Frame
@@ -16,10 +12,6 @@ from motes.particle_filter import Info
 from motes.target import Place, Target
 from motes.track import Status, Track
 from motes.tracker import Picture, Tracker
-
-T = TypeVar("T")
-AHEAD = 4
-"""So many frames are decoded before they are asked for; more would only need more memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +76,7 @@ def on_target(target: Target, places: Sequence[Place], background: Picture | Non
     return begin
 
 
-def follow(tracker: Tracker, begin: Begin, frames: Iterable[Frame]) -> Iterator[Step]:
+def follow(tracker: Tracker, begin: Begin, frames: Iterable[Frame]) -> Generator[Step, None, None]:
     """Yield a step for each frame."""
     begun = False
     for frame in frames:
@@ -116,46 +108,3 @@ class Companion:
             self._tracker.init(step.frame, step.track.box)
             self._begun = True
         return None
-
-
-@contextlib.contextmanager
-def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
-    """Iterate over items that a thread gets ahead of time: decoding and tracking overlap.
-
-    What the thread raises is raised by the iterator. When the context ends, so has the thread.
-    """
-    ready: queue.Queue[T | _End] = queue.Queue(ahead)
-    stopped = threading.Event()
-
-    def get() -> None:
-        error: BaseException | None = None
-        try:
-            for item in items:
-                ready.put(item)
-                if stopped.is_set():
-                    return
-        except BaseException as raised:
-            error = raised
-        ready.put(_End(error))
-
-    def hand_over() -> Iterator[T]:
-        while not isinstance(item := ready.get(), _End):
-            yield item
-        if item.error is not None:
-            raise item.error
-
-    thread = threading.Thread(target=get, name="prefetch", daemon=True)
-    thread.start()
-    try:
-        yield hand_over()
-    finally:
-        stopped.set()
-        while thread.is_alive():  # make room, in case it waits to hand over
-            with contextlib.suppress(queue.Empty):
-                ready.get(timeout=0.01)
-        thread.join()
-
-
-@dataclass(frozen=True, slots=True)
-class _End:
-    error: BaseException | None

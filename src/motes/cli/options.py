@@ -116,6 +116,15 @@ Preset = Annotated[
 ConfigFile = Annotated[
     Path | None, Parameter(group=CONFIGURATION, help="TOML file laid over the preset.")
 ]
+DumpConfig = Annotated[
+    bool,
+    Parameter(
+        group=CONFIGURATION,
+        negative=(),
+        show_default=False,
+        help="Print the whole configuration as TOML and exit.",
+    ),
+]
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Processes; one for each core by default.")
 ]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol, TypeVar
 
-from motes.cli.follow import prefetch
+from motes.ahead import prefetch
 from motes.cli.options import undisturbed
 from motes.cli.progress import Progress
 from motes.frame import Frame
@@ -28,7 +28,7 @@ class Sink(AbstractContextManager[object], Protocol[T_contra]):
 def run(
     film: Source,
     outputs: Sequence[Sink[T]],
-    steps: Callable[[Iterator[Frame]], Iterable[T]],
+    steps: Callable[[Iterator[Frame]], Generator[T, None, None]],
     note: Callable[[T], str],
     *,
     quiet: bool = False,
@@ -42,7 +42,7 @@ def run(
     outputs
         Opened here, all of them before the first frame.
     steps
-        Makes of the frames what outputs take.
+        Makes of the frames what outputs take; closed before the film.
     note
         Takes note of a step that is written; returns how things are, for the progress bar.
     quiet
@@ -57,9 +57,10 @@ def run(
         with contextlib.ExitStack() as opened, prefetch(film) as frames:
             for output in outputs:
                 opened.enter_context(output)
+            making = opened.enter_context(contextlib.closing(steps(frames)))
             with Progress(film, quiet=quiet) as progress:
                 try:
-                    for step in steps(frames):
+                    for step in making:
                         with undisturbed():
                             for output in outputs:
                                 output.write(step)

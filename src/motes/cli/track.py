@@ -18,6 +18,7 @@ from motes.cli.options import (
     OUTPUT,
     TARGET,
     ConfigFile,
+    DumpConfig,
     Ellipse,
     Overwrite,
     Preset,
@@ -121,15 +122,7 @@ def track(
             "particles, from --budget.least 50 to --budget.most 500.",
         ),
     ] = None,
-    dump_config: Annotated[
-        bool,
-        Parameter(
-            group=CONFIGURATION,
-            negative=(),
-            show_default=False,
-            help="Print the whole configuration as TOML and exit.",
-        ),
-    ] = False,
+    dump_config: DumpConfig = False,
     **settings: Settings,
 ) -> int:
     """Follow an object, or several, through a video.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 
 from motes.cli import DONE, INTERRUPTED
@@ -47,7 +47,7 @@ def track_several(
     announce_compiling()
     tally = Tally(len(regions))
 
-    def moments(frames: Iterator[Frame]) -> Iterator[Moment]:
+    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
         for frame in frames:
             clock = time.perf_counter()
             tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)

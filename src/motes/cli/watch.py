@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,7 @@ from motes.cli.options import (
     FRAMES,
     OUTPUT,
     ConfigFile,
+    DumpConfig,
     Overwrite,
     Settings,
     announce_compiling,
@@ -32,24 +34,27 @@ if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.counting import Counting, Places
     from motes.frame import Frame
-    from motes.scene import Scene, SceneConfig
+    from motes.scene import Scene
     from motes.video import Source
+    from motes.watching import WatchConfig
 
 OBJECTS = Group("Objects", sort_key=1)
 COUNTED = Group("Counting", sort_key=1)
 
 
 def watch(
-    source: str,
+    source: str | None = None,
     /,
     *,
-    detector: Annotated[
+    finder: Annotated[
         str | None,
         Parameter(
+            name="--detector",
+            accepts_keys=False,
             group=OBJECTS,
             help="What finds objects: mog2, knn or gaussian, backgrounds before which they move; "
-            "people; or a file of detections as the MOTChallenge has them, a .txt. By default "
-            "mog2, or gaussian where OpenCV is not installed.",
+            "people or faces; or a file of detections as the MOTChallenge has them, a .txt. By "
+            "default mog2, or gaussian where OpenCV is not installed.",
         ),
     ] = None,
     like: Annotated[
@@ -79,12 +84,20 @@ def watch(
             help="Count who enters and leaves a polygon: x1,y1,x2,y2,x3,y3,... May be repeated.",
         ),
     ] = None,
+    dwell: Annotated[
+        float | None,
+        Parameter(
+            group=COUNTED,
+            help="Count who stays in a zone for so many seconds, where the zone does not say.",
+        ),
+    ] = None,
     places: Annotated[
         Path | None,
         Parameter(
             group=COUNTED,
-            help="TOML with [[line]] and [[zone]], their points and name; and [ground], for speeds "
-            "in metres: scale, homography (9 numbers), or points (four or more [x, y, X, Y]).",
+            help="TOML with [[line]] and [[zone]], their points and name, a zone's dwell; and "
+            "[ground], for speeds in metres: scale, homography (9 numbers), or points (four or "
+            "more [x, y, X, Y]).",
         ),
     ] = None,
     scale: Annotated[
@@ -109,8 +122,8 @@ def watch(
         Parameter(
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Who appears, disappears, crosses, enters and leaves, while it happens, as JSON "
-            "Lines: a file, or - for standard output.",
+            help="Who appears, disappears, crosses, enters, stays and leaves, while it happens, as "
+            "JSON Lines: a file, or - for standard output.",
         ),
     ] = None,
     overlay: Annotated[
@@ -122,6 +135,7 @@ def watch(
     ] = "nummiaro:adaptive",
     config: ConfigFile = None,
     seed: Annotated[int, Parameter(group=CONFIGURATION, help="Of the random numbers.")] = 0,
+    dump_config: DumpConfig = False,
     **settings: Settings,
 ) -> int:
     """Follow all that moves before a fixed camera, and give each object an identity.
@@ -130,8 +144,9 @@ def watch(
     and --overlay the rows go to standard output, or to a file named after the source if that is a
     terminal. The end says what was counted in each minute.
 
-    Every key of the scene's configuration is an option too, laid over the file of --config, as
-    --confirm 3, --patience 2, --association.overlap 0.2 or --tracker.particles 100.
+    Every key of the configuration is an option too, laid over the file of --config, as --confirm 3,
+    --association.overlap 0.2, --tracker.particles 100, --detector.least 0.001 or
+    --detector.history 200; --dump-config shows all of them, as a file for --config.
 
     Parameters
     ----------
@@ -140,11 +155,12 @@ def watch(
         cameras, in a .toml file with [[camera]], [[passage]] and [[overlap]]. Of the options it
         takes -o, --overwrite and --seed; docs/cameras.md has the rest.
     """
-    if source.endswith(".toml"):
+    if source is not None and source.endswith(".toml"):
         single = {
-            "detector": detector, "like": like, "line": line, "zone": zone, "places": places,
-            "start": start, "end": end, "stride": stride != 1, "events": events, "overlay": overlay,
-            "preset": preset != "nummiaro:adaptive", "scale": scale, "config": config, **settings,
+            "detector": finder, "like": like, "line": line, "zone": zone, "dwell": dwell,
+            "places": places, "start": start, "end": end, "stride": stride != 1, "events": events,
+            "overlay": overlay, "preset": preset != "nummiaro:adaptive", "scale": scale,
+            "config": config, "dump-config": dump_config, **settings,
         }  # fmt: skip
         for option, value in single.items():
             if value:
@@ -153,8 +169,15 @@ def watch(
         from motes.cli.watch_rig import watch_rig
 
         return watch_rig(source, output, overwrite, seed)
-    where = _places(line or [], zone or [], places, scale)
-    following = _scene_config(preset, config, settings)
+    where = _places(line or [], zone or [], dwell, places, scale)
+    watching = _watch_config(preset, config, finder, like, settings)
+    if dump_config:
+        from motes.config import to_toml
+
+        print(to_toml(watching), end="")
+        return DONE
+    if source is None:
+        raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
     if output is None and overlay is None and events is None:
         output = default_output(source)
     if output == events == "-":
@@ -162,21 +185,13 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     check_not_source(source, overlay, *files)
 
-    from motes.background import named_detector
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
-    from motes.lookalike import LookalikeDetector
     from motes.scene import Scene
     from motes.video import open_source
 
     counting = Counting(where)
-    if like is None:
-        finder = named_detector(detector)
-    elif detector is None:
-        finder = LookalikeDetector(numbers_of("--like", like, "x,y,width,height"))
-    else:
-        raise ConfigError("--like and --detector contradict each other; give one of them.")
-    scene = Scene(finder, following, seed)
+    scene = Scene(watching.detector.detector(), watching, seed)
     with open_source(source, start=start, end=end, stride=stride) as film:
         outputs: list[Output] = []
         if overlay is not None:
@@ -188,25 +203,50 @@ def watch(
         return _run(film, scene, counting, outputs)
 
 
-def _scene_config(preset: str, file: Path | None, settings: dict[str, Any]) -> SceneConfig:
-    """Return the scene of a preset, with the file and the settings laid over it in turn."""
-    from motes.config import from_dict, from_toml, merge, to_dict
-    from motes.scene import SceneConfig, scene_config
+def _watch_config(
+    preset: str,
+    file: Path | None,
+    detector: str | None,
+    like: str | None,
+    settings: dict[str, Any],
+) -> WatchConfig:
+    """Return the scene of a preset, with file, detector and settings laid over it in turn."""
+    from msgspec.structs import asdict
 
-    values = to_dict(scene_config(preset))
+    from motes.config import from_dict, from_toml, merge, to_dict
+    from motes.scene import scene_config
+    from motes.watching import WatchConfig, detector_values
+
+    if like is not None and detector is not None:
+        raise ConfigError("--like and --detector contradict each other; give one of them.")
+
+    def laid_over(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
+        laid: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
+        return laid
+
+    config = WatchConfig(**asdict(scene_config(preset)))
     if file is not None:
         with named(file):
-            values = merge(values, from_toml(read_text(file), "this file"))
-            from_dict(values, SceneConfig)
-    check_settings(watch, values, settings)
-    config: SceneConfig = from_dict(merge(values, settings), SceneConfig)
-    return config
+            config = laid_over(config, from_toml(read_text(file), "this file"))
+    if like is not None:
+        box = numbers_of("--like", like, "x,y,width,height")
+        config = laid_over(config, {"detector": {"type": "like", "box": box}})
+    elif detector is not None:
+        config = laid_over(config, {"detector": detector_values(detector)})
+    check_settings(watch, to_dict(config), settings)
+    return laid_over(config, settings)
 
 
 def _places(
-    lines: Sequence[str], zones: Sequence[str], file: Path | None, scale: float | None
+    lines: Sequence[str],
+    zones: Sequence[str],
+    dwell: float | None,
+    file: Path | None,
+    scale: float | None,
 ) -> Places:
     """Return lines, zones and ground of the options and of the file."""
+    from msgspec.structs import replace
+
     from motes.counting import Line, Places, Zone
     from motes.ground import Ground
 
@@ -225,7 +265,13 @@ def _places(
             raise ConfigError(f"--scale and the [ground] of {file} contradict each other.")
         with named("--scale"):
             ground = Ground(scale)
-    return Places(given.line + more.line, given.zone + more.zone, ground)
+    together = given.zone + more.zone
+    if dwell is not None:
+        if not together:
+            raise ConfigError("--dwell is for zones; give one with --zone or --places.")
+        with named("--dwell"):
+            together = tuple(replace(zone, dwell=zone.dwell or dwell) for zone in together)
+    return Places(given.line + more.line, together, ground)
 
 
 def _corners(text: str) -> list[float]:
@@ -242,10 +288,10 @@ def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Outpu
     announce_compiling()
     frames, interrupted, said = 0, False, set[str]()
 
-    def moments(pictures: Iterator[Frame]) -> Iterator[Moment]:
-        for frame in pictures:
-            tracks = scene.update(frame)
-            yield Moment(frame, tracks, counting.update(tracks))
+    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
+        with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
+            for frame, tracks in watched:
+                yield Moment(frame, tracks, counting.update(tracks))
 
     def note(moment: Moment) -> str:
         nonlocal frames
