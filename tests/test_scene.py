@@ -12,18 +12,18 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import synthetic
 from motes.association import Account, Association, Outcome, assign, divided, inside, meet
 from motes.background import BackgroundDetector
 from motes.detection import Detection
 from motes.errors import ConfigError, SourceError
+from motes.experiments.meetings import EMPTY, meetings
 from motes.frame import Frame
 from motes.geometry import Box, iou
 from motes.objects import SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS
 from motes.scene import Scene, scene_config
-from motes.synthetic import Clip, Truth
+from motes.synthetic import Clip
 from motes.track import Status
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
@@ -326,10 +326,10 @@ def test_any_particle_filter_follows(name: str) -> None:
 # Rendered, from pixels alone
 
 
-def owners(clip: Clip, scene: Scene) -> NDArray[np.int_]:
+def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
     """Return which identity is on each target in each frame, (frames, targets); 0 for none."""
     out = np.zeros((len(clip), len(clip.targets)), int)
-    for frame, truths in clip:
+    for frame, truths in map(clip.__getitem__, range(since, len(clip))):
         said = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
         for k, truth in enumerate(truths):
             for each in said:
@@ -338,21 +338,15 @@ def owners(clip: Clip, scene: Scene) -> NDArray[np.int_]:
     return out
 
 
-def hidden(clip: Clip, target: int) -> NDArray[np.int_]:
-    """Return the frames, on this side of the border, in which a target is not seen at all."""
-    truths: list[Truth] = [truth[target] for _, truth in clip]
-    inside = [0 < truth.ellipse.x < clip.size[0] for truth in truths]
-    return np.flatnonzero([t.visible < 0.02 and on for t, on in zip(truths, inside, strict=True)])
-
-
 @pytest.mark.parametrize("length", [5, 30])
 def test_identities_survive_full_occlusion(length: int) -> None:
     pytest.importorskip("cv2")
-    clip = synthetic.hiding((200, 150), length, seed=length)
-    gone = hidden(clip, 0)
-    assert len(gone) == pytest.approx(length, abs=2)
-    who = owners(clip, Scene(BackgroundDetector("mog2")))
-    before, after = who[gone[0] - 25 : gone[0] - 15], who[gone[-1] + 15 : gone[-1] + 25]
+    clip = meetings("passing", length, seed=length).clip
+    who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
+    inside = EMPTY + 100  # by when both have come in
+    visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
+    first, last = inside + np.flatnonzero(visible < 0.98)[[0, -1]]
+    before, after = who[first - 20 : first - 10], who[last + 10 : last + 20]
     for k in range(2):
         identity = np.bincount(before[:, k]).argmax()
         assert identity > 0
