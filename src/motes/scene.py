@@ -78,6 +78,8 @@ LARGER = 1.4
 """A detection with two objects in it is that much larger than either."""
 LEAST_PATIENCE = 0.4
 """Seconds for which any hidden object is waited for."""
+COVERED = 2
+"""One that is where another one is seen is waited for so many times as long: it cannot be seen."""
 PLACES = 2000
 """An object's background is looked at around so many places at its birth: a few milliseconds."""
 
@@ -278,6 +280,12 @@ class Scene:
                 return other.identity
         return None
 
+    def _covered(self, thing: Object) -> bool:
+        """Return whether another object is seen where a hidden one should be."""
+        boxes = as_rows(other.track.box for other in self._objects if not other.hidden)
+        shares = inside(as_rows([thing.track.box]), boxes)
+        return thing.hidden and bool((shares > self.config.covered).any())
+
     def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
         things = [thing for thing in self._objects if thing.hidden]
@@ -342,6 +350,7 @@ class Scene:
             unseen = frame.time - thing.seen
             leaving = not _within(thing.track.box, frame)
             patience = min(self.config.patience, max(thing.seen - thing.since, LEAST_PATIENCE))
+            patience *= COVERED if self._covered(thing) else 1
             if unseen > (self.config.farewell if leaving else patience):
                 thing.lose()
                 self.gone += 1
