@@ -42,6 +42,7 @@ ORDER = [
     "association",
     "objects",
     "births",
+    "mistaken",
     "scene",
     "ground",
     "counting",

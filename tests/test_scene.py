@@ -84,6 +84,20 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     assert (stage.scene.born, stage.scene.gone) == (1, 1)
 
 
+def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
+    for covered in (False, True):
+        stage = Stage(config=replace(scene_config(), patience=1.0))
+        small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
+        statuses = []
+        for i in range(110):
+            place = large._replace(x=160 - (2.6 if covered else 1) * min(i, 40))
+            here = i < 40
+            said = stage.show([small if here else None, place], [small, place][not here :])
+            statuses += [each.track.status for each in said if each.identity == 2]
+        assert statuses.count(Status.OCCLUDED) == pytest.approx(50 if covered else 25, abs=1)
+        assert statuses[-1] is Status.LOST
+
+
 def test_an_object_that_leaves_is_gone_soon() -> None:
     stage = Stage()
     for i in range(60):

@@ -23,6 +23,7 @@ from motes.detection import Detection, Detector, best
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
+from motes.mistaken import edges, mistaken
 from motes.objects import Object, SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS, preset
@@ -152,6 +153,8 @@ class Scene:
         SourceError
             If the frame's size has changed, or its time is not after the last one's.
         """
+        if self._last is not None:
+            self._untangle(self._last)
         picture, dt = self._next(frame)
         self.accounts = []
         free = self._sift(picture, self._detector(picture))
@@ -164,6 +167,21 @@ class Scene:
         free = self._spare(free)
         self._bear(picture, free)
         return self._say(picture)
+
+    def _untangle(self, frame: Frame) -> None:
+        """Let objects trade who they are if they are mistaken for each other, once they are apart.
+
+        In that frame, the last one, both are detected, and neither hides a part of the other.
+        """
+        known = {thing.identity: thing for thing in self._objects}
+        for thing in self._objects:
+            other = known.get(thing.rival or 0)
+            if other is None:
+                thing.rival = None
+            elif thing.detected and other.detected and not _touch(thing, other):
+                thing.rival = None
+                if mistaken(thing, other, frame):
+                    thing.trade(other)
 
     def _next(self, frame: Frame | NDArray[np.uint8]) -> tuple[Frame, float]:
         """Return a picture as the next frame, and the seconds since the last one."""
@@ -249,6 +267,9 @@ class Scene:
         for i, thing in enumerate(near):
             met = any(j != i and meet(places[i], other) for j, other in enumerate(places))
             thing.look(frame, dt, learn=not met)
+            if met and not thing.met:
+                thing.edges = edges(thing, frame)
+            thing.met = met
 
     def _hide(self, frame: Frame) -> None:
         """Decide which of the objects without a detection are hidden, and let them coast.
@@ -264,6 +285,7 @@ class Scene:
             alone = frame.time - thing.seen > self.config.alone
             if thing.behind is not None or not thing.recognized or alone:
                 thing.hide()
+                thing.rival = thing.behind
         for thing in self._objects:
             if thing.hidden:
                 thing.coast(frame)
@@ -284,7 +306,7 @@ class Scene:
         """Return whether another object is seen where a hidden one should be."""
         boxes = as_rows(other.track.box for other in self._objects if not other.hidden)
         shares = inside(as_rows([thing.track.box]), boxes)
-        return thing.hidden and bool((shares > self.config.covered).any())
+        return thing.hidden and bool((shares > WITHIN).any())
 
     def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
@@ -364,6 +386,11 @@ class Scene:
 def _distances(things: Sequence[Object], frame: Frame, boxes: Floats) -> Floats:
     """Return how far boxes (m, 4) are from the objects' models: (n, m)."""
     return np.array([thing.distances(frame, boxes) for thing in things])
+
+
+def _touch(one: Object, other: Object) -> bool:
+    """Return whether the boxes of two objects overlap."""
+    return bool(inside(as_rows([one.track.box]), as_rows([other.track.box])).any())
 
 
 def _nearest(centers: Floats, places: Sequence[Ellipse]) -> Floats:
