@@ -182,6 +182,7 @@ class Scene:
                 thing.rival = None
                 if mistaken(thing, other, frame):
                     thing.trade(other)
+                    known |= {thing.identity: thing, other.identity: other}
 
     def _next(self, frame: Frame | NDArray[np.uint8]) -> tuple[Frame, float]:
         """Return a picture as the next frame, and the seconds since the last one."""
