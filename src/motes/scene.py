@@ -55,7 +55,8 @@ class SceneConfig(Config, frozen=True):
     alone
         Seconds for which colors alone may follow an object that no detection confirms.
     patience
-        Seconds for which a hidden object is waited for, if it was known for as long before.
+        Seconds for which a hidden object is waited for, if it was known for as long before; twice
+        that where another object is seen.
     farewell
         The same where it should be at the border, or outside.
     """
