@@ -10,7 +10,7 @@ import pytest
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.experiments import occlusions
-from motes.experiments.meetings import EMPTY, Way, hidden, meetings
+from motes.experiments.meetings import EMPTY, Meetings, Way, hidden, meetings
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.objects import SceneTrack
@@ -87,6 +87,29 @@ def test_a_skin_across_has_the_same_colors_and_other_edges() -> None:
     (colors, edges), (other_colors, other_edges) = models
     assert np.sqrt(colors * other_colors).sum() > 0.97
     assert np.sqrt(edges * other_edges).sum() < 0.9
+
+
+def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    met: list[Meetings] = []
+
+    def keeps(each: Meetings) -> list[bool]:
+        met.append(each)
+        return [True, len(each.clip.targets) > 2]
+
+    monkeypatch.setattr(occlusions, "keeps", keeps)
+    *_, result = occlusions.occlusions([5, 45], [2, 10], 3)
+    lengths, short = result.tables["lengths"], result.tables["short"]
+    assert len(met) == 2 * 2 * 2 * 6  # two clips give the three that are wanted
+    assert len(lengths.rows) == 12
+    assert {tuple(c.text for c in row[2:]) for row in lengths.rows} == {
+        ("5", "2 of 4", "4 of 4"),
+        ("45", "2 of 4", "4 of 4"),
+    }
+    assert len(short.rows) == 12
+    ((all_, *_, kept, share, between),) = short.foot
+    low, high = occlusions.interval(36, 48)
+    assert (all_.text, kept.text, share.text) == ("all", "36 of 48", "75%")
+    assert between.text == f"{100 * low:.1f} to {100 * high:.1f} %"
 
 
 def test_wilsons_interval() -> None:

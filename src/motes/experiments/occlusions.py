@@ -123,13 +123,16 @@ def _tables(kept: dict[Kind, list[bool]]) -> dict[str, Table]:
     ]
     tables = {"lengths": Table("Identities kept through full occlusions", head, rows)}
     head = "way", "colors", "objects", "identities kept", "share", "95 % interval"
-    rows = []
-    for one, mine in short.items():
-        low, high = (f"{100 * share:.1f}" for share in interval(sum(mine), len(mine)))
-        share = percent(sum(mine) / len(mine))
-        rows.append((*one, _of(mine), share, Cell(f"{low} to {high} %")))
-    tables["short"] = Table(f"Hidden for up to {SHORT} frames", head, rows)
+    rows = [(*row, *_shared(mine)) for row, mine in short.items()]
+    every = [one for mine in short.values() for one in mine]
+    foot: tuple[Row, ...] = ((Cell("all"), Cell(""), Cell(""), *_shared(every)),) if every else ()
+    tables["short"] = Table(f"Hidden for up to {SHORT} frames", head, rows, foot)
     return tables
+
+
+def _shared(kept: list[bool]) -> Row:
+    low, high = (f"{100 * share:.1f}" for share in interval(sum(kept), len(kept)))
+    return _of(kept), percent(sum(kept) / len(kept)), Cell(f"{low} to {high} %")
 
 
 def _of(kept: list[bool] | None) -> Cell:
