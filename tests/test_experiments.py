@@ -41,11 +41,7 @@ from motes.experiments import (
 from motes.experiments.fewer_pixels import PAPER, SAMPLINGS
 from motes.experiments.result import Experiment, Result, as_csv, files, over, save
 from motes.experiments.views import View
-from motes.frame import Frame
 from motes.geometry import iou
-from motes.objects import SceneTrack
-from motes.synthetic import Clip
-from motes.track import Status, Track
 
 SIZE = (80, 64)
 COMMANDS = [name for name in experiment.app if not name.startswith("-")]
@@ -356,39 +352,6 @@ def test_a_turn_is_followed_if_no_frame_is_far_off(monkeypatch: pytest.MonkeyPat
     assert value(row["mean error (degrees)"]) == pytest.approx(4.5)
 
 
-class Told:
-    """A scene that says where the first target is, under given identities; hidden, nothing."""
-
-    def __init__(self, clip: Clip, before: int, after: int) -> None:
-        self._clip, self._identities = clip, (before, after)
-
-    def update(self, frame: Frame) -> list[SceneTrack]:
-        """Say where it is."""
-        truth = self._clip[frame.index][1][0]
-        if truth.visible < 0.5:
-            return []
-        identity = self._identities[truth.ellipse.x > self._clip.size[0] / 2]
-        track = Track(
-            frame.index, frame.time, truth.ellipse, np.eye(4), 1.0, Status.TRACKING, 0.0, 1.0
-        )
-        return [SceneTrack(identity, track, None, True)]
-
-
-@pytest.mark.parametrize(("before", "after", "kept"), [(1, 1, True), (1, 2, False), (1, 0, False)])
-def test_an_identity_is_kept(
-    before: int, after: int, kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clip = synthetic.hiding((80, 60), 5)
-    monkeypatch.setattr(occlusions, "Scene", lambda _: Told(clip, before, after))
-    assert occlusions.keeps(clip) == kept
-
-
-def test_wilsons_interval() -> None:
-    assert occlusions.interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
-    assert occlusions.interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
-    assert occlusions.interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
-
-
 def test_growth() -> None:
     clip = synthetic.growing((240, 180), frames=8, factor=4)
     result = last(rendered.growth(["maggio:C"], [clip], 2))
@@ -639,7 +602,8 @@ def test_listing_loads_nothing_heavy() -> None:
         ("nummiaro-leaps nobody", 2, "No preset 'nobody'"),
         ("maggio-growth --clips 0", 2, "--clips is 0"),
         ("maggio-rotation --seeds -1", 2, "--seeds is -1"),
-        ("occlusions --clips 0", 2, "--clips is 0"),
+        ("occlusions --least 0", 2, "--least is 0"),
+        ("occlusions --objects 12", 2, "--objects is 12; give 2 or a multiple of 10"),
         ("occlusions --hidden 10 --hidden 4", 2, "--hidden is 4; give 5 or more"),
         ("maggio-table1 nowhere", 3, "no file or folder nowhere"),
         ("maggio-table1 nowhere --first-pixel 2", 2, "--first-pixel takes 0, 1"),
@@ -679,7 +643,7 @@ RUNS = {
     "maggio-rotation": "maggio:C --clips 1 --seeds 1",
     "maggio-growth": "maggio:C --clips 1 --seeds 1",
     "zhao-figure2": "--clips 1 --seeds 1",
-    "occlusions": "--hidden 5 --clips 1",
+    "occlusions": "--hidden 5 --objects 2 --least 1",
 }
 
 
@@ -689,7 +653,7 @@ def test_every_experiment_writes_what_it_says(
 ) -> None:
     for clip, small in SMALL_CLIPS.items():
         monkeypatch.setattr(synthetic, clip, small)
-    monkeypatch.setattr(occlusions, "keeps", lambda clip: len(clip) > 100)
+    monkeypatch.setattr(occlusions, "keeps", lambda met: [len(met.clip) > 100])
     checked: list[list[str]] = []
 
     def prepare(out: Path, names: list[str], overwrite: bool) -> None:

@@ -45,6 +45,7 @@ ORDER = [
     "association",
     "objects",
     "births",
+    "mistaken",
     "scene",
     "watching",
     "ground",

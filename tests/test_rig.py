@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
+import itertools
 import os
 import re
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +20,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import decoder, live
+from motes import rig as rig_module
 from motes.background import BackgroundDetector
 from motes.cli import main
 from motes.detection import Detection
@@ -24,11 +28,11 @@ from motes.frame import Frame
 from motes.geometry import Box
 from motes.handover import Camera, Handover, Report, Rig
 from motes.live import open_watched
-from motes.rig import Lookout
+from motes.rig import Lookout, Notice, Over, Watch
 from motes.scene import Scene
 from motes.target import Place
 from motes.writer import VideoWriter
-from streams import camera
+from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
 HALL, OFFICE, PASSAGE = (
@@ -176,37 +180,124 @@ def red(frame: Frame) -> list[Detection]:
     return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]
 
 
-def test_a_killed_process_is_noticed_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
+@contextlib.contextmanager
+def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[str], Path]]:
+    """Run motes watch on live cameras named one, two ...; give it, and its rows once all are in."""
+    text = "".join(
+        f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\ndetector = "gaussian"\n'
+        for name, stream in zip(("one", "two"), streams, strict=False)
+    )
+    (folder / "rig.toml").write_text(text)
+    (folder / "run.py").write_text(LIVE)
+    program = subprocess.Popen(
+        [sys.executable, "run.py"], cwd=folder, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        rows = folder / "r.csv"
+        _until(lambda: rows.exists() and len(_cameras(rows)) > len(streams))
+        yield program, rows
+    finally:
+        program.kill()
+
+
+def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
     with camera(moving) as first, camera(moving) as second:
-        text = "".join(
-            f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\ndetector = "gaussian"\n'
-            for name, stream in (("one", first), ("two", second))
-        )
-        (tmp_path / "rig.toml").write_text(text)
-        (tmp_path / "run.py").write_text(LIVE)
-        program = subprocess.Popen(
-            [sys.executable, "run.py"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
-        )
-        try:
-            rows = tmp_path / "r.csv"
-            _until(lambda: rows.exists() and {"one", "two"} <= _cameras(rows))
+        with running(tmp_path, first, second) as (program, rows):
             children = _children(program.pid)
             assert len(children) == 2
             os.kill(children[0], signal.SIGKILL)
-            before = rows.read_text().count("two,")
-            _until(lambda: rows.read_text().count("two,") > before + 20)
+            told = [rows.read_text().count(f"{name},") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count("two,") > told[1] + 20)
+            _until(lambda: rows.read_text().count("one,") > told[0] + 20)
+            children = _children(program.pid)
             os.kill(program.pid, signal.SIGINT)
             _, error = program.communicate(timeout=10)
-        finally:
-            program.kill()
         assert program.returncode == 130
-        assert error.count("SIGKILL") == 1
-        assert re.search("camera one: its process ended with SIGKILL", error)
+        assert error.count("camera one:") == 2
+        assert "camera one: its process ended with SIGKILL" in error
+        assert "It is started again, with growing pauses." in error
+        assert re.search(r"camera one: it is back after \d+\.\d s\.", error)
         assert re.search(r"interrupted after one \d+, two \d+ frames; .* wrote r.csv", error)
         assert "Traceback" not in error
         lines = rows.read_text().splitlines()
         assert all(line.count(",") == lines[0].count(",") for line in lines)
+        frames = [int(line.split(",")[1]) for line in lines if line.startswith("one,")]
+        assert all(a <= b for a, b in itertools.pairwise(frames))
         _until(lambda: not any(map(_runs, children)))
+
+
+def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
+    with camera(moving) as stream, running(tmp_path, stream) as (program, _):
+        children = _children(program.pid)
+        assert len(children) == 1
+        os.kill(program.pid, signal.SIGKILL)
+        program.communicate(timeout=10)
+        _until(lambda: not any(map(_runs, children)))
+
+
+def kill(watch: Watch) -> None:
+    """Kill the hall's process."""
+    pid = watch.pids["hall"]
+    assert pid
+    os.kill(pid, signal.SIGKILL)
+
+
+def told(watch: Watch, when: Callable[[list[Report]], bool]) -> tuple[list[Report], list[object]]:
+    """Return what cameras tell, and what is said of them; the first one is killed if wished."""
+    reports: list[Report] = []
+    said: list[object] = []
+    with watch:
+        for news in watch:
+            if isinstance(news, tuple):
+                reports.append(news[0])
+            else:
+                said.append(news)
+            if when(reports):
+                kill(watch)
+    return reports, said
+
+
+def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rig_module, "GAP", 0.1)
+    hall = Camera("hall", str(films / "hall.mkv"), detector="gaussian")
+    calm, (end,) = told(Watch(Rig((hall,))), lambda _: False)
+    moments = [1]
+
+    def once(reports: list[Report]) -> bool:
+        return len(reports) in moments and moments.pop() > 0
+
+    again, said = told(Watch(Rig((hall,))), once)
+    assert again == calm
+    assert len(calm) == 70
+    assert said[-1] == end
+    assert all(isinstance(each, Notice) for each in said[:-1])
+    assert len(said) in (1, 3)  # it may have been over already
+
+
+def test_a_process_that_dies_at_the_same_place_again_is_given_up(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rig_module, "GAP", 0.1)
+    watch = Watch(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
+    kill(watch)
+    with watch:
+        news = iter(watch)
+        first = next(news)
+        assert isinstance(first, Notice)
+        assert "SIGKILL" in first.text
+        pid = watch.pids["hall"]
+
+        def kill_next() -> None:
+            _until(lambda: watch.pids["hall"] not in (None, pid))
+            kill(watch)
+
+        threading.Thread(target=kill_next).start()
+        (last,) = news
+    assert isinstance(last, Over)
+    assert last.failure
+    assert "SIGKILL" in last.failure
 
 
 def _cameras(rows: Path) -> set[str]:

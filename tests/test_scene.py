@@ -15,18 +15,18 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
-from motes import synthetic
 from motes.association import Account, Association, Outcome, assign, divided, inside, meet
 from motes.background import BackgroundDetector, Method
 from motes.detection import Detection, Detector
 from motes.errors import ConfigError, SourceError
+from motes.experiments.meetings import EMPTY, meetings
 from motes.frame import Frame
 from motes.geometry import Box, iou
 from motes.objects import SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS
 from motes.scene import Scene, scene_config
-from motes.synthetic import Clip, Truth
+from motes.synthetic import Clip
 from motes.track import Status
 
 GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
@@ -85,6 +85,20 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
     assert all(each == [] for each in statuses[last + 1 :])
     assert (stage.scene.born, stage.scene.gone) == (1, 1)
+
+
+def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
+    for covered in (False, True):
+        stage = Stage(config=replace(scene_config(), patience=1.0))
+        small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
+        statuses = []
+        for i in range(110):
+            place = large._replace(x=160 - (2.6 if covered else 1) * min(i, 40))
+            here = i < 40
+            said = stage.show([small if here else None, place], [small, place][not here :])
+            statuses += [each.track.status for each in said if each.identity == 2]
+        assert statuses.count(Status.OCCLUDED) == pytest.approx(50 if covered else 25, abs=1)
+        assert statuses[-1] is Status.LOST
 
 
 def test_an_object_that_leaves_is_gone_soon() -> None:
@@ -329,10 +343,10 @@ def test_any_particle_filter_follows(name: str) -> None:
 # Rendered, from pixels alone
 
 
-def owners(clip: Clip, scene: Scene) -> NDArray[np.int_]:
+def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
     """Return which identity is on each target in each frame, (frames, targets); 0 for none."""
     out = np.zeros((len(clip), len(clip.targets)), int)
-    for frame, truths in clip:
+    for frame, truths in map(clip.__getitem__, range(since, len(clip))):
         said = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
         for k, truth in enumerate(truths):
             for each in said:
@@ -341,21 +355,15 @@ def owners(clip: Clip, scene: Scene) -> NDArray[np.int_]:
     return out
 
 
-def hidden(clip: Clip, target: int) -> NDArray[np.int_]:
-    """Return the frames, on this side of the border, in which a target is not seen at all."""
-    truths: list[Truth] = [truth[target] for _, truth in clip]
-    inside = [0 < truth.ellipse.x < clip.size[0] for truth in truths]
-    return np.flatnonzero([t.visible < 0.02 and on for t, on in zip(truths, inside, strict=True)])
-
-
 @pytest.mark.parametrize("length", [5, 30])
 def test_identities_survive_full_occlusion(length: int) -> None:
     pytest.importorskip("cv2")
-    clip = synthetic.hiding((200, 150), length, seed=length)
-    gone = hidden(clip, 0)
-    assert len(gone) == pytest.approx(length, abs=2)
-    who = owners(clip, Scene(BackgroundDetector("mog2")))
-    before, after = who[gone[0] - 25 : gone[0] - 15], who[gone[-1] + 15 : gone[-1] + 25]
+    clip = meetings("passing", length, seed=length).clip
+    who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
+    inside = EMPTY + 100  # by when both have come in
+    visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
+    first, last = inside + np.flatnonzero(visible < 0.98)[[0, -1]]
+    before, after = who[first - 20 : first - 10], who[last + 10 : last + 20]
     for k in range(2):
         identity = np.bincount(before[:, k]).argmax()
         assert identity > 0

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes.cues.hog import HogModel
 from motes.frame import Frame
 from motes.geometry import Box, Ellipse
 from motes.particle_filter import FilterState, ParticleFilter, combined
@@ -63,6 +64,12 @@ class Object:
         Where it should be in this frame.
     foreseen
         The state before it looked at the frame.
+    met
+        Whether another one is so near that one may hide the other.
+    edges
+        What its edges looked like when the last one came so near.
+    rival
+        The identity of who last hid it, until it is clear which of both is which.
     """
 
     identity: int
@@ -75,6 +82,9 @@ class Object:
     seen: float
     detected: bool = True
     behind: int | None = None
+    met: bool = False
+    edges: HogModel | None = None
+    rival: int | None = None
     foreseen: FilterState = field(init=False)
     place: Ellipse = field(init=False)
 
@@ -160,6 +170,15 @@ class Object:
         """Go on, hidden, to where it should be."""
         self.track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.place)
 
+    def trade(self, other: Object) -> None:
+        """Be who another one was taken for, and it this one: each stays where it is."""
+        mine, theirs = self.state, other.state
+        self.state, other.state = _as(mine, theirs), _as(theirs, mine)
+        self.identity, other.identity = other.identity, self.identity
+        self.since, other.since = other.since, self.since
+        self.edges, other.edges = other.edges, self.edges
+        self.rng, other.rng = other.rng, self.rng
+
     def lose(self) -> None:
         """End."""
         self.track = replace(self.track, status=Status.LOST, confidence=0.0)
@@ -180,6 +199,11 @@ class Object:
         ellipses[:, :2] += np.array(new[:2]) - old[:2]
         ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
         self.state = replace(self.state, states=motion.initial(ellipses))
+
+
+def _as(here: FilterState, who: FilterState) -> FilterState:
+    """Return a state whose target is that of another one."""
+    return replace(here, models=who.models, memories=who.memories, backgrounds=who.backgrounds)
 
 
 def fitting(tracker: ParticleFilter, box: Box) -> Ellipse:

@@ -19,6 +19,7 @@ from typing import Self
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.association import inside
@@ -26,8 +27,8 @@ from motes.cues.color import Color
 from motes.errors import MotesError
 from motes.frame import Frame
 from motes.geometry import Box
-from motes.handover import Camera, Handover, Report, Rig, Sighting
-from motes.live import Live, open_watched
+from motes.handover import GAP, Camera, Handover, Report, Rig, Sighting
+from motes.live import LONGEST_PAUSE, Live, open_watched
 from motes.objects import SceneTrack
 from motes.processes import cause, deaf
 from motes.scene import Scene
@@ -177,7 +178,8 @@ class Watch:
 
     In the order of time it yields each `Report`, with the identities in the rig of its objects by
     those that they have in their camera; and each `Notice` and `Over`. It ends when every camera
-    has. Their processes end with the context, and with this process, whatever ends it.
+    has. Their processes end with the context, and with this process, whatever ends it; one that
+    dies is started again.
 
     Parameters
     ----------
@@ -194,34 +196,35 @@ class Watch:
 
     def __init__(self, rig: Rig, seed: int = 0) -> None:
         self.handover = Handover(rig)
-        context, origin = multiprocessing.get_context("spawn"), time.monotonic()
-        self._eyes: dict[str, _Eye] = {}
+        origin = time.monotonic()
         with deaf():
-            for camera in rig.camera:
-                pipe, theirs = context.Pipe(duplex=False)
-                args = (theirs, camera, seed, origin)
-                process = context.Process(target=_serve, args=args, daemon=True)
-                process.start()
-                theirs.close()
-                self._eyes[camera.name] = _Eye(camera.name, pipe, process)
-        self.pids = {name: eye.process.pid for name, eye in self._eyes.items()}
+            self._eyes = [_Eye(camera, seed, origin) for camera in rig.camera]
+
+    @property
+    def pids(self) -> dict[str, int | None]:
+        """Process identifiers by the cameras' names."""
+        return {eye.name: eye.process.pid for eye in self._eyes}
 
     def __iter__(self) -> Iterator[tuple[Report, Mapping[int, int]] | Notice | Over]:
-        while any(not eye.over or eye.reports for eye in self._eyes.values()):
+        while any(not eye.over or eye.reports for eye in self._eyes):
+            for eye in self._eyes:
+                eye.revive()
             listening = {
                 eye.pipe: eye
-                for eye in self._eyes.values()
-                if not eye.over and len(eye.reports) < WAITING
+                for eye in self._eyes
+                if not eye.over and eye.due is None and len(eye.reports) < WAITING
             }
-            for pipe in wait(list(listening)) if listening else ():
-                yield from listening[pipe].listen()  # type: ignore[index]
+            pauses = [eye.due - time.monotonic() for eye in self._eyes if eye.due is not None]
+            if listening or pauses:
+                for pipe in wait(list(listening), max(min(pauses), 0) if pauses else None):
+                    yield from listening[pipe].listen()  # type: ignore[index]
             while (report := self._next()) is not None:
                 yield report, self.handover.update(report)
 
     def _next(self) -> Report | None:
         """Return the report that comes next in time; None while an earlier one may still come."""
-        waiting = [eye for eye in self._eyes.values() if eye.reports]
-        if not waiting or any(eye.behind for eye in self._eyes.values()):
+        waiting = [eye for eye in self._eyes if eye.reports]
+        if not waiting or any(eye.behind for eye in self._eyes):
             return None
         return min(waiting, key=lambda eye: eye.reports[0].time).reports.popleft()
 
@@ -230,44 +233,109 @@ class Watch:
 
     def __exit__(self, *_: object) -> None:
         with deaf():
-            for eye in self._eyes.values():
+            for eye in self._eyes:
                 eye.process.kill()
                 eye.process.join()
                 eye.pipe.close()
 
 
 class _Eye:
-    """The process of a camera, as seen from here."""
+    """The process of a camera, as seen from here.
 
-    def __init__(
-        self, name: str, pipe: Connection, process: multiprocessing.process.BaseProcess
-    ) -> None:
-        self.name, self.pipe, self.process = name, pipe, process
+    One that ends without having said so is started again, after growing pauses. A live camera's
+    new process knows nobody: who it tells of is new to the rig, which may find them again by what
+    they look like. A recording's tells once more what the last one did, which is left out; where
+    it ends at the same frame again, it is given up.
+    """
+
+    def __init__(self, camera: Camera, seed: int, origin: float) -> None:
+        self.name = camera.name
         self.reports: deque[Report] = deque()
         self.live = self.over = False
-        self._frames = 0
+        self.due: float | None = None
+        """When it is started again; None while it runs, and after its end."""
+        self._args = camera, seed, origin
+        self._told = self._frames = self._identities = 0
+        """How many frames it has told of, and the first numbers that no frame and nobody has."""
+        self._ended: float | None = None
+        self._failed_at, self._pause = -1, GAP
+        self._start()
+
+    def _start(self) -> None:
+        """Start its process."""
+        context = multiprocessing.get_context("spawn")
+        with deaf():
+            self.pipe, theirs = context.Pipe(duplex=False)
+            args = (theirs, *self._args)
+            self.process = context.Process(target=_serve, args=args, daemon=True)
+            self.process.start()
+            theirs.close()
+        self.due = None
+        self._known = 0 if self.live else self._told
+        self._offsets = (self._frames, self._identities) if self.live else (0, 0)
 
     @property
     def behind(self) -> bool:
         """Whether others have to wait for what it will tell."""
         return not (self.live or self.over or self.reports)
 
+    def revive(self) -> None:
+        """Start it again if it is time to."""
+        if self.due is not None and time.monotonic() >= self.due:
+            self.pipe.close()
+            self._start()
+
     def listen(self) -> Iterator[Notice | Over]:
-        """Take its next message; yield it if it is not to be handled in the order of time."""
+        """Take its next message; yield what is not to be handled in the order of time."""
         try:
             message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
         except (EOFError, OSError):
             self.process.join()
-            why = f"its process ended with {cause(self.process.exitcode)}"
-            message = Over(self.name, self._frames, failure=why)
+            yield from self._fail(f"its process ended with {cause(self.process.exitcode)}")
+            return
         if isinstance(message, Report):
-            self._frames += 1
-            self.reports.append(message)
+            yield from self._take(message)
         elif isinstance(message, Ready):
             self.live = message.live
         else:
             self.over = isinstance(message, Over)
             yield message
+
+    def _take(self, report: Report) -> Iterator[Notice]:
+        """Keep a report that is new, under numbers that no former process has used."""
+        if self._known:
+            self._known -= 1
+            return
+        if self._ended is not None:
+            away = time.monotonic() - self._ended
+            self._ended = None
+            yield Notice(self.name, f"it is back after {away:.1f} s.")
+        self._told += 1
+        first, someone = self._offsets
+        sightings = tuple(_renumbered(each, someone) for each in report.sightings)
+        report = replace(report, frame=report.frame + first, sightings=sightings)
+        self._frames = report.frame + 1
+        self._identities = max([self._identities, *(each.identity for each in sightings)])
+        self.reports.append(report)
+
+    def _fail(self, why: str) -> Iterator[Notice | Over]:
+        """Say once that it failed, and when it is started again, unless that is in vain."""
+        again = self._failed_at == self._told
+        if again and not self.live:
+            self.over = True
+            yield Over(self.name, self._told, failure=why)
+            return
+        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else GAP
+        self.due, self._failed_at = time.monotonic() + self._pause, self._told
+        if self._ended is None:
+            self._ended = time.monotonic()
+            yield Notice(self.name, f"{why}. It is started again, with growing pauses.")
+
+
+def _renumbered(sighting: Sighting, offset: int) -> Sighting:
+    """Return a sighting with identities that are larger by an offset."""
+    behind = None if sighting.behind is None else sighting.behind + offset
+    return replace(sighting, identity=sighting.identity + offset, behind=behind)
 
 
 # In a camera's process

@@ -25,6 +25,7 @@ from motes.detection import Detection, Detector, best
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
+from motes.mistaken import edges, mistaken
 from motes.objects import Object, SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS, preset
@@ -56,7 +57,8 @@ class SceneConfig(Config, frozen=True):
     alone
         Seconds for which colors alone may follow an object that no detection confirms.
     patience
-        Seconds for which a hidden object is waited for, if it was known for as long before.
+        Seconds for which a hidden object is waited for, if it was known for as long before; twice
+        that where another object is seen.
     farewell
         The same where it should be at the border, or outside.
     least_patience
@@ -83,6 +85,8 @@ class SceneConfig(Config, frozen=True):
     larger: Annotated[float, Meta(ge=1)] = 1.4
 
 
+COVERED = 2
+"""One that is where another one is seen is waited for so many times as long: it cannot be seen."""
 PLACES = 2000
 """An object's background is looked at around so many places at its birth: a few milliseconds."""
 
@@ -206,9 +210,27 @@ class Scene:
         self._bear(picture, free)
         return self._say(picture)
 
+    def _untangle(self, frame: Frame) -> None:
+        """Let objects trade who they are if they are mistaken for each other, once they are apart.
+
+        In that frame, the last one, both are detected, and neither hides a part of the other.
+        """
+        known = {thing.identity: thing for thing in self._objects}
+        for thing in self._objects:
+            other = known.get(thing.rival or 0)
+            if other is None:
+                thing.rival = None
+            elif thing.detected and other.detected and not _touch(thing, other):
+                thing.rival = None
+                if mistaken(thing, other, frame):
+                    thing.trade(other)
+                    known |= {thing.identity: thing, other.identity: other}
+
     def _next(self, frame: Frame | NDArray[np.uint8]) -> tuple[Frame, float]:
-        """Return a picture as the next frame, and the seconds since the last one."""
+        """Leave the last frame; return a picture as the next one, and the seconds between them."""
         last = self._last
+        if last is not None:
+            self._untangle(last)
         if not isinstance(frame, Frame):
             frame = (
                 Frame(0, 0.0, frame)
@@ -292,6 +314,9 @@ class Scene:
         for i, thing in enumerate(near):
             met = any(j != i and meet(places[i], other) for j, other in enumerate(places))
             thing.look(frame, dt, learn=not met)
+            if met and not thing.met:
+                thing.edges = edges(thing, frame)
+            thing.met = met
 
     def _hide(self, frame: Frame) -> None:
         """Decide which of the objects without a detection are hidden, and let them coast.
@@ -307,6 +332,7 @@ class Scene:
             alone = frame.time - thing.seen > self.config.alone
             if thing.behind is not None or not thing.recognized or alone:
                 thing.hide()
+                thing.rival = thing.behind
         for thing in self._objects:
             if thing.hidden:
                 thing.coast(frame)
@@ -322,6 +348,12 @@ class Scene:
             if cover > self.config.covered and closer:
                 return other.identity
         return None
+
+    def _covered(self, thing: Object) -> bool:
+        """Return whether another object is seen where a hidden one should be."""
+        boxes = as_rows(other.track.box for other in self._objects if not other.hidden)
+        shares = inside(as_rows([thing.track.box]), boxes)
+        return thing.hidden and bool((shares > self.config.within).any())
 
     def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
@@ -388,6 +420,7 @@ class Scene:
             leaving = not _within(thing.track.box, frame)
             known = max(thing.seen - thing.since, self.config.least_patience)
             patience = min(self.config.patience, known)
+            patience *= COVERED if self._covered(thing) else 1
             if unseen > (self.config.farewell if leaving else patience):
                 thing.lose()
                 self.gone += 1
@@ -401,6 +434,11 @@ class Scene:
 def _distances(things: Sequence[Object], frame: Frame, boxes: Floats) -> Floats:
     """Return how far boxes (m, 4) are from the objects' models: (n, m)."""
     return np.array([thing.distances(frame, boxes) for thing in things])
+
+
+def _touch(one: Object, other: Object) -> bool:
+    """Return whether the boxes of two objects overlap."""
+    return bool(inside(as_rows([one.track.box]), as_rows([other.track.box])).any())
 
 
 def _nearest(centers: Floats, places: Sequence[Ellipse]) -> Floats:

@@ -27,11 +27,6 @@ Colors = tuple[Color, Color, Color]
 
 REACH = 1.25
 """A texture covers -REACH … REACH half-axes, so that half-covered pixels find colors too."""
-COATS = np.frombuffer(
-    bytes.fromhex("eec45c2c1e1ac44e28 5a8cdc1e2850c8c8f0 c850505a1414fab478 78be6e1e4628f0f078"),
-    np.uint8,
-).reshape(4, 3, 3)
-"""Colors (RGB) of the shell, its stripes and the head, for four kinds of beetles."""
 
 
 class Truth(NamedTuple):
@@ -59,12 +54,15 @@ class Target:
         The same of the other side, which shows where the target has rolled over.
     roll
         (frames,), how far it has rolled about its long axis, in radians; None for not at all.
+    crosswise
+        Whether its skin is turned by a quarter: as much of each color, and other edges.
     """
 
     states: NDArray[np.float64]
     colors: Colors = ((238, 196, 92), (44, 30, 26), (196, 78, 40))
     belly: Colors = ((66, 104, 186), (232, 230, 218), (36, 56, 108))
     roll: NDArray[np.float64] | None = None
+    crosswise: bool = False
 
 
 class Stem(NamedTuple):
@@ -241,29 +239,6 @@ def crossing(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 
     return Clip(size, (Target(behind), Target(front, colors)), seed=seed)
 
 
-def hiding(
-    size: tuple[int, int] = (320, 240), length: int = 12, seed: int = 0, alike: bool = False
-) -> Clip:
-    """Return a clip in which a target walks behind a larger one that comes towards it.
-
-    Both enter and leave the frame, the small one from the left. It is hidden whole for about
-    `length` frames, in which it keeps its pace. The seed also chooses their colors, and how high
-    they walk. If they are `alike`, both have the same colors.
-    """
-    rng, scale = np.random.default_rng((seed, 3)), scale_of(size)
-    a, b, speed = 32 * scale, 24 * scale, 2.4 * scale  # of each; they approach twice as fast
-    large = a + speed * length, b + 16 * scale
-    way = np.arange(-0.5, 0.5, speed / (size[0] + 4 * large[0])) * (size[0] + 4 * large[0])
-    (x, y), off = _center(size), rng.uniform(-0.15, 0.15) * size[1]
-    behind, front = COATS[rng.permutation(len(COATS))[:2]].tolist()
-    front = behind if alike else front
-    walks = (
-        Target(_states(x + way, y + off, a, b, 0.0), _coat(behind)),
-        Target(_states(x - way, y + off, *large, math.pi), _coat(front)),
-    )
-    return Clip(size, walks, seed=seed)
-
-
 def still(
     size: tuple[int, int] = (640, 480),
     target: tuple[float, float] = (60, 100),
@@ -304,11 +279,6 @@ def crowd(
         for i in range(columns * rows)
     ]  # fmt: skip
     return Clip(size, tuple(map(Target, circling)), seed=seed)
-
-
-def _coat(colors: list[list[int]]) -> tuple[Color, Color, Color]:
-    shell, stripe, head = ((r, g, b) for r, g, b in colors)
-    return shell, stripe, head
 
 
 def _center(size: tuple[int, int]) -> tuple[float, float]:
@@ -380,11 +350,15 @@ def _texture(rng: np.random.Generator, target: Target) -> Callable[[int], Image.
     def lit(skin: Floats) -> Image.Image:
         return Image.fromarray(to_bytes(skin * shade[:, :, None] + shine[:, :, None]))
 
-    upper, roll = _skin(u, v, target.colors), target.roll
+    def skin(colors: Colors) -> Floats:
+        sewn = _skin(u, v, colors)
+        return sewn.swapaxes(0, 1) if target.crosswise else sewn
+
+    upper, roll = skin(target.colors), target.roll
     if roll is None:
         picture = lit(upper)
         return lambda index: picture
-    lower = _skin(u, v, target.belly)
+    lower = skin(target.belly)
     around = np.arcsin(np.clip(u, -1, 1))  # by row: the angle from the middle of the upper side
 
     def rolled(index: int) -> Image.Image:

@@ -359,24 +359,31 @@ def occlusions(
     hidden: Annotated[
         list[int] | None,
         Parameter(
-            negative=(), help="Frames a target is hidden, again for each; else 5, 10, ... 60."
+            negative=(), help="Frames a target is hidden, again for each; else 5, 15, 30, 45, 60."
         ),
     ] = None,
-    clips: Clips = 10,
+    objects: Annotated[
+        list[int] | None,
+        Parameter(negative=(), help="Objects at once, again for each; else 2, 10, 50."),
+    ] = None,
+    least: Annotated[int, Parameter(group=RUN, help="Occlusions of each kind.")] = 10,
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> int:
     """Zhao and Pei, section 3: identities through full occlusions."""
-    _at_least_one(clips=clips)
-    lengths = hidden or [5, 10, 20, 30, 45, 60]
+    _at_least_one(least=least)
+    lengths, counts = hidden or [5, 15, 30, 45, 60], objects or [2, 10, 50]
     if min(lengths) < 5:
         raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
-    output = Output("occlusions", ("",), out, overwrite)
+    for count in counts:
+        if count != 2 and (count < 10 or count % 10):
+            raise ConfigError(f"--objects is {count}; give 2 or a multiple of 10.")
+    output = Output("occlusions", ("lengths", "short"), out, overwrite)
 
     from motes.experiments import occlusions as experiment
 
     announce_compiling()
-    return show(experiment.occlusions(lengths, clips), output)
+    return show(experiment.occlusions(lengths, counts, least), output)
 
 
 def _at_least_one(**counts: int) -> None:
