@@ -4,7 +4,7 @@ A step is a particle filter in parts (MacCormick and Isard, ECCV 2000): first wh
 then where exactly. Particles look their likelihood up in dense results: the response of a
 correlation filter, and sums of the pixels' color posterior. The first frame's filter is kept, and
 how much the place found is like it and stands out in color says how sure the tracker is; it learns
-only while it is sure, and searches when it is not.
+only while it is sure, and searches in the same frame when it is not.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from motes.geometry import Ellipse
 from motes.particle_filter import Info
 from motes.presence import Calibration
 from motes.resampling import Resampling, Weights
+from motes.search import LooksModel, Search
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
@@ -39,13 +40,13 @@ CALM = 10
 """Frames from the start whose mean certainty is the reference."""
 STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
+NOBODY = np.empty((0, 5))
+"""No searchers."""
 SMALLEST = 2.0
 """Half-axis in pixels."""
 UNSEEN = 0.2
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
 answers for what it has learned, which may have drifted from the target's middle."""
-FRESH = 4
-"""Of so many searchers one starts anew in each frame, anywhere."""
 
 
 class Trust(Config, frozen=True):
@@ -61,18 +62,20 @@ class Trust(Config, frozen=True):
     keep
         Not to call the target lost.
     find
-        To call a lost one found.
+        To believe that it is somewhere else, where the search has led.
     frames
-        A target is lost after so many frames in a row that are not certain enough to keep it.
-    of_first
-        See above.
+        A target is lost after so many frames in a row that are not certain enough to keep it, and
+        found after as many that are.
+    of_first, find_of_first
+        See above, for `learn` and `keep`, and for `find`.
     """
 
     learn: Share = 0.3
     keep: Share = 0.2
-    find: Share = 0.25
+    find: Share = 0.4
     frames: Count = 3
     of_first: Share = 0.6
+    find_of_first: Share = 0.8
 
 
 class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
@@ -86,8 +89,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         The last estimate: the box as an upright ellipse.
     shape
         The first region; what is reported is this, moved and scaled.
-    correlation, posterior, sizes
-        The models.
+    correlation, posterior, sizes, looks
+        The models: of place, colors and size, and what the search goes by.
     contrast
         Running mean of the color contrast while learning; it sets how much color counts.
     border
@@ -95,9 +98,13 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     reference, seen
         Mean certainty of the first frames, and of how many.
     searchers
-        (N, 2) centers of the particles that search, while the target is lost.
-    status, missed
-        Where the tracker is, and for how many frames in a row it was not certain.
+        (N, 5) the particles that search, none while the target is tracked.
+    status
+        Where the tracker is.
+    missed
+        Frames since one that was certain while tracking.
+    agreed
+        Of a lost target: frames in a row that were certain.
     """
 
     time: float
@@ -106,6 +113,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     correlation: CorrelationModel
     posterior: PosteriorModel
     sizes: SizeModel
+    looks: LooksModel
     contrast: float
     border: Floats
     reference: float
@@ -113,6 +121,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     searchers: Floats
     status: Status
     missed: int
+    agreed: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,8 +138,11 @@ class Look:
         (N, 2), (N,) the particles.
     found
         Their mean, with the size of `place`.
-    score
-        What the cues, pooled, say of it.
+    certainty
+        Geometric mean of the response of the first frame's filter and of the color contrast there,
+        0 to 1. Neither is learned into agreement with what the tracker follows: a response
+        relative to its own past says nothing, since it rises while the filter learns the wrong
+        thing.
     """
 
     place: Ellipse
@@ -140,7 +152,7 @@ class Look:
     centers: Floats
     weights: Weights
     found: Ellipse
-    score: float
+    certainty: float
 
 
 class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
@@ -152,6 +164,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         How many: N.
     correlation, posterior, sizes
         The cues for the place, and the one for the size.
+    search
+        How a target is searched for.
     color_gain
         How much the color contrast counts in the pool of the cues for the place.
     border_gain
@@ -172,6 +186,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     correlation: Correlation = Correlation()
     posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
+    search: Search = Search()
     color_gain: NonNegative = 1.0
     border_gain: NonNegative = 0.2
     sigma: Positive = 0.02
@@ -200,29 +215,35 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             correlation=correlation,
             posterior=posterior,
             sizes=self.sizes.learn(frame, box),
+            looks=self.search.learn(frame, box),
             contrast=contrast(integral, posterior, box, box),
             border=borders(integral, posterior.grid, box, np.array([box]))[0],
             reference=0.0,
             seen=0,
-            searchers=np.tile(np.array(box[:2]), (self.particles, 1)),
+            searchers=NOBODY,
             status=Status.TRACKING,
             missed=0,
+            agreed=0,
         )
         return state, self._put(state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, Info]:
-        """Look where the target was, or may be: find its place, its size, and look again there."""
-        if state.status is not Status.TRACKING:
-            state, places = self._search(rng, state, frame)
-            looks = [self._look(rng, state, frame, place) for place in places]
-            place = max(looks, key=lambda look: look.score).found
-            after, info, _ = self._observe(rng, state, frame, place, np.array([place]))
-            return after, info
-        found = self._look(rng, state, frame, state.ellipse)
-        place, sized = self._sized(rng, state, frame, found)
-        after, info, learned = self._observe(rng, state, frame, place, sized)
+        """Look where the target was, and elsewhere if it is not there; size it; look again."""
+        look = self._look(rng, state, frame, state.ellipse)
+        elsewhere = None
+        if look.certainty < self._keep(state):
+            state, elsewhere = self._search(rng, state, frame, look.certainty)
+        if elsewhere is not None:
+            place, sized = elsewhere.found, np.array([elsewhere.found])
+        elif state.status is Status.TRACKING:
+            place, sized = self._sized(rng, state, frame, look)
+        else:
+            place, sized = look.found, np.array([look.found])
+        after, info, learned = self._observe(
+            rng, state, frame, place, sized, jumped=elsewhere is not None
+        )
         if learned:
             after = replace(
                 after, sizes=self.sizes.taught(state.sizes, frame, after.ellipse, self.rate)
@@ -237,22 +258,20 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             state,
             ellipse=Ellipse.from_box(region.box),
             shape=region,
-            searchers=np.tile(np.array(region[:2]), (self.particles, 1)),
+            searchers=NOBODY,
             status=Status.TRACKING,
             missed=0,
+            agreed=0,
         )
         return state, self._put(state, frame)
 
-    def certainty(self, state: DiscriminativeState, look: Look, found: Ellipse) -> float:
-        """Return the geometric mean of response to the first frame's filter and color contrast.
+    def _keep(self, state: DiscriminativeState) -> float:
+        """Return the certainty that it takes to keep a target."""
+        return min(self.trust.keep, self.trust.of_first * state.reference)
 
-        Both are 0 to 1, and neither is learned into agreement with what the tracker follows: a
-        response relative to its own past says nothing, since it rises while the filter learns
-        the wrong thing.
-        """
-        first = self.correlation.first(state.correlation, look.spectra)
-        stands_out = contrast(look.integral, state.posterior, look.place, found)
-        return math.sqrt(min(max(first, 0.0), 1.0) * max(stands_out, 0.0))
+    def _find(self, state: DiscriminativeState) -> float:
+        """Return the certainty that it takes to believe that a target is somewhere else."""
+        return min(self.trust.find, self.trust.find_of_first * state.reference)
 
     def _look(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, place: Ellipse
@@ -289,8 +308,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         weights = Weights.from_log(pool(ellipses) / self.sigma)
         x, y = (weights.values @ ellipses[:, :2]).tolist()
         found = place._replace(x=x, y=y)
-        score = float(pool(np.array([found]))[0])
-        return Look(place, spectra, plane, integral, ellipses[:, :2], weights, found, score)
+        step_x, step_y = samples.step(place)
+        offset = (x - place.x) / step_x, (y - place.y) / step_y
+        first = self.correlation.first(state.correlation, spectra, *offset)
+        stands_out = contrast(integral, state.posterior, place, found)
+        certainty = math.sqrt(min(max(first, 0.0), 1.0) * max(stands_out, 0.0))
+        return Look(place, spectra, plane, integral, ellipses[:, :2], weights, found, certainty)
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -314,24 +337,25 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         return Ellipse(*ellipses[int(np.argmax(pool))].tolist()), ellipses[chosen]
 
     def _search(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
-    ) -> tuple[DiscriminativeState, list[Ellipse]]:
-        """Return where the target may be: where it was lost, and the searcher of likeliest color.
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
+    ) -> tuple[DiscriminativeState, Look | None]:
+        """Return a look at where else the target is, if anywhere.
 
-        Searchers walk at random by half of the target's size in a frame, some start anew anywhere,
-        and they are selected by the posterior of the colors around them.
+        Parameters
+        ----------
+        here
+            How certain it is where it was.
         """
-        size = state.ellipse
-        walk = rng.standard_normal(state.searchers.shape) * size[2:4]
-        ends = [frame.width - 1, frame.height - 1]
-        centers = np.clip(state.searchers + walk, 0, ends)
-        centers[::FRESH] = rng.random((len(centers[::FRESH]), 2)) * ends
-        likely = self.posterior.search(state.posterior, frame, centers, size)
-        weights = Weights.from_log(likely / 0.125)
-        x, y = centers[int(np.argmax(likely))].tolist()
-        chosen = self.resampling.ancestors(rng, weights, len(centers))
-        state = replace(state, searchers=centers[chosen])
-        return state, [_inside(size, frame), size._replace(x=x, y=y)]
+        searchers = state.searchers
+        if not len(searchers):
+            searchers = np.tile(np.array(state.ellipse), (self.particles, 1))
+        searchers, places = self.search.step(
+            rng, state.looks, searchers, frame, state.ellipse, state.missed + 1
+        )
+        looks = [self._look(rng, state, frame, place) for place in places]
+        best = max(looks, key=lambda look: look.certainty)
+        there = best.certainty > here and best.certainty >= self._find(state)
+        return replace(state, searchers=searchers), best if there else None
 
     def _observe(
         self,
@@ -340,35 +364,41 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         frame: Frame,
         place: Ellipse,
         sized: Floats,
+        *,
+        jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
-        """Look around a place, judge and learn; `sized` are particles of its size."""
+        """Look around a place, judge and learn; `sized` are particles of its size.
+
+        A target that was lost is tracked again after some frames in a row that agree, so that
+        what is only like it is left before anything is learned from it.
+        """
         look = self._look(rng, state, frame, place)
-        certainty = self.certainty(state, look, look.found)
-        tracking = state.status is Status.TRACKING
+        tracking, trust = state.status is Status.TRACKING, self.trust
         seen, reference = state.seen, state.reference
         if tracking and seen < CALM:
-            seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
-        trust = self.trust
-        easy = trust.of_first * reference
-        there = certainty >= min(trust.keep if tracking else trust.find, easy)
-        missed = 0 if there else state.missed + 1
-        if there or (tracking and missed < trust.frames):
-            status = Status.TRACKING
+            seen, reference = seen + 1, (reference * seen + look.certainty) / (seen + 1)
+        after = replace(state, time=frame.time, seen=seen, reference=reference)
+        there = look.certainty >= (self._find(after) if jumped else self._keep(after))
+        if tracking:
+            agreed, missed = 0, 0 if there else state.missed + 1
+            status = Status.TRACKING if missed < trust.frames else Status.LOST
         else:
-            status = Status.LOST if tracking else Status.SEARCHING
-        learned = there and certainty >= min(trust.learn, easy)
+            agreed = (0 if jumped else state.agreed) + 1 if there else 0
+            found_again = agreed >= trust.frames
+            missed = 0 if found_again else state.missed + 1
+            status = Status.TRACKING if found_again else Status.SEARCHING
+        learned = there and status is Status.TRACKING
+        learned &= look.certainty >= min(trust.learn, trust.of_first * reference)
         found = look.found if there or tracking else state.ellipse
-        if not learned:  # a size seen by one who is not sure is none
+        if not learned and not jumped:  # a size seen by one who is not sure is none
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
-            state,
-            time=frame.time,
+            after,
             ellipse=found,
-            reference=reference,
-            seen=seen,
             status=status,
             missed=missed,
-            searchers=np.tile(found[:2], (self.particles, 1)) if tracking else state.searchers,
+            agreed=agreed,
+            searchers=NOBODY if status is Status.TRACKING else state.searchers,
         )
         if learned:
             after = self._learned(after, frame, look)
@@ -378,9 +408,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             # The size is the likeliest one; the particles say how sure that is.
             ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
         else:
-            ellipses = np.tile(np.array(found), (self.particles, 1))
-            ellipses[:, :2], weights = state.searchers, Weights.uniform(self.particles)
-        return after, self._told(after, frame, ellipses, weights, certainty), learned
+            ellipses, weights = state.searchers, Weights.uniform(self.particles)
+        return after, self._told(after, frame, ellipses, weights, look.certainty), learned
 
     def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
         """Return what there is to say of a target that somebody else has found."""
@@ -461,10 +490,3 @@ def contrast(integral: Floats, model: PosteriorModel, place: Ellipse, found: Ell
     )
     area = SURROUNDINGS**2
     return core - (area * wide - one) / (area - 1)
-
-
-def _inside(ellipse: Ellipse, frame: Frame) -> Ellipse:
-    """Return an ellipse with its center in the frame."""
-    x = min(max(ellipse.x, 0.0), frame.width - 1.0)
-    y = min(max(ellipse.y, 0.0), frame.height - 1.0)
-    return ellipse._replace(x=x, y=y)

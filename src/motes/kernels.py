@@ -1425,30 +1425,6 @@ def color_integral(
             out[i + 1, j + 1] = out[i, j + 1] + total
 
 
-@_kernel
-def color_search(
-    pixels: NDArray[np.uint8],
-    centers: NDArray[np.float64],
-    a: float,
-    b: float,
-    lattice: NDArray[np.float32],
-    inside: NDArray[np.float32],
-    outside: NDArray[np.float32],
-    out: NDArray[np.float64],
-) -> None:
-    """Write the mean of inside / (inside + outside) over a lattice's points around each center."""
-    height, width = pixels.shape[0], pixels.shape[1]
-    for n in range(centers.shape[0]):
-        total = 0.0
-        for i in range(lattice.shape[1]):
-            x = min(max(int(centers[n, 0] + a * lattice[0, i] + 0.5), 0), width - 1)
-            y = min(max(int(centers[n, 1] + b * lattice[1, i] + 0.5), 0), height - 1)
-            red, green, blue = int(pixels[y, x, 0]), int(pixels[y, x, 1]), int(pixels[y, x, 2])
-            color = ((red >> 3) << 10) + ((green >> 3) << 5) + (blue >> 3)
-            total += _posterior(inside, outside, color)
-        out[n] = total / lattice.shape[1]
-
-
 @_unordered
 def _color32(samples: NDArray[np.float32], i: int, j: int) -> int:
     red, green, blue = int(samples[0, i, j]), int(samples[1, i, j]), int(samples[2, i, j])

@@ -129,11 +129,17 @@ class Correlation(Config, frozen=True):
         out: Singles = np.roll(plane, (height // 2, width // 2), (0, 1))
         return out
 
-    def first(self, model: CorrelationModel, spectra: Spectra) -> float:
-        """Return the response of the first frame's filter, best within a cell of the center."""
+    def first(
+        self, model: CorrelationModel, spectra: Spectra, x: float = 0.0, y: float = 0.0
+    ) -> float:
+        """Return the response of the first frame's filter, best within a cell of a place.
+
+        The place is x, y samples off the window's center.
+        """
         plane = fft.irfft2(self._first(model, spectra), (model.grid.rows, model.grid.columns))
-        near = [-1, 0, 1]
-        return float(plane[np.ix_(near, near)].max())
+        near = np.arange(-1, 2)
+        rows, columns = (near + round(off / CELL) for off in (y, x))
+        return float(plane[np.ix_(rows % len(plane), columns % plane.shape[1])].max())
 
     def _first(self, model: CorrelationModel, spectra: Spectra) -> Spectra:
         learned = np.einsum("kij,kij->ij", model.first_numerator.conj(), spectra)

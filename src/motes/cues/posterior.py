@@ -16,7 +16,6 @@ from motes.config import Config
 from motes.cues.window import Grid, Singles, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.sampling import sunflower
 
 Floats = NDArray[np.float64]
 
@@ -111,14 +110,6 @@ class Posterior(Config, frozen=True):
         samples = model.grid.cut(frame, place)
         out = np.empty((samples.shape[1] + 1, samples.shape[2] + 1))
         kernels.color_integral(samples, model.inside, model.outside, out)
-        return out
-
-    def search(self, model: PosteriorModel, frame: Frame, centers: Floats, size: Ellipse) -> Floats:
-        """Return the mean posterior in ellipses of one size around centers (N, 2), (N,)."""
-        out = np.empty(len(centers))
-        kernels.color_search(
-            frame.pixels, centers, size.a, size.b, sunflower(32), model.inside, model.outside, out
-        )
         return out
 
 
