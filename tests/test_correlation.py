@@ -185,13 +185,6 @@ def _mean(values: Floats, left: float, right: float, top: float, bottom: float) 
     )
 
 
-def test_the_search_sees_the_patch_from_afar() -> None:
-    cue, frame = Posterior(), patch()
-    model = cue.learn(frame, TARGET)
-    likely = cue.search(model, frame, np.array([[20.0, 20.0], TARGET[:2]]), TARGET)
-    assert likely[1] > 0.9 > 0.1 > likely[0]
-
-
 # The size
 
 

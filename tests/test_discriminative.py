@@ -158,6 +158,29 @@ def test_nothing_is_learned_of_what_hides_the_target() -> None:
     assert not any(learned[26:36])
 
 
+def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None:
+    frames, boxes = hidden()
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    waited = []
+    for frame, box in zip(frames[1:], boxes[1:], strict=True):
+        before = tracker.info.models["correlation"]
+        track = tracker.update(frame)
+        if frame.index > 30 and iou(track.box, box) > 0.6:
+            waited.append((track.status, tracker.info.models["correlation"] is not before))
+    assert waited[:2] == [(Status.SEARCHING, False)] * 2
+    assert (Status.TRACKING, True) in waited[2:4]
+
+
+@pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
+def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> None:
+    places = [(60.0, 60.0)] * 5 + [(105.0, 80.0)] * 6  # farther than the window reaches
+    frames, boxes = film(places, (30, 40), wall(200, 320))
+    _, tracks = follow(colorless(frames) if gray else frames, boxes[0])
+    assert iou(tracks[7].box, boxes[7]) > 0.6
+    assert Status.SEARCHING not in {track.status for track in tracks}
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
     out = [(300.0 + 8 * index, 60.0) for index in range(8)]

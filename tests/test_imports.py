@@ -32,6 +32,7 @@ ORDER = [
     "budget",
     "particle_filter",
     "meanshift",
+    "search",
     "discriminative",
     "presets",
     "target",

@@ -1,0 +1,99 @@
+"""Searchers: how far they go, what they are drawn to, and that the past is left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motes.frame import Frame
+from motes.geometry import Ellipse
+from motes.search import FRESH, Search
+
+LAST = Ellipse(60.0, 60.0, 12.0, 12.0, 0.0)
+SIDE = 24.0
+
+
+def picture(x: int, y: int) -> Frame:
+    """Return noise with a striped square of 24 pixels around a place."""
+    pixels = np.random.default_rng(3).integers(90, 130, (200, 300, 3), np.uint8)
+    stripes = np.where(np.arange(24) % 8 < 4, 240, 20).astype(np.uint8)
+    pixels[y - 12 : y + 12, x - 12 : x + 12] = stripes[None, :, None]
+    return Frame(0, 0.0, pixels)
+
+
+def start(count: int = 400) -> np.ndarray:
+    return np.tile(np.array(LAST), (count, 1))
+
+
+@pytest.mark.parametrize("missed", [1, 4])
+def test_fresh_searchers_are_anywhere_within_reach(missed: int) -> None:
+    flat = Search(sigma=1e3)  # all are equally likely, so that selection keeps them
+    frame = picture(60, 60)
+    model = flat.learn(frame, LAST)
+    searchers, _ = flat.step(np.random.default_rng(0), model, start(4000), frame, LAST, missed)
+    off = np.abs(searchers[:, :2] - LAST[:2]).max(axis=1)
+    reach = flat.speed * missed * SIDE
+    walked = 5 * LAST.a / 2
+    assert off.max() <= max(reach, walked)
+    # The share of a uniform spread, and of a walk of 6 pixels, that is beyond 0.8 of the reach.
+    beyond = np.mean(off > 0.8 * reach)
+    expected = (1 - 0.8**2) / FRESH
+    if missed == 4:
+        assert beyond == pytest.approx(expected, abs=0.03)
+    sizes = np.log(searchers[:, 2] / LAST.a)
+    assert np.mean(sizes != 0) == pytest.approx(1 / FRESH, abs=0.03)
+    assert sizes[sizes != 0].std() == pytest.approx(flat.growth, rel=0.15)
+    assert np.allclose(searchers[:, 2], searchers[:, 3])
+
+
+def test_the_first_place_is_the_target() -> None:
+    cue = Search()
+    model = cue.learn(picture(60, 60), LAST)
+    frame = picture(220, 140)
+    rng, searchers = np.random.default_rng(1), start()
+    near = 0
+    for missed in range(20, 40):
+        searchers, places = cue.step(rng, model, searchers, frame, LAST, missed)
+        near += np.hypot(places[0].x - 220, places[0].y - 140) < 12
+    assert near >= 15
+    # By then most of those who were not just sent out have gathered there.
+    gathered = np.hypot(searchers[:, 0] - 220, searchers[:, 1] - 140) < SIDE
+    assert gathered.mean() > 0.5
+
+
+def test_edges_tell_what_colors_do_not() -> None:
+    """Two squares of the same gray values: one striped across, the other along."""
+    frame = picture(60, 60)
+    cue = Search(edges_gain=0.5)
+    model = cue.learn(frame, LAST)
+    pixels = picture(60, 60).pixels.copy()
+    pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)
+    pixels[48:72, 48:72] = 110
+    pixels[28:52, 208:232] = picture(60, 60).pixels[48:72, 48:72]
+    both = Frame(1, 0.04, pixels)
+    rows = np.array([[219.5, 139.5, 12, 12, 0], [219.5, 39.5, 12, 12, 0]])
+    searchers = np.repeat(rows, 200, axis=0)
+    rng = np.random.default_rng(2)
+    _, places = cue.step(rng, model, searchers, both, LAST, 1)
+    assert places[0].y == pytest.approx(39.5, abs=12)
+
+
+def test_nothing_that_is_given_changes_and_chance_is_the_generator() -> None:
+    frame, cue = picture(60, 60), Search()
+    model, given = cue.learn(frame, LAST), start()
+    once = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
+    again = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
+    assert np.array_equal(given, start())
+    assert np.array_equal(once[0], again[0])
+    assert once[1] == again[1]
+
+
+def test_searchers_stay_in_the_frame() -> None:
+    frame, cue = picture(60, 60), Search()
+    model = cue.learn(frame, LAST)
+    corner = LAST._replace(x=2.0, y=197.0)
+    given = np.tile(np.array(corner), (400, 1))
+    searchers, places = cue.step(np.random.default_rng(6), model, given, frame, corner, 50)
+    for x, y in [*searchers[:, :2].tolist(), *(place[:2] for place in places)]:
+        assert 0 <= x <= 299
+        assert 0 <= y <= 199
