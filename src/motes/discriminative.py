@@ -58,7 +58,7 @@ class Trust(Config, frozen=True):
     Attributes
     ----------
     learn
-        To learn from a frame.
+        To learn from a frame, and to take up a lost target where it was.
     keep
         Not to call the target lost.
     find
@@ -71,7 +71,7 @@ class Trust(Config, frozen=True):
     """
 
     learn: Share = 0.3
-    keep: Share = 0.2
+    keep: Share = 0.25
     find: Share = 0.4
     frames: Count = 3
     of_first: Share = 0.6
@@ -266,8 +266,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         return state, self._put(state, frame)
 
     def _keep(self, state: DiscriminativeState) -> float:
-        """Return the certainty that it takes to keep a target."""
-        return min(self.trust.keep, self.trust.of_first * state.reference)
+        """Return the certainty that it takes to keep a target, or to take up a lost one here."""
+        trust = self.trust
+        certain = trust.keep if state.status is Status.TRACKING else trust.learn
+        return min(certain, trust.of_first * state.reference)
 
     def _find(self, state: DiscriminativeState) -> float:
         """Return the certainty that it takes to believe that a target is somewhere else."""
