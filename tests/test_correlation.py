@@ -12,7 +12,7 @@ from motes import kernels
 from motes.cues.correlation import Correlation
 from motes.cues.posterior import CORE, Posterior, borders, means
 from motes.cues.sizes import Sizes
-from motes.cues.window import CELL, FINEST, SAMPLES, features, grid, sectors
+from motes.cues.window import CELL, FINEST, SAMPLES, cut, features, grid, sectors
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.presets import configure, preset
@@ -49,14 +49,14 @@ def patch(color: tuple[int, int, int] = (200, 30, 30)) -> Frame:
 def test_a_window_of_one_sample_a_pixel_is_the_picture() -> None:
     pixels = mosaic(1, 60, 80)
     out = np.empty((3, 20, 30), np.float32)
-    kernels.cut(pixels, 12.0, 7.0, 1.0, 1.0, out)
+    kernels.cut(pixels, (12.0, 7.0), (1.0, 0.0), (0.0, 1.0), out)
     np.testing.assert_array_equal(out, np.moveaxis(pixels[7:27, 12:42], 2, 0))
 
 
 def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
     pixels = mosaic(2, 60, 80)
     out = np.empty((3, 10, 12), np.float32)
-    kernels.cut(pixels, 10.5, 8.5, 2.0, 2.0, out)
+    kernels.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
     blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)
 
@@ -64,9 +64,20 @@ def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
 def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
     x = np.tile(np.arange(40, dtype=np.uint8)[None, :, None] * 5, (30, 1, 3))
     out = np.empty((3, 4, 60), np.float32)
-    kernels.cut(x, -10.0, 3.0, 0.5, 0.5, out)
+    kernels.cut(x, (-10.0, 3.0), (0.5, 0.0), (0.0, 0.5), out)
     expected = np.clip(-10 + 0.5 * np.arange(60), 0, 39) * 5
     np.testing.assert_allclose(out[0], np.tile(expected, (4, 1)), rtol=1e-6)
+
+
+def test_samples_around_a_turned_ellipse_are_those_of_the_picture_turned_back() -> None:
+    rng = np.random.default_rng(4)
+    pixels = rng.integers(0, 256, (41, 41, 3), np.uint8)
+    frame = Frame(0, 0.0, pixels)
+    upright = Ellipse(20.0, 20.0, 8.0, 8.0, 0.0)
+    quarter = cut(frame, upright._replace(theta=np.pi / 2), (1.0, 1.0), (15, 15))
+    # A quarter turn brings x to y: turned back, the picture's rows are its columns.
+    back = Frame(0, 0.0, np.ascontiguousarray(np.rot90(pixels)))
+    assert np.allclose(quarter, cut(back, upright, (1.0, 1.0), (15, 15)), atol=1e-3)
 
 
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
 from motes.discriminative import Discriminative
 from motes.frame import FRAME_INTERVAL, Frame
@@ -204,6 +205,34 @@ def test_a_turned_region_stays_turned() -> None:
     assert track.ellipse.a / track.ellipse.b == pytest.approx(22 / 14)
     center = boxes[-1].x + 19.5, boxes[-1].y + 19.5
     assert track.ellipse[:2] == pytest.approx(center, abs=3)
+
+
+def spinning(degrees: float, count: int) -> list[Frame]:
+    """Return frames with a long striped oval that turns about its center, (160, 120)."""
+    stripes = np.zeros((81, 81, 3), np.uint8)
+    stripes[:, np.arange(81) % 12 < 6] = (230, 190, 40)
+    stripes[:, 52:] = (200, 60, 30)
+    background, target = Image.fromarray(wall(240, 320)), Image.fromarray(stripes)
+    oval = Image.new("L", (81, 81))
+    ImageDraw.Draw(oval).ellipse((8, 24, 72, 56), fill=255)
+    frames = []
+    for index in range(count):
+        picture, turn = background.copy(), (-index * degrees, Image.Resampling.BILINEAR)
+        picture.paste(target.rotate(*turn), (120, 80), oval.rotate(*turn))
+        frames.append(Frame(index, index * FRAME_INTERVAL, np.array(picture)))
+    return frames
+
+
+@pytest.mark.parametrize(("degrees", "side"), [(20.0, 1), (-20.0, -1), (0.0, 0)])
+def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
+    frames, config = spinning(degrees, 2), Discriminative()
+    rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
+    state, _ = config.init(rng, frames[0], region)
+    look = config._look(rng, state, frames[1], state.ellipse)
+    turned = config._turn(rng, state, frames[1], look)
+    assert turned.found.theta == side * config.turn
+    assert turned.certainty >= look.certainty
+    assert turned.found[:2] == pytest.approx((160, 120), abs=3)
 
 
 def test_the_shares_follow_the_color_contrast() -> None:

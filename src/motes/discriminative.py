@@ -40,6 +40,8 @@ CALM = 10
 """Frames from the start whose mean certainty is the reference."""
 STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
+TURNED = 1.15
+"""A target is seen as turned only if that is so many times as certain: else noise would turn it."""
 NOBODY = np.empty((0, 5))
 """No searchers."""
 SMALLEST = 2.0
@@ -58,9 +60,9 @@ class Trust(Config, frozen=True):
     Attributes
     ----------
     learn
-        To learn from a frame, and to take up a lost target where it was.
+        To learn from a frame.
     keep
-        Not to call the target lost.
+        Not to call the target lost, and to take up a lost one where it was.
     find
         To believe that it is somewhere else, where the search has led.
     frames
@@ -86,7 +88,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     time
         Of the last frame, in seconds.
     ellipse
-        The last estimate: the box as an upright ellipse.
+        The last estimate: the box as an ellipse, turned by as much as the target since the start.
     shape
         The first region; what is reported is this, moved and scaled.
     correlation, posterior, sizes, looks
@@ -136,8 +138,9 @@ class Look:
         Of its features; the filter's response; the posterior's sums.
     centers, weights
         (N, 2), (N,) the particles.
-    found
-        Their mean, with the size of `place`.
+    found, within
+        Their mean, with the size and turn of `place`; the same as the window has it, in which
+        `place` is upright.
     certainty
         Geometric mean of the response of the first frame's filter and of the color contrast there,
         0 to 1. Neither is learned into agreement with what the tracker follows: a response
@@ -152,6 +155,7 @@ class Look:
     centers: Floats
     weights: Weights
     found: Ellipse
+    within: Ellipse
     certainty: float
 
 
@@ -172,6 +176,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         How much the posterior across the border counts, beside the sizes' filter, for the size.
     sigma
         Of the pooled cues: particles weigh exp(pool / sigma).
+    turn
+        In radians, by which a target is turned to see whether that makes it certain.
     rate
         Share of a frame in what is learned.
     trust
@@ -190,6 +196,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     color_gain: NonNegative = 1.0
     border_gain: NonNegative = 0.2
     sigma: Positive = 0.02
+    turn: Positive = 0.25
     rate: Share = 0.02
     trust: Trust = Trust()
     calibration: Calibration = Calibration(middle=0.73, width=0.05)
@@ -230,8 +237,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, Info]:
-        """Look where the target was, and elsewhere if it is not there; size it; look again."""
+        """Look where the target was, turned and elsewhere if need be; size it; look again."""
         look = self._look(rng, state, frame, state.ellipse)
+        if look.certainty < self.trust.of_first * state.reference:
+            look = self._turn(rng, state, frame, look)
         elsewhere = None
         if look.certainty < self._keep(state):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
@@ -265,11 +274,13 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         return state, self._put(state, frame)
 
+    def _learn(self, state: DiscriminativeState) -> float:
+        """Return the certainty that it takes to learn."""
+        return min(self.trust.learn, self.trust.of_first * state.reference)
+
     def _keep(self, state: DiscriminativeState) -> float:
         """Return the certainty that it takes to keep a target, or to take up a lost one here."""
-        trust = self.trust
-        certain = trust.keep if state.status is Status.TRACKING else trust.learn
-        return min(certain, trust.of_first * state.reference)
+        return min(self.trust.keep, self.trust.of_first * state.reference)
 
     def _find(self, state: DiscriminativeState) -> float:
         """Return the certainty that it takes to believe that a target is somewhere else."""
@@ -306,16 +317,31 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             weights = Weights.from_log(pool(ellipses) / self.sigma)
             ellipses = ellipses[self.resampling.ancestors(rng, weights, self.particles)]
             ellipses[:, :2] += noise[layer] * spread
-        ellipses[:, :2] = np.clip(ellipses[:, :2], 0, [frame.width - 1, frame.height - 1])
+        ends = [frame.width - 1, frame.height - 1]
+        centers = np.clip(_turned(ellipses[:, :2], place, place.theta), 0, ends)
+        ellipses[:, :2] = _turned(centers, place, -place.theta)
         weights = Weights.from_log(pool(ellipses) / self.sigma)
         x, y = (weights.values @ ellipses[:, :2]).tolist()
-        found = place._replace(x=x, y=y)
+        within = place._replace(x=x, y=y)
+        middle = weights.values @ centers
+        found = place._replace(x=float(middle[0]), y=float(middle[1]))
         step_x, step_y = samples.step(place)
         offset = (x - place.x) / step_x, (y - place.y) / step_y
         first = self.correlation.first(state.correlation, spectra, *offset)
-        stands_out = contrast(integral, state.posterior, place, found)
+        stands_out = contrast(integral, state.posterior, place, within)
         certainty = math.sqrt(min(max(first, 0.0), 1.0) * max(stands_out, 0.0))
-        return Look(place, spectra, plane, integral, ellipses[:, :2], weights, found, certainty)
+        return Look(place, spectra, plane, integral, centers, weights, found, within, certainty)
+
+    def _turn(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
+    ) -> Look:
+        """Return a look, or a surer one at the same place turned to either side."""
+        looks = [
+            self._look(rng, state, frame, look.place._replace(theta=look.place.theta + turn))
+            for turn in (-self.turn, self.turn)
+        ]
+        best = max(looks, key=lambda look: look.certainty)
+        return best if best.certainty > TURNED * look.certainty else look
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -332,7 +358,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         most = max(1.0, (np.array([frame.width, frame.height]) / 2 / last[2:4]).min())
         ellipses[:, 2:4] *= np.clip(sizes.factors, least, most)[:, None]
         pool = sizes.response(model, frame, look.found).astype(np.float64)
-        errors = borders(look.integral, state.posterior.grid, look.place, ellipses) - state.border
+        placed = ellipses.copy()
+        placed[:, :2] = look.within[:2]
+        errors = borders(look.integral, state.posterior.grid, look.place, placed) - state.border
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = self.resampling.ancestors(rng, weights, self.particles)
@@ -390,7 +418,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             missed = 0 if found_again else state.missed + 1
             status = Status.TRACKING if found_again else Status.SEARCHING
         learned = there and status is Status.TRACKING
-        learned &= look.certainty >= min(trust.learn, trust.of_first * reference)
+        learned &= look.certainty >= self._learn(after)
         found = look.found if there or tracking else state.ellipse
         if not learned and not jumped:  # a size seen by one who is not sure is none
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
@@ -411,6 +439,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
         else:
             ellipses, weights = state.searchers, Weights.uniform(self.particles)
+            if not len(ellipses):  # the first look was certain, the second was not
+                ellipses = np.tile(np.array(found), (self.particles, 1))
         return after, self._told(after, frame, ellipses, weights, look.certainty), learned
 
     def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
@@ -431,12 +461,14 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         shaped = np.tile(np.array(state.shape), (self.particles, 1))
         shaped[:, :2] = ellipses[:, :2]
         shaped[:, 2:4] *= size
+        shaped[:, 4] += ellipses[:, 4]
         grown = state.ellipse.a / Ellipse.from_box(state.shape.box).a
         found = state.shape._replace(
             x=state.ellipse.x,
             y=state.ellipse.y,
             a=state.shape.a * grown,
             b=state.shape.b * grown,
+            theta=state.shape.theta + state.ellipse.theta,
         )
         covariance = mean_ellipse(shaped, weights.values)[1]
         if certainty < 1:
@@ -467,9 +499,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """Return the state after a frame of which the tracker is certain."""
         grid = state.correlation.grid
         step_x, step_y = grid.step(look.place)
-        x, y = (look.found.x - look.place.x) / step_x, (look.found.y - look.place.y) / step_y
-        now = contrast(look.integral, state.posterior, look.place, look.found)
-        border = borders(look.integral, grid, look.place, np.array([look.found]))[0]
+        x, y = (look.within.x - look.place.x) / step_x, (look.within.y - look.place.y) / step_y
+        now = contrast(look.integral, state.posterior, look.place, look.within)
+        border = borders(look.integral, grid, look.place, np.array([look.within]))[0]
         return replace(
             state,
             correlation=self.correlation.taught(state.correlation, look.spectra, self.rate, x, y),
@@ -492,3 +524,12 @@ def contrast(integral: Floats, model: PosteriorModel, place: Ellipse, found: Ell
     )
     area = SURROUNDINGS**2
     return core - (area * wide - one) / (area - 1)
+
+
+def _turned(points: Floats, place: Ellipse, angle: float) -> Floats:
+    """Return points (N, 2) turned about a place."""
+    if angle == 0:
+        return points
+    cosine, sine = math.cos(angle), math.sin(angle)
+    turned: Floats = (points - place[:2]) @ np.array([[cosine, sine], [-sine, cosine]])
+    return turned + place[:2]

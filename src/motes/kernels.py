@@ -1238,37 +1238,37 @@ def mean_shift(
 @_unordered
 def cut(
     pixels: NDArray[np.uint8],
-    left: float,
-    top: float,
-    step_x: float,
-    step_y: float,
+    corner: tuple[float, float],
+    across: tuple[float, float],
+    down: tuple[float, float],
     out: NDArray[np.float32],
 ) -> None:
     """Write the samples (3, H, W) of a part of a picture, RGB 0 to 255.
 
-    The sample in row i and column j lies at (left + j step_x, top + i step_y). Where it stands for
-    several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear. Outside the
-    picture its border goes on.
+    The sample in row i and column j lies at corner + j across + i down, each in x and y. Where it
+    stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
+    Outside the picture its border goes on.
     """
     height, width = pixels.shape[0], pixels.shape[1]
     rows, columns = out.shape[1], out.shape[2]
+    step_x, step_y = math.hypot(across[0], across[1]), math.hypot(down[0], down[1])
     if step_x < 1.0 or step_y < 1.0:
         for i in range(rows):
-            y = min(max(top + i * step_y, 0.0), height - 1.0)
-            above = int(y)
-            below = min(above + 1, height - 1)
-            down = np.float32(y - above)
+            left, top = corner[0] + i * down[0], corner[1] + i * down[1]
             for j in range(columns):
-                x = min(max(left + j * step_x, 0.0), width - 1.0)
-                before = int(x)
-                behind = min(before + 1, width - 1)
-                across = np.float32(x - before)
+                x = min(max(left + j * across[0], 0.0), width - 1.0)
+                y = min(max(top + j * across[1], 0.0), height - 1.0)
+                before, above = int(x), int(y)
+                behind, below = min(before + 1, width - 1), min(above + 1, height - 1)
+                right, low = np.float32(x - before), np.float32(y - above)
                 for k in range(3):
-                    high = pixels[above, before, k] * (1 - across)
-                    high += pixels[above, behind, k] * across
-                    low = pixels[below, before, k] * (1 - across)
-                    low += pixels[below, behind, k] * across
-                    out[k, i, j] = high * (1 - down) + low * down
+                    upper = (
+                        pixels[above, before, k] * (1 - right) + pixels[above, behind, k] * right
+                    )
+                    lower = (
+                        pixels[below, before, k] * (1 - right) + pixels[below, behind, k] * right
+                    )
+                    out[k, i, j] = upper * (1 - low) + lower * low
         return
     across_count, down_count = min(int(step_x + 0.5), 4), min(int(step_y + 0.5), 4)
     share = np.float32(1.0 / (across_count * down_count))
@@ -1276,11 +1276,13 @@ def cut(
         for j in range(columns):
             red, green, blue = 0, 0, 0
             for u in range(down_count):
-                y = top + (i - 0.5 + (u + 0.5) / down_count) * step_y + 0.5
-                row = int(min(max(y, 0.0), height - 1.0))
+                along = i - 0.5 + (u + 0.5) / down_count
+                left = corner[0] + along * down[0] + 0.5
+                top = corner[1] + along * down[1] + 0.5
                 for v in range(across_count):
-                    x = left + (j - 0.5 + (v + 0.5) / across_count) * step_x + 0.5
-                    column = int(min(max(x, 0.0), width - 1.0))
+                    beside = j - 0.5 + (v + 0.5) / across_count
+                    column = int(min(max(left + beside * across[0], 0.0), width - 1.0))
+                    row = int(min(max(top + beside * across[1], 0.0), height - 1.0))
                     red += pixels[row, column, 0]
                     green += pixels[row, column, 1]
                     blue += pixels[row, column, 2]

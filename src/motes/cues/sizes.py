@@ -13,9 +13,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import fft
 
-from motes import kernels
 from motes.config import Config, NonNegative, Positive
-from motes.cues.window import CELL, Singles, features
+from motes.cues.window import CELL, Singles, cut, features
 from motes.frame import Frame
 from motes.geometry import Ellipse
 
@@ -71,7 +70,7 @@ class Sizes(Config, frozen=True):
         return out
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> SizeModel:
-        """Return the filter of a target in an upright ellipse."""
+        """Return the filter of a target in an ellipse."""
         shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
         rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
         numerator, power = self._lesson(self._spectra(rows, columns, frame, ellipse))
@@ -79,16 +78,11 @@ class Sizes(Config, frozen=True):
 
     def _spectra(self, rows: int, columns: int, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (count // 2 + 1, features) of a target's cells."""
-        rows_of_samples, columns_of_samples = rows * CELL, columns * CELL
-        samples = np.empty((3, rows_of_samples, columns_of_samples), np.float32)
+        shape = rows * CELL, columns * CELL
         out = np.empty((self.count, 30 * rows * columns), np.float32)
         for n, factor in enumerate(self.factors.tolist()):
-            step_x = 2 * ellipse.a * factor / columns_of_samples
-            step_y = 2 * ellipse.b * factor / rows_of_samples
-            left = ellipse.x - (columns_of_samples - 1) / 2 * step_x
-            top = ellipse.y - (rows_of_samples - 1) / 2 * step_y
-            kernels.cut(frame.pixels, left, top, step_x, step_y, samples)
-            out[n] = features(samples).ravel()
+            step = 2 * ellipse.a * factor / shape[1], 2 * ellipse.b * factor / shape[0]
+            out[n] = features(cut(frame, ellipse, step, shape)).ravel()
         taper = np.hanning(self.count + 2)[1:-1].astype(np.float32)
         transform: Spectra = fft.rfft(out * taper[:, None], axis=0)
         return transform
@@ -101,7 +95,7 @@ class Sizes(Config, frozen=True):
         return out
 
     def taught(self, model: SizeModel, frame: Frame, ellipse: Ellipse, rate: float) -> SizeModel:
-        """Return the filter with a share `rate` of the target in an upright ellipse."""
+        """Return the filter with a share `rate` of the target in an ellipse."""
         numerator, power = self._lesson(self._spectra(model.rows, model.columns, frame, ellipse))
         return replace(
             model,

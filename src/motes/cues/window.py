@@ -67,20 +67,27 @@ class Grid:
         """Return the samples (3, H, W) of the window around a target; the frame keeps them."""
         key = ("window", self.rows, self.columns, ellipse)
         if key not in frame.planes:
-            step_x, step_y = self.step(ellipse)
-            samples = np.empty((3, self.rows * CELL, self.columns * CELL), np.float32)
-            column, row = self.center
-            kernels.cut(
-                frame.pixels,
-                ellipse.x - column * step_x,
-                ellipse.y - row * step_y,
-                step_x,
-                step_y,
-                samples,
-            )
+            shape = self.rows * CELL, self.columns * CELL
+            samples = cut(frame, ellipse, self.step(ellipse), shape)
             frame.planes[key] = samples
         out: Singles = frame.planes[key]
         return out
+
+
+def cut(
+    frame: Frame, ellipse: Ellipse, step: tuple[float, float], shape: tuple[int, int]
+) -> Singles:
+    """Return samples (3, H, W) around an ellipse, as it is turned, `step` pixels apart each way."""
+    cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
+    across, down = (step[0] * cosine, step[0] * sine), (-step[1] * sine, step[1] * cosine)
+    right, low = (shape[1] - 1) / 2, (shape[0] - 1) / 2
+    corner = (
+        ellipse.x - right * across[0] - low * down[0],
+        ellipse.y - right * across[1] - low * down[1],
+    )
+    samples = np.empty((3, *shape), np.float32)
+    kernels.cut(frame.pixels, corner, across, down, samples)
+    return samples
 
 
 @cache
