@@ -29,7 +29,7 @@ from motes.geometry import Ellipse
 from motes.particle_filter import Info
 from motes.presence import Calibration
 from motes.resampling import Resampling, Weights
-from motes.search import LooksModel, Search
+from motes.search import LooksModel, Search, limits
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
@@ -44,8 +44,6 @@ TURNED = 1.15
 """A target is seen as turned only if that is so many times as certain: else noise would turn it."""
 NOBODY = np.empty((0, 5))
 """No searchers."""
-SMALLEST = 2.0
-"""Half-axis in pixels."""
 UNSEEN = 0.2
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
 answers for what it has learned, which may have drifted from the target's middle."""
@@ -354,9 +352,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """
         model, sizes, last = state.sizes, self.sizes, np.array(look.found)
         ellipses = np.tile(last, (sizes.count, 1))
-        least = min(1.0, SMALLEST / last[2:4].min())
-        most = max(1.0, (np.array([frame.width, frame.height]) / 2 / last[2:4]).min())
-        ellipses[:, 2:4] *= np.clip(sizes.factors, least, most)[:, None]
+        ellipses[:, 2:4] *= np.clip(sizes.factors, *limits(look.found, frame))[:, None]
         pool = sizes.response(model, frame, look.found).astype(np.float64)
         placed = ellipses.copy()
         placed[:, :2] = look.within[:2]

@@ -22,6 +22,8 @@ from motes.resampling import Resampling, Weights
 
 Floats = NDArray[np.float64]
 
+SMALLEST = 2.0
+"""Half-axis in pixels."""
 FRESH = 4
 """Of so many searchers one starts anew in each frame."""
 
@@ -94,7 +96,8 @@ class Search(Config, frozen=True):
         moved[:, :2] += rng.standard_normal((len(moved), 2)) * moved[:, 2:4] / 2
         fresh = moved[::FRESH]
         fresh[:, :2] = low + rng.random((len(fresh), 2)) * (high - low)
-        fresh[:, 2:4] = last[2:4] * np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
+        factors = np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
+        fresh[:, 2:4] = last[2:4] * np.clip(factors, *limits(last, frame))
         moved[:, :2] = np.clip(moved[:, :2], 0, ends)
         distances = self.color.distances(model.color, frame, moved)
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
@@ -102,3 +105,11 @@ class Search(Config, frozen=True):
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
         places = moved[int(np.argmin(distances))], chosen[rng.integers(len(chosen))]
         return chosen, (Ellipse(*places[0].tolist()), Ellipse(*places[1].tolist()))
+
+
+def limits(ellipse: Ellipse, frame: Frame) -> tuple[float, float]:
+    """Return the factors by which a target may shrink and grow: to `SMALLEST`, and to the frame."""
+    half = np.array(ellipse[2:4])
+    least = min(1.0, SMALLEST / half.min())
+    most = max(1.0, (np.array([frame.width, frame.height]) / 2 / half).min())
+    return float(least), float(most)
