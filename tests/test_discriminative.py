@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
@@ -233,6 +234,18 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     assert turned.found.theta == side * config.turn
     assert turned.certainty >= look.certainty
     assert turned.found[:2] == pytest.approx((160, 120), abs=3)
+
+
+def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
+    frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, status=Status.SEARCHING)
+    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
+    sized = np.array([state.ellipse])
+    after, info, learned = config._observe(rng, state, empty, state.ellipse, sized, jumped=False)
+    assert (after.status, learned) == (Status.SEARCHING, False)
+    assert info.ellipses.shape == (config.particles, 5)
 
 
 def test_the_shares_follow_the_color_contrast() -> None:
