@@ -13,6 +13,7 @@ from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
 from motes.track import Status, Track
 from motes.tracker import Tracker
+from motes.trust import Standing
 
 Pixels = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -240,11 +241,11 @@ def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
     frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, status=Status.SEARCHING)
+    state = replace(state, standing=Standing(Status.SEARCHING))
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
     sized = np.array([state.ellipse])
     after, info, learned = config._observe(rng, state, empty, state.ellipse, sized, jumped=False)
-    assert (after.status, learned) == (Status.SEARCHING, False)
+    assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert info.ellipses.shape == (config.particles, 5)
 
 

@@ -33,6 +33,7 @@ ORDER = [
     "particle_filter",
     "meanshift",
     "search",
+    "trust",
     "discriminative",
     "presets",
     "target",

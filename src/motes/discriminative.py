@@ -31,13 +31,12 @@ from motes.presence import Calibration
 from motes.resampling import Resampling, Weights
 from motes.search import LooksModel, Search, limits
 from motes.track import Status, Track
+from motes.trust import Standing, Trust
 
 Floats = NDArray[np.float64]
 
 SURROUNDINGS = 1.4
 """The contrast is that to the part between the box and one so many times as large."""
-CALM = 10
-"""Frames from the start whose mean certainty is the reference."""
 STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
 TURNED = 1.15
@@ -47,35 +46,6 @@ NOBODY = np.empty((0, 5))
 UNSEEN = 0.2
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
 answers for what it has learned, which may have drifted from the target's middle."""
-
-
-class Trust(Config, frozen=True):
-    """How certain the tracker must be, from 0 to 1; see `Discriminative.certainty`.
-
-    Each holds for targets that are easily told from everything else; others ask for the share
-    `of_first` of the certainty that they had in the first frames.
-
-    Attributes
-    ----------
-    learn
-        To learn from a frame.
-    keep
-        Not to call the target lost, and to take up a lost one where it was.
-    find
-        To believe that it is somewhere else, where the search has led.
-    frames
-        A target is lost after so many frames in a row that are not certain enough to keep it, and
-        found after as many that are.
-    of_first, find_of_first
-        See above, for `learn` and `keep`, and for `find`.
-    """
-
-    learn: Share = 0.3
-    keep: Share = 0.25
-    find: Share = 0.4
-    frames: Count = 3
-    of_first: Share = 0.6
-    find_of_first: Share = 0.8
 
 
 class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
@@ -95,16 +65,10 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         Running mean of the color contrast while learning; it sets how much color counts.
     border
         (2,) running mean of the posterior just inside and outside of the target's border.
-    reference, seen
-        Mean certainty of the first frames, and of how many.
     searchers
         (N, 5) the particles that search, none while the target is tracked.
-    status
-        Where the tracker is.
-    missed
-        Frames since one that was certain while tracking.
-    agreed
-        Of a lost target: frames in a row that were certain.
+    standing
+        Whether the target is tracked, and how surely it was.
     """
 
     time: float
@@ -116,12 +80,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     looks: LooksModel
     contrast: float
     border: Floats
-    reference: float
-    seen: int
     searchers: Floats
-    status: Status
-    missed: int
-    agreed: int
+    standing: Standing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,12 +183,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             looks=self.search.learn(frame, box),
             contrast=contrast(integral, posterior, box, box),
             border=borders(integral, posterior.grid, box, np.array([box]))[0],
-            reference=0.0,
-            seen=0,
             searchers=NOBODY,
-            status=Status.TRACKING,
-            missed=0,
-            agreed=0,
+            standing=Standing(),
         )
         return state, self._put(state, frame)
 
@@ -237,14 +193,14 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     ) -> tuple[DiscriminativeState, Info]:
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
         look = self._look(rng, state, frame, state.ellipse)
-        if look.certainty < self.trust.of_first * state.reference:
+        if look.certainty < self.trust.of_first * state.standing.reference:
             look = self._turn(rng, state, frame, look)
         elsewhere = None
-        if look.certainty < self._keep(state):
+        if not self.trust.keeps(look.certainty, state.standing.reference):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         if elsewhere is not None:
             place, sized = elsewhere.found, np.array([elsewhere.found])
-        elif state.status is Status.TRACKING:
+        elif state.standing.status is Status.TRACKING:
             place, sized = self._sized(rng, state, frame, look)
         else:
             place, sized = look.found, np.array([look.found])
@@ -266,23 +222,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             ellipse=Ellipse.from_box(region.box),
             shape=region,
             searchers=NOBODY,
-            status=Status.TRACKING,
-            missed=0,
-            agreed=0,
+            standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0),
         )
         return state, self._put(state, frame)
-
-    def _learn(self, state: DiscriminativeState) -> float:
-        """Return the certainty that it takes to learn."""
-        return min(self.trust.learn, self.trust.of_first * state.reference)
-
-    def _keep(self, state: DiscriminativeState) -> float:
-        """Return the certainty that it takes to keep a target, or to take up a lost one here."""
-        return min(self.trust.keep, self.trust.of_first * state.reference)
-
-    def _find(self, state: DiscriminativeState) -> float:
-        """Return the certainty that it takes to believe that a target is somewhere else."""
-        return min(self.trust.find, self.trust.find_of_first * state.reference)
 
     def _look(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, place: Ellipse
@@ -376,11 +318,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if not len(searchers):
             searchers = np.tile(np.array(state.ellipse), (self.particles, 1))
         searchers, places = self.search.step(
-            rng, state.looks, searchers, frame, state.ellipse, state.missed + 1
+            rng, state.looks, searchers, frame, state.ellipse, state.standing.missed + 1
         )
         looks = [self._look(rng, state, frame, place) for place in places]
         best = max(looks, key=lambda look: look.certainty)
-        there = best.certainty > here and best.certainty >= self._find(state)
+        there = best.certainty > here
+        there &= self.trust.finds(best.certainty, state.standing.reference)
         return replace(state, searchers=searchers), best if there else None
 
     def _observe(
@@ -393,38 +336,19 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         *,
         jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
-        """Look around a place, judge and learn; `sized` are particles of its size.
-
-        A target that was lost is tracked again after some frames in a row that agree, so that
-        what is only like it is left before anything is learned from it.
-        """
+        """Look around a place, judge and learn; `sized` are particles of its size."""
         look = self._look(rng, state, frame, place)
-        tracking, trust = state.status is Status.TRACKING, self.trust
-        seen, reference = state.seen, state.reference
-        if tracking and seen < CALM:
-            seen, reference = seen + 1, (reference * seen + look.certainty) / (seen + 1)
-        after = replace(state, time=frame.time, seen=seen, reference=reference)
-        there = look.certainty >= (self._find(after) if jumped else self._keep(after))
-        if tracking:
-            agreed, missed = 0, 0 if there else state.missed + 1
-            status = Status.TRACKING if missed < trust.frames else Status.LOST
-        else:
-            agreed = (0 if jumped else state.agreed) + 1 if there else 0
-            found_again = agreed >= trust.frames
-            missed = 0 if found_again else state.missed + 1
-            status = Status.TRACKING if found_again else Status.SEARCHING
-        learned = there and status is Status.TRACKING
-        learned &= look.certainty >= self._learn(after)
+        tracking = state.standing.status is Status.TRACKING
+        standing, there, learned = self.trust.judge(state.standing, look.certainty, jumped=jumped)
         found = look.found if there or tracking else state.ellipse
         if not learned and not jumped:  # a size seen by one who is not sure is none
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
-            after,
+            state,
+            time=frame.time,
             ellipse=found,
-            status=status,
-            missed=missed,
-            agreed=agreed,
-            searchers=NOBODY if status is Status.TRACKING else state.searchers,
+            standing=standing,
+            searchers=NOBODY if standing.status is Status.TRACKING else state.searchers,
         )
         if learned:
             after = self._learned(after, frame, look)
@@ -476,7 +400,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             ellipse=found,
             covariance=covariance,
             confidence=self.calibration.probability(1 - certainty),
-            status=state.status,
+            status=state.standing.status,
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
@@ -486,7 +410,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             shaped,
             weights.values,
             np.full(len(shaped), 1 - certainty),
-            len(shaped) if state.missed == 0 else 0,
+            len(shaped) if state.standing.missed == 0 else 0,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
