@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.cues.correlation import Correlation
-from motes.cues.posterior import CORE, Posterior, borders, means
+from motes.cues.correlation import FINE, Correlation, at, best_near
+from motes.cues.posterior import CORE, Posterior, borders, contrast, means
 from motes.cues.sizes import Sizes
 from motes.cues.window import CELL, FINEST, SAMPLES, cut, features, grid, sectors
 from motes.frame import Frame
@@ -69,6 +69,20 @@ def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
     np.testing.assert_allclose(out[0], np.tile(expected, (4, 1)), rtol=1e-6)
 
 
+@pytest.mark.parametrize("step", [(0.6, 0.7), (1.2, 1.0), (2.2, 0.8), (3.6, 5.0)])
+@pytest.mark.parametrize("corner", [(10.31, 5.73), (-9.23, -4.13), (70.0, 50.0)])
+def test_an_upright_window_is_a_hardly_turned_one(
+    step: tuple[float, float], corner: tuple[float, float]
+) -> None:
+    y, x = np.mgrid[:60, :80]
+    pixels = np.stack([2 * x + y, 255 - 2 * x, 3 * y], axis=2).astype(np.uint8)
+    out, turned = np.empty((2, 3, 20, 24), np.float32)
+    kernels.cut(pixels, corner, (step[0], 0.0), (0.0, step[1]), out)
+    kernels.cut(pixels, corner, (step[0], 1e-9), (-1e-9, step[1]), turned)
+    # Where only one direction is finer than the pixels, a turned window is bilinear in both.
+    np.testing.assert_allclose(out, turned, atol=3.1 if min(step) < 1 < max(step) else 1e-3)
+
+
 def test_samples_around_a_turned_ellipse_are_those_of_the_picture_turned_back() -> None:
     rng = np.random.default_rng(4)
     pixels = rng.integers(0, 256, (41, 41, 3), np.uint8)
@@ -78,6 +92,21 @@ def test_samples_around_a_turned_ellipse_are_those_of_the_picture_turned_back() 
     # A quarter turn brings x to y: turned back, the picture's rows are its columns.
     back = Frame(0, 0.0, np.ascontiguousarray(np.rot90(pixels)))
     assert np.allclose(quarter, cut(back, upright, (1.0, 1.0), (15, 15)), atol=1e-3)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
+    pixels = np.zeros((150, 200, 3), np.uint8)
+    pixels[:, :, 0], pixels[:, :, 1] = np.arange(200), np.arange(150)[:, None]
+    place = TARGET._replace(theta=turn)
+    samples = grid(place.a, place.b)
+    window = samples.cut(Frame(0, 0.0, pixels), place)
+    column, row = samples.center
+    offsets = np.array([[0.5, 0.5], [10.5, -7.5], [-20.5, 12.5]])
+    at_samples = [window[:2, round(row + y), round(column + x)] for x, y in offsets.tolist()]
+    points = samples.points(place, offsets)
+    np.testing.assert_allclose(points, at_samples, atol=1e-3)
+    np.testing.assert_allclose(samples.offsets(place, points), offsets, atol=1e-9)
 
 
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
@@ -114,12 +143,13 @@ def test_features_of_a_slope_are_its_sector(turn: int) -> None:
 def test_the_response_peaks_where_it_was_learned() -> None:
     cue, frame = Correlation(), textured()
     model = cue.learn(frame, TARGET)
-    plane = cue.response(model, cue.spectra(model.grid, frame, TARGET))
+    plane, first = cue.responses(model, cue.spectra(model.grid, frame, TARGET))
     assert np.unravel_index(plane.argmax(), plane.shape) == (
         plane.shape[0] // 2,
         plane.shape[1] // 2,
     )
     assert plane.max() == pytest.approx(1, abs=0.05)
+    assert best_near(first, 0.0, 0.0) == pytest.approx(1, abs=0.05)
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
 
 
@@ -127,12 +157,16 @@ def test_the_response_peaks_where_it_was_learned() -> None:
 def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, float]) -> None:
     cue = Correlation()
     model = cue.learn(textured(), TARGET)
-    plane = cue.response(model, cue.spectra(model.grid, textured(shift), TARGET))
+    plane, _ = cue.responses(model, cue.spectra(model.grid, textured(shift), TARGET))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
-    step = model.grid.step(TARGET)
+    step = CELL / FINE * np.array(model.grid.step(TARGET))
     found = (column - plane.shape[1] // 2) * step[0], (row - plane.shape[0] // 2) * step[1]
-    assert CELL * step[0] > 2
+    assert CELL * model.grid.step(TARGET)[0] > 2
     assert found == pytest.approx(shift, abs=1.0)
+    offset = np.divide(shift, model.grid.step(TARGET))
+    values = at(plane, np.array([offset, offset + np.array([3.0, 0.0]), -offset]))
+    assert values.argmax() == 0
+    assert values[0] == pytest.approx(plane.max(), abs=0.05)
 
 
 def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
@@ -141,7 +175,7 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     step = model.grid.step(TARGET)
     spectra = cue.spectra(model.grid, textured(shift), TARGET)
     taught = cue.taught(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
-    plane = Correlation(anchor=0).response(taught, cue.spectra(model.grid, textured(), TARGET))
+    plane, _ = Correlation(anchor=0).responses(taught, cue.spectra(model.grid, textured(), TARGET))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert abs(column - plane.shape[1] // 2) <= 1
     assert abs(row - plane.shape[0] // 2) <= 1
@@ -152,10 +186,22 @@ def test_the_first_filter_is_kept() -> None:
     model = cue.learn(textured(), TARGET)
     other = Frame(0, 0.0, mosaic(5, 150, 200))
     taught = cue.taught(model, cue.spectra(model.grid, other, TARGET), 1.0)
-    there, elsewhere = (cue.spectra(model.grid, frame, TARGET) for frame in (textured(), other))
-    assert cue.first(taught, there) > 0.9
-    assert cue.first(taught, elsewhere) < 0.3
-    assert cue.response(taught, there).max() == pytest.approx(cue.anchor, abs=0.15)
+    (plane, there), (_, elsewhere) = (
+        cue.responses(taught, cue.spectra(model.grid, frame, TARGET))
+        for frame in (textured(), other)
+    )
+    assert best_near(there, 0.0, 0.0) > 0.9
+    assert best_near(elsewhere, 0.0, 0.0) < 0.3
+    assert plane.max() == pytest.approx(cue.anchor, abs=0.15)
+
+
+def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
+    first = np.zeros((10, 12), np.float32)
+    first[5, 8] = 0.7
+    assert best_near(first, 1.4 * CELL, 0.0) == pytest.approx(0.7)
+    assert best_near(first, 0.4 * CELL, 0.0) == 0
+    assert best_near(first, 2.0 * CELL, 1.6 * CELL) == 0
+    assert best_near(first, 90.0 * CELL, -90.0 * CELL) == 0
 
 
 # The color posterior
@@ -165,14 +211,17 @@ def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     cue, frame = Posterior(), patch()
     model = cue.learn(frame, TARGET)
     integral = cue.integral(model, frame, TARGET)
-    samples = model.grid
-    inside = means(integral, samples, TARGET, np.array([TARGET]), CORE)[0]
-    outside = means(integral, samples, TARGET, np.array([TARGET._replace(x=55.0)]), 0.3)[0]
+    width, height = model.grid.half
+    boxes = np.array([[0, 0, CORE * width, CORE * height], [1.8 * width, 0, 4, 4]])
+    inside, outside = means(integral, boxes)
     assert inside > 0.95
     assert outside < 0.05
-    just_inside, just_outside = borders(integral, samples, TARGET, np.array([TARGET]))[0]
+    box = np.array([0.0, 0.0, width, height])
+    just_inside, just_outside = borders(integral, box[None])[0]
     assert just_inside > 0.8
     assert just_outside < 0.2
+    assert contrast(integral, box) > 0.8
+    assert contrast(integral, box + np.array([0.8 * width, 0, 0, 0])) < 0.6
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
 
 
@@ -182,10 +231,13 @@ def test_box_means_are_those_of_the_samples() -> None:
     integral = np.zeros((41, 51))
     integral[1:, 1:] = values.cumsum(0).cumsum(1)
     out = np.empty(1)
-    kernels.box_means(integral, np.array([[20.0, 15, 8, 5, 0]]), (0, 0), (1, 1), 1.0, out)
+    kernels.box_means(integral, np.array([[-5.0, -5, 8, 5]]), out)
     assert out[0] == pytest.approx(values[10:20, 12:28].mean())
-    kernels.box_means(integral, np.array([[40.0, 30, 8, 6, 0]]), (0, 0), (2, 2), 0.5, out)
+    kernels.box_means(integral, np.array([[-5.0, -5, 2, 1.5]]), out)
     assert out[0] == pytest.approx(_mean(values, 18, 22, 13.5, 16.5))
+    pooled = np.array([0.4])
+    kernels.pool(integral, (8.0, 5.0), 0.25, np.array([[-5.0, -5]]), pooled)
+    assert pooled[0] == pytest.approx(0.75 * 0.4 + 0.25 * values[10:20, 12:28].mean())
 
 
 def _mean(values: Floats, left: float, right: float, top: float, bottom: float) -> float:
@@ -204,14 +256,16 @@ def test_the_sizes_filter_sees_growth(steps: int) -> None:
     cue = Sizes()
     model = cue.learn(textured(), TARGET)
     grown = textured(zoom=cue.step**steps)
-    response = cue.response(model, grown, TARGET)
+    response = cue.response(model, cue.spectra(model, grown, TARGET))
     assert abs(int(response.argmax()) - cue.count // 2 - steps) <= 1
 
 
 def test_a_size_once_learned_is_the_last_one() -> None:
     cue, grown = Sizes(), textured(zoom=1.12)
-    model = cue.taught(cue.learn(textured(), TARGET), grown, TARGET, 1.0)
-    assert int(cue.response(model, grown, TARGET).argmax()) == cue.count // 2
+    first = cue.learn(textured(), TARGET)
+    seen = cue.spectra(first, grown, TARGET)
+    model = cue.taught(first, seen, 1.0)
+    assert int(cue.response(model, seen).argmax()) == cue.count // 2
 
 
 @pytest.mark.parametrize("cue", [Correlation(), Posterior()])

@@ -169,7 +169,7 @@ def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None
     for frame, box in zip(frames[1:], boxes[1:], strict=True):
         before = tracker.info.models["correlation"]
         track = tracker.update(frame)
-        if frame.index > 30 and iou(track.box, box) > 0.6:
+        if frame.index > 40 and iou(track.box, box) > 0.5:
             waited.append((track.status, tracker.info.models["correlation"] is not before))
     assert waited[:2] == [(Status.SEARCHING, False)] * 2
     assert (Status.TRACKING, True) in waited[2:4]
@@ -244,7 +244,8 @@ def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
     state = replace(state, standing=Standing(Status.SEARCHING))
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
     sized = np.array([state.ellipse])
-    after, info, learned = config._observe(rng, state, empty, state.ellipse, sized, jumped=False)
+    look = config._look(rng, state, empty, state.ellipse)
+    after, info, learned = config._observe(state, empty, look, sized, jumped=False)
     assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert info.ellipses.shape == (config.particles, 5)
 

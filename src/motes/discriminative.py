@@ -18,11 +18,13 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from motes import kernels
 from motes.config import Config, Count, NonNegative, Positive, Share
-from motes.cues.correlation import Correlation, CorrelationModel, Spectra, at
-from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, means
+from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
+from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, contrast
+from motes.cues.ridge import Spectra
 from motes.cues.sizes import SizeModel, Sizes
-from motes.cues.window import Singles
+from motes.cues.window import CELL
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -35,12 +37,12 @@ from motes.trust import Standing, Trust
 
 Floats = NDArray[np.float64]
 
-SURROUNDINGS = 1.4
-"""The contrast is that to the part between the box and one so many times as large."""
 STEADY = 0.05
 """Share of a frame in the running means of contrast and borders."""
 TURNED = 1.15
 """A target is seen as turned only if that is so many times as certain: else noise would turn it."""
+NEAR = CELL
+"""A target so many samples off the middle of the window is seen well enough."""
 NOBODY = np.empty((0, 5))
 """No searchers."""
 UNSEEN = 0.2
@@ -92,13 +94,16 @@ class Look:
     ----------
     place
         The window is around this ellipse.
-    spectra, plane, integral
-        Of its features; the filter's response; the posterior's sums.
+    spectra, integral
+        Of its features; the posterior's sums.
     centers, weights
         (N, 2), (N,) the particles.
-    found, within
-        Their mean, with the size and turn of `place`; the same as the window has it, in which
-        `place` is upright.
+    found
+        Their mean, with the size and turn of `place`.
+    box
+        (4,) the same as the window has it: x and y off its center and half sides, in samples.
+    contrast
+        By how much the target's colors stand out there.
     certainty
         Geometric mean of the response of the first frame's filter and of the color contrast there,
         0 to 1. Neither is learned into agreement with what the tracker follows: a response
@@ -108,12 +113,12 @@ class Look:
 
     place: Ellipse
     spectra: Spectra
-    plane: Singles
     integral: Floats
     centers: Floats
     weights: Weights
     found: Ellipse
-    within: Ellipse
+    box: Floats
+    contrast: float
     certainty: float
 
 
@@ -173,6 +178,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         correlation = self.correlation.learn(frame, box)
         posterior = self.posterior.learn(frame, box)
         integral = self.posterior.integral(posterior, frame, box)
+        middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
@@ -181,8 +187,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             posterior=posterior,
             sizes=self.sizes.learn(frame, box),
             looks=self.search.learn(frame, box),
-            contrast=contrast(integral, posterior, box, box),
-            border=borders(integral, posterior.grid, box, np.array([box]))[0],
+            contrast=contrast(integral, middle),
+            border=borders(integral, middle[None])[0],
             searchers=NOBODY,
             standing=Standing(),
         )
@@ -199,18 +205,20 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if not self.trust.keeps(look.certainty, state.standing.reference):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         if elsewhere is not None:
-            place, sized = elsewhere.found, np.array([elsewhere.found])
-        elif state.standing.status is Status.TRACKING:
-            place, sized = self._sized(rng, state, frame, look)
-        else:
-            place, sized = look.found, np.array([look.found])
+            look = elsewhere
+        sized, spectra = np.array([look.found]), None
+        if elsewhere is None and state.standing.status is Status.TRACKING:
+            sized, spectra = self._sized(rng, state, frame, look)
+        place = Ellipse(*sized[0].tolist())
+        if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
+            look, spectra = self._look(rng, state, frame, place), None
         after, info, learned = self._observe(
-            rng, state, frame, place, sized, jumped=elsewhere is not None
+            state, frame, look, sized, jumped=elsewhere is not None
         )
         if learned:
-            after = replace(
-                after, sizes=self.sizes.taught(state.sizes, frame, after.ellipse, self.rate)
-            )
+            if spectra is None:
+                spectra = self.sizes.spectra(state.sizes, frame, after.ellipse)
+            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.rate))
         return after, info
 
     def correct(
@@ -235,42 +243,38 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         are weighed, selected, and weighed again nearby, which sharpens them step by step.
         """
         samples = state.correlation.grid
+        half = np.array(samples.half)
         spectra = self.correlation.spectra(samples, frame, place)
-        plane = self.correlation.response(state.correlation, spectra)
+        plane, first = self.correlation.responses(state.correlation, spectra)
         integral = self.posterior.integral(state.posterior, frame, place)
         share = self._color_share(state)
+        core = CORE * samples.width / 2, CORE * samples.height / 2
 
-        ellipses = np.tile(np.array(place), (self.particles, 1))
-
-        def pool(ellipses: Floats) -> Floats:
-            response = at(plane, samples, place, ellipses)
-            color = means(integral, samples, place, ellipses, CORE)
-            return (1 - share) * response + share * color
+        def weights(points: Floats) -> Weights:
+            pool = at(plane, points)
+            kernels.pool(integral, core, share, points, pool)
+            return Weights.from_log(pool / self.sigma)
 
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
-        narrow = self.correlation.sharpness * 2 * math.sqrt(place.a * place.b)
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * CELL / FINE
+        narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
         noise = rng.standard_normal((3, self.particles, 2))
-        ellipses[::2, :2] += noise[0, ::2] * place[2:4]
-        ellipses[1::2, :2] += noise[0, 1::2] * narrow + peak * samples.step(place)
+        points = noise[0]
+        points[::2] *= half
+        points[1::2] = points[1::2] * narrow + peak
         for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            weights = Weights.from_log(pool(ellipses) / self.sigma)
-            ellipses = ellipses[self.resampling.ancestors(rng, weights, self.particles)]
-            ellipses[:, :2] += noise[layer] * spread
-        ends = [frame.width - 1, frame.height - 1]
-        centers = np.clip(_turned(ellipses[:, :2], place, place.theta), 0, ends)
-        ellipses[:, :2] = _turned(centers, place, -place.theta)
-        weights = Weights.from_log(pool(ellipses) / self.sigma)
-        x, y = (weights.values @ ellipses[:, :2]).tolist()
-        within = place._replace(x=x, y=y)
-        middle = weights.values @ centers
-        found = place._replace(x=float(middle[0]), y=float(middle[1]))
-        step_x, step_y = samples.step(place)
-        offset = (x - place.x) / step_x, (y - place.y) / step_y
-        first = self.correlation.first(state.correlation, spectra, *offset)
-        stands_out = contrast(integral, state.posterior, place, within)
-        certainty = math.sqrt(min(max(first, 0.0), 1.0) * max(stands_out, 0.0))
-        return Look(place, spectra, plane, integral, centers, weights, found, within, certainty)
+            chosen = self.resampling.ancestors(rng, weights(points), self.particles)
+            points = points[chosen] + noise[layer] * spread
+        centers = samples.points(place, points)
+        centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
+        weighed = weights(samples.offsets(place, centers))
+        x, y = (weighed.values @ centers).tolist()
+        box = np.append(samples.offsets(place, np.array((x, y))), half)
+        stands_out = contrast(integral, box)
+        alike = min(best_near(first, box[0], box[1]), 1.0)
+        certainty = math.sqrt(alike * max(stands_out, 0.0))
+        found = place._replace(x=x, y=y)
+        return Look(place, spectra, integral, centers, weighed, found, box, stands_out, certainty)
 
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -285,8 +289,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
-    ) -> tuple[Ellipse, Floats]:
-        """Return the target with its likeliest size, and particles (N, 5) of it.
+    ) -> tuple[Floats, Spectra]:
+        """Return particles (N + 1, 5) of its size, the likeliest one first, and what they saw.
 
         Each size is weighed by the sizes' filter, and by how well the posterior just inside and
         outside of its border is what it was. The likeliest one is taken, not the mean: what is
@@ -295,14 +299,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         model, sizes, last = state.sizes, self.sizes, np.array(look.found)
         ellipses = np.tile(last, (sizes.count, 1))
         ellipses[:, 2:4] *= np.clip(sizes.factors, *limits(look.found, frame))[:, None]
-        pool = sizes.response(model, frame, look.found).astype(np.float64)
-        placed = ellipses.copy()
-        placed[:, :2] = look.within[:2]
-        errors = borders(look.integral, state.posterior.grid, look.place, placed) - state.border
+        spectra = sizes.spectra(model, frame, look.found)
+        pool = sizes.response(model, spectra).astype(np.float64)
+        boxes = np.tile(look.box, (sizes.count, 1))
+        boxes[:, 2:] *= ellipses[:, 2:4] / last[2:4]
+        errors = borders(look.integral, boxes) - state.border
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = self.resampling.ancestors(rng, weights, self.particles)
-        return Ellipse(*ellipses[int(np.argmax(pool))].tolist()), ellipses[chosen]
+        return ellipses[[int(np.argmax(pool)), *chosen]], spectra
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
@@ -328,16 +333,14 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _observe(
         self,
-        rng: np.random.Generator,
         state: DiscriminativeState,
         frame: Frame,
-        place: Ellipse,
+        look: Look,
         sized: Floats,
         *,
         jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
-        """Look around a place, judge and learn; `sized` are particles of its size."""
-        look = self._look(rng, state, frame, place)
+        """Judge and learn what was seen at last; `sized` are particles of its size."""
         tracking = state.standing.status is Status.TRACKING
         standing, there, learned = self.trust.judge(state.standing, look.certainty, jumped=jumped)
         found = look.found if there or tracking else state.ellipse
@@ -353,7 +356,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if learned:
             after = self._learned(after, frame, look)
         if there or tracking:
-            ellipses = np.resize(sized, (self.particles, 5))
+            ellipses = np.resize(sized[-self.particles :], (self.particles, 5))
             ellipses[:, :2], weights = look.centers, look.weights
             # The size is the likeliest one; the particles say how sure that is.
             ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
@@ -417,16 +420,13 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _learned(self, state: DiscriminativeState, frame: Frame, look: Look) -> DiscriminativeState:
         """Return the state after a frame of which the tracker is certain."""
-        grid = state.correlation.grid
-        step_x, step_y = grid.step(look.place)
-        x, y = (look.within.x - look.place.x) / step_x, (look.within.y - look.place.y) / step_y
-        now = contrast(look.integral, state.posterior, look.place, look.within)
-        border = borders(look.integral, grid, look.place, np.array([look.within]))[0]
+        x, y = look.box[:2].tolist()
+        border = borders(look.integral, look.box[None])[0]
         return replace(
             state,
             correlation=self.correlation.taught(state.correlation, look.spectra, self.rate, x, y),
             posterior=self.posterior.taught(state.posterior, frame, look.place, self.rate, x, y),
-            contrast=(1 - STEADY) * state.contrast + STEADY * now,
+            contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
             border=(1 - STEADY) * state.border + STEADY * border,
         )
 
@@ -434,22 +434,3 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """Return color's share in the pool: more, the more the target stands out by it."""
         counts = self.color_gain * max(state.contrast, 0.0)
         return counts / (1 + counts)
-
-
-def contrast(integral: Floats, model: PosteriorModel, place: Ellipse, found: Ellipse) -> float:
-    """Return by how much the posterior in a target is above that around it, -1 to 1."""
-    core, one, wide = (
-        float(means(integral, model.grid, place, np.array([found]), scale)[0])
-        for scale in (CORE, 1.0, SURROUNDINGS)
-    )
-    area = SURROUNDINGS**2
-    return core - (area * wide - one) / (area - 1)
-
-
-def _turned(points: Floats, place: Ellipse, angle: float) -> Floats:
-    """Return points (N, 2) turned about a place."""
-    if angle == 0:
-        return points
-    cosine, sine = math.cos(angle), math.sin(angle)
-    turned: Floats = (points - place[:2]) @ np.array([[cosine, sine], [-sine, cosine]])
-    return turned + place[:2]

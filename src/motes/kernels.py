@@ -1249,6 +1249,9 @@ def cut(
     stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
     Outside the picture its border goes on.
     """
+    if across[1] == 0.0 and down[0] == 0.0:
+        _cut_upright(pixels, corner, (across[0], down[1]), out)
+        return
     height, width = pixels.shape[0], pixels.shape[1]
     rows, columns = out.shape[1], out.shape[2]
     step_x, step_y = math.hypot(across[0], across[1]), math.hypot(down[0], down[1])
@@ -1290,6 +1293,58 @@ def cut(
 
 
 @_unordered
+def _cut_upright(
+    pixels: NDArray[np.uint8],
+    corner: tuple[float, float],
+    step: tuple[float, float],
+    out: NDArray[np.float32],
+) -> None:
+    """Do as `cut` does with samples along the picture's rows and columns, `step` pixels apart."""
+    height, width = pixels.shape[0], pixels.shape[1]
+    columns, beside = _taps(corner[0], step[0], out.shape[2], width)
+    rows, along = _taps(corner[1], step[1], out.shape[1], height)
+    left = 3 * columns[0, 0]
+    span = 3 * (columns[-1, -1] + 1) - left
+    # Places that can't be negative, and slices from 0, are what the compiler makes vector code of.
+    places = (3 * columns - left).astype(np.uint64)
+    green, blue = np.uint64(1), np.uint64(2)
+    flat, line = pixels.reshape(height, 3 * width), np.empty(span, np.float32)
+    for i in range(rows.shape[0]):
+        line[:] = 0.0
+        for u in range(rows.shape[1]):
+            share, source = along[i, u], flat[rows[i, u], left : left + span]
+            for c in range(span):
+                line[c] += share * np.float32(source[c])
+        for j in range(places.shape[0]):
+            r, g, b = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            for v in range(places.shape[1]):
+                share, place = beside[j, v], places[j, v]
+                r += share * line[place]
+                g += share * line[place + green]
+                b += share * line[place + blue]
+            out[0, i, j], out[1, i, j], out[2, i, j] = r, g, b
+
+
+@_unordered
+def _taps(
+    start: float, step: float, count: int, limit: int
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return which of `limit` pixels in a line count how much for each of `count` samples."""
+    n = 2 if step < 1.0 else min(int(step + 0.5), 4)
+    places, shares = np.empty((count, n), np.int64), np.empty((count, n), np.float32)
+    for i in range(count):
+        if step < 1.0:
+            x = min(max(start + i * step, 0.0), limit - 1.0)
+            places[i, 0], places[i, 1] = int(x), min(int(x) + 1, limit - 1)
+            shares[i, 0], shares[i, 1] = 1.0 - (x - int(x)), x - int(x)
+        else:
+            for u in range(n):
+                x = start + (i - 0.5 + (u + 0.5) / n) * step + 0.5
+                places[i, u], shares[i, u] = int(min(max(x, 0.0), limit - 1.0)), 1.0 / n
+    return places, shares
+
+
+@_unordered
 def gradient_cells(
     samples: NDArray[np.float32],
     cell: int,
@@ -1303,109 +1358,179 @@ def gradient_cells(
     differences. `sectors` (512, 512) has the number of a gradient's sector, 18 to the turn, at row
     256 + dy / 3 and column 256 + dx / 3, the derivatives being those of R + G + B.
     """
-    height, width = samples.shape[1], samples.shape[2]
     rows, columns = out.shape[1], out.shape[2]
     # One cell more on each side, into which the outermost samples' votes fall.
-    votes = np.zeros((rows + 2, columns + 2, 18), np.float32)
-    energy = np.empty((rows, columns), np.float32)
-    before, here = np.empty(width, np.float32), np.empty(width, np.float32)
-    after = np.empty(width, np.float32)
-    magnitude, sector = np.empty(width, np.float32), np.empty(width, np.uint8)
-    for j in range(width):
-        here[j] = samples[0, 0, j] + samples[1, 0, j] + samples[2, 0, j]
-        before[j] = here[j]
-    for i in range(height):
-        row = min(i + 1, height - 1)
-        for j in range(width):
-            after[j] = samples[0, row, j] + samples[1, row, j] + samples[2, row, j]
-        for j in range(width):
-            dx, dy = here[min(j + 1, width - 1)] - here[max(j - 1, 0)], after[j] - before[j]
-            magnitude[j] = math.sqrt(dx * dx + dy * dy)
-            third = np.float32(1 / 3)
-            sector[j] = sectors[int(dy * third + 256.5), int(dx * third + 256.5)]
-        y = (i + 0.5) / cell + 0.5
-        above = int(y)
-        down = np.float32(y - above)
-        for j in range(width):
-            x = (j + 0.5) / cell + 0.5
-            left = int(x)
-            across = np.float32(x - left)
-            low = magnitude[j] * down
-            high = magnitude[j] - low
-            k = sector[j]
-            votes[above, left, k] += high - high * across
-            votes[above, left + 1, k] += high * across
-            votes[above + 1, left, k] += low - low * across
-            votes[above + 1, left + 1, k] += low * across
-        before, here, after = here, after, before
-    for i in range(rows):
-        for j in range(columns):
+    votes = np.zeros((rows + 2, 18 * (columns + 2)), np.float32)
+    _vote(samples, cell, sectors, votes)
+    energy = np.empty((rows + 2, columns + 2), np.float32)
+    for i in range(1, rows + 1):
+        for j in range(1, columns + 1):
             total = np.float32(0.0)
-            for k in range(9):
-                both = votes[i + 1, j + 1, k] + votes[i + 1, j + 1, k + 9]
+            for k in range(18 * j, 18 * j + 9):
+                both = votes[i, k] + votes[i, k + 9]
                 total += both * both
             energy[i, j] = total
-    top, half = np.float32(0.2), np.float32(0.5)
+    energy[0], energy[rows + 1] = energy[1], energy[rows]
+    energy[:, 0], energy[:, columns + 1] = energy[:, 1], energy[:, columns]
+    one, top, half = np.float32(1.0), np.float32(0.2), np.float32(0.5)
+    norms, line = np.empty((4, columns), np.float32), np.empty(columns, np.float32)
     for i in range(rows):
-        u, v = max(i - 1, 0), min(i + 1, rows - 1)
+        above, here, below = energy[i], energy[i + 1], energy[i + 2]
         for j in range(columns):
-            s, t = max(j - 1, 0), min(j + 1, columns - 1)
             # A gradient of one gray value counts as none.
-            middle = energy[i, j] + np.float32(1.0)
-            n0 = 1 / math.sqrt(energy[u, s] + energy[u, j] + energy[i, s] + middle)
-            n1 = 1 / math.sqrt(energy[u, t] + energy[u, j] + energy[i, t] + middle)
-            n2 = 1 / math.sqrt(energy[v, s] + energy[v, j] + energy[i, s] + middle)
-            n3 = 1 / math.sqrt(energy[v, t] + energy[v, j] + energy[i, t] + middle)
-            for k in range(27):
-                if k < 9:
-                    value = votes[i + 1, j + 1, k] + votes[i + 1, j + 1, k + 9]
-                else:
-                    value = votes[i + 1, j + 1, k - 9]
-                out[k, i, j] = half * (
-                    min(value * n0, top)
-                    + min(value * n1, top)
-                    + min(value * n2, top)
-                    + min(value * n3, top)
+            middle = here[j + 1] + one
+            norms[0, j] = one / math.sqrt(above[j] + above[j + 1] + here[j] + middle)
+            norms[1, j] = one / math.sqrt(above[j + 2] + above[j + 1] + here[j + 2] + middle)
+            norms[2, j] = one / math.sqrt(below[j] + below[j + 1] + here[j] + middle)
+            norms[3, j] = one / math.sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle)
+        n0, n1, n2, n3 = norms[0], norms[1], norms[2], norms[3]
+        inner = votes[i + 1, 18:]
+        for k in range(27):
+            for j in range(columns):
+                line[j] = (
+                    inner[18 * j + k] + inner[18 * j + k + 9] if k < 9 else inner[18 * j + k - 9]
                 )
-            gray, red_green, blue_yellow = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            to = out[k, i]
+            for j in range(columns):
+                to[j] = half * (
+                    min(line[j] * n0[j], top)
+                    + min(line[j] * n1[j], top)
+                    + min(line[j] * n2[j], top)
+                    + min(line[j] * n3[j], top)
+                )
+    scale = np.float32(1.0 / (cell * cell * 255.0))
+    for i in range(rows):
+        for j in range(columns):
+            red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
             for row in range(i * cell, (i + 1) * cell):
                 for column in range(j * cell, (j + 1) * cell):
-                    red, green = samples[0, row, column], samples[1, row, column]
-                    blue = samples[2, row, column]
-                    gray += red + green + blue
-                    red_green += red - green
-                    blue_yellow += half * (red + green) - blue
-            scale = np.float32(1.0 / (cell * cell * 255.0))
-            out[27, i, j] = gray * scale / 3 - half
-            out[28, i, j], out[29, i, j] = red_green * scale, blue_yellow * scale
+                    red += samples[0, row, column]
+                    green += samples[1, row, column]
+                    blue += samples[2, row, column]
+            out[27, i, j] = (red + green + blue) * scale / 3 - half
+            out[28, i, j] = (red - green) * scale
+            out[29, i, j] = (half * (red + green) - blue) * scale
+
+
+@_unordered
+def _vote(
+    samples: NDArray[np.float32],
+    cell: int,
+    sectors: NDArray[np.uint8],
+    votes: NDArray[np.float32],
+) -> None:
+    """Add each sample's gradient to the four cells (h + 2, 18 (w + 2)) around it, by its sector."""
+    height, width = samples.shape[1], samples.shape[2]
+    before, here = np.empty(width + 2, np.float32), np.empty(width + 2, np.float32)
+    after, magnitude = np.empty(width + 2, np.float32), np.empty(width, np.float32)
+    left, across = np.empty(width, np.uint64), np.empty(width, np.float32)
+    place, next_cell = np.empty(width, np.uint64), np.uint64(18)
+    line = np.empty(votes.shape[1], np.float32)
+    third, middle = np.float32(1 / 3), np.float32(256.5)
+    for j in range(width):
+        x = (j + 0.5) / cell + 0.5
+        left[j], across[j] = 18 * int(x), x - int(x)
+    _brightness(samples, 0, here)
+    before[:] = here
+    for i in range(height):
+        _brightness(samples, min(i + 1, height - 1), after)
+        for j in range(width):
+            dx, dy = here[j + 2] - here[j], after[j + 1] - before[j + 1]
+            magnitude[j] = math.sqrt(dx * dx + dy * dy)
+            row, column = np.uint64(dy * third + middle), np.uint64(dx * third + middle)
+            place[j] = left[j] + sectors[row, column]
+        line[:] = 0.0
+        for j in range(width):
+            far = magnitude[j] * across[j]
+            line[place[j]] += magnitude[j] - far
+            line[place[j] + next_cell] += far
+        y = (i + 0.5) / cell + 0.5
+        low = np.float32(y - int(y))
+        upper, lower = votes[int(y)], votes[int(y) + 1]
+        for k in range(line.shape[0]):
+            upper[k] += (1 - low) * line[k]
+            lower[k] += low * line[k]
+        before, here, after = here, after, before
+
+
+@_unordered
+def _brightness(samples: NDArray[np.float32], row: int, out: NDArray[np.float32]) -> None:
+    """Write R + G + B of a row (W + 2,), its ends twice."""
+    width = samples.shape[2]
+    red, green, blue, inner = samples[0, row], samples[1, row], samples[2, row], out[1:]
+    for j in range(width):
+        inner[j] = red[j] + green[j] + blue[j]
+    out[0], out[width + 1] = out[1], out[width]
+
+
+@_unordered
+def correlate(
+    numerator: NDArray[np.complex64],
+    power: NDArray[np.float32],
+    spectra: NDArray[np.complex64],
+    out: NDArray[np.complex64],
+) -> None:
+    """Write what a filter (K, F) and (F,) makes of spectra (K, F): the response's spectrum (F,)."""
+    out[:] = 0.0
+    for k in range(numerator.shape[0]):
+        for i in range(numerator.shape[1]):
+            out[i] += np.conj(numerator[k, i]) * spectra[k, i]
+    for i in range(out.shape[0]):
+        out[i] /= power[i]
+
+
+@_unordered
+def teach(
+    spectra: NDArray[np.complex64],
+    label: NDArray[np.complex64],
+    rate: float,
+    numerator: NDArray[np.complex64],
+    power: NDArray[np.float32],
+) -> None:
+    """Put a share `rate` of a lesson, spectra (K, F) and label (F,), into a filter (K, F), (F,)."""
+    new, kept = np.float32(rate), np.float32(1.0 - rate)
+    for i in range(power.shape[0]):
+        power[i] *= kept
+    for k in range(numerator.shape[0]):
+        for i in range(power.shape[0]):
+            value = spectra[k, i]
+            numerator[k, i] = kept * numerator[k, i] + new * label[i] * value
+            power[i] += new * (value.real * value.real + value.imag * value.imag)
 
 
 @_kernel
-def color_counts(
+def add_colors(
     samples: NDArray[np.float32],
     inner: tuple[float, float, float, float],
     outer: tuple[float, float, float, float],
+    share: float,
     inside: NDArray[np.float32],
     outside: NDArray[np.float32],
 ) -> None:
-    """Write shares of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`.
+    """Add `share` of 32x32x32 colors: of samples in the box `inner`, and of those not in `outer`.
 
     Boxes are left, top, right and bottom, in samples.
     """
-    inside[:], outside[:] = 0.0, 0.0
-    here, there = 0, 0
-    for i in range(samples.shape[1]):
-        for j in range(samples.shape[2]):
-            color = _color32(samples, i, j)
+    height, width = samples.shape[1], samples.shape[2]
+    here, there = _inside(inner, height, width), height * width - _inside(outer, height, width)
+    one, other = np.float32(share / max(here, 1)), np.float32(share / max(there, 1))
+    for i in range(height):
+        for j in range(width):
             if inner[1] <= i < inner[3] and inner[0] <= j < inner[2]:
-                inside[color] += 1.0
-                here += 1
+                inside[_color32(samples, i, j)] += one
             elif not (outer[1] <= i < outer[3] and outer[0] <= j < outer[2]):
-                outside[color] += 1.0
-                there += 1
-    for color in range(inside.shape[0]):
-        inside[color] /= max(here, 1)
-        outside[color] /= max(there, 1)
+                outside[_color32(samples, i, j)] += other
+
+
+@_kernel
+def _inside(box: tuple[float, float, float, float], height: int, width: int) -> int:
+    """Return how many samples lie in a box."""
+    across, down = 0, 0
+    for j in range(width):
+        across += box[0] <= j < box[2]
+    for i in range(height):
+        down += box[1] <= i < box[3]
+    return across * down
 
 
 @_kernel
@@ -1440,32 +1565,30 @@ def _posterior(inside: NDArray[np.float32], outside: NDArray[np.float32], color:
 
 @_kernel
 def box_means(
-    integral: NDArray[np.float64],
-    ellipses: NDArray[np.float64],
-    origin: tuple[float, float],
-    step: tuple[float, float],
-    scale: float,
-    out: NDArray[np.float64],
+    integral: NDArray[np.float64], boxes: NDArray[np.float64], out: NDArray[np.float64]
 ) -> None:
-    """Write the mean over the box of each upright ellipse (N, 5), its sides scaled, from sums.
-
-    The sums' first corner lies at the pixel `origin`, and `step` pixels are one sample, each in x
-    and y. What reaches outside is left out; a box has at least one sample.
-    """
-    rows, columns = integral.shape[0] - 1, integral.shape[1] - 1
-    for n in range(ellipses.shape[0]):
-        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
-        across, down = scale * ellipses[n, 2] / step[0], scale * ellipses[n, 3] / step[1]
-        left, top = min(max(x - across, 0.0), columns - 1.0), min(max(y - down, 0.0), rows - 1.0)
-        right = min(max(x + across, left + 1.0), float(columns))
-        bottom = min(max(y + down, top + 1.0), float(rows))
-        total = between(integral, bottom, right) - between(integral, bottom, left)
-        total += between(integral, top, left) - between(integral, top, right)
-        out[n] = total / ((right - left) * (bottom - top))
+    """Write the mean over boxes (N, 4), x and y off the middle and half sides, from sums."""
+    for n in range(boxes.shape[0]):
+        out[n] = _box_mean(integral, boxes[n, 0], boxes[n, 1], boxes[n, 2], boxes[n, 3])
 
 
 @_unordered
-def between(plane: NDArray[Any], y: float, x: float) -> float:
+def _box_mean(
+    integral: NDArray[np.float64], x: float, y: float, across: float, down: float
+) -> float:
+    """Return the mean over a box; what reaches outside is left out; it has at least one sample."""
+    rows, columns = integral.shape[0] - 1, integral.shape[1] - 1
+    x, y = x + columns / 2, y + rows / 2
+    left, top = min(max(x - across, 0.0), columns - 1.0), min(max(y - down, 0.0), rows - 1.0)
+    right = min(max(x + across, left + 1.0), float(columns))
+    bottom = min(max(y + down, top + 1.0), float(rows))
+    total = _between(integral, bottom, right) - _between(integral, bottom, left)
+    total += _between(integral, top, left) - _between(integral, top, right)
+    return float(total / ((right - left) * (bottom - top)))
+
+
+@_unordered
+def _between(plane: NDArray[Any], y: float, x: float) -> float:
     """Return a plane's bilinear value at row y and column x, both inside it."""
     i, j = min(int(y), plane.shape[0] - 2), min(int(x), plane.shape[1] - 2)
     down, across = y - i, x - j
@@ -1477,20 +1600,33 @@ def between(plane: NDArray[Any], y: float, x: float) -> float:
 @_kernel
 def look_up(
     plane: NDArray[np.float32],
-    ellipses: NDArray[np.float64],
-    origin: tuple[float, float],
-    step: tuple[float, float],
+    points: NDArray[np.float64],
+    step: float,
     out: NDArray[np.float64],
 ) -> None:
-    """Write a plane's bilinear value at the center of each ellipse (N, 5); 0 outside of it.
+    """Write a plane's bilinear value at points (N, 2) off its middle; 0 outside of it.
 
-    The plane's first value lies at the pixel `origin`, the next `step` pixels farther, in x and y.
+    `step` is from one value to the next.
     """
-    for n in range(ellipses.shape[0]):
-        x, y = (ellipses[n, 0] - origin[0]) / step[0], (ellipses[n, 1] - origin[1]) / step[1]
+    for n in range(points.shape[0]):
+        x, y = plane.shape[1] // 2 + points[n, 0] / step, plane.shape[0] // 2 + points[n, 1] / step
         out[n] = 0.0
         if 0.0 <= x <= plane.shape[1] - 1 and 0.0 <= y <= plane.shape[0] - 1:
-            out[n] = between(plane, y, x)
+            out[n] = _between(plane, y, x)
+
+
+@_kernel
+def pool(
+    integral: NDArray[np.float64],
+    half: tuple[float, float],
+    share: float,
+    points: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Mix into values `out` a share of the mean over boxes around points (N, 2) off the middle."""
+    for n in range(points.shape[0]):
+        mean = _box_mean(integral, points[n, 0], points[n, 1], half[0], half[1])
+        out[n] = (1 - share) * out[n] + share * mean
 
 
 def cache_folder() -> Path | None:

@@ -17,12 +17,15 @@ from scipy import fft
 
 from motes import kernels
 from motes.config import Config, Positive, Share
+from motes.cues.ridge import Spectra, filtered, gaussian, taught
 from motes.cues.window import CELL, Grid, Singles, features, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
 
 Floats = NDArray[np.float64]
-Spectra = NDArray[np.complex64]
+
+FINE = 2
+"""Values of a response to the side of a cell."""
 
 
 class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation"):
@@ -72,88 +75,69 @@ class Correlation(Config, frozen=True):
         """Return the filter of the window around `ellipse`."""
         box = ellipse.box
         a, b = box.width / 2, box.height / 2
-        numerator, power = self.lesson(self.spectra(grid(a, b), frame, ellipse), grid(a, b))
-        return CorrelationModel(numerator, power, numerator, power, a, b)
+        spectra = self.spectra(grid(a, b), frame, ellipse)
+        numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
+        model = CorrelationModel(numerator, power, numerator, power, a, b)
+        model = self.taught(model, spectra, 1.0)
+        return replace(model, first_numerator=model.numerator, first_power=model.power)
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - response at each ellipse (N, 5), in the window around their mean, (N,)."""
         place = Ellipse(*ellipses.mean(axis=0).tolist())
-        plane = self.response(model, self.spectra(model.grid, frame, place))
-        return 1 - np.clip(at(plane, model.grid, place, ellipses), 0, 1)
+        plane, _ = self.responses(model, self.spectra(model.grid, frame, place))
+        return 1 - np.clip(at(plane, model.grid.offsets(place, ellipses[:, :2])), 0, 1)
 
     def spectra(self, samples: Grid, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of the tapered features around `ellipse`."""
-        out: Spectra = fft.rfft2(features(samples.cut(frame, ellipse)) * samples.taper)
+        cells = features(samples.cut(frame, ellipse))
+        cells *= samples.taper
+        out: Spectra = fft.rfft2(cells)
         return out
-
-    def lesson(
-        self, spectra: Spectra, samples: Grid, x: float = 0.0, y: float = 0.0
-    ) -> tuple[Spectra, Singles]:
-        """Return numerator and power for a target x, y samples off the window's center."""
-        down, across = np.fft.fftfreq(samples.rows)[:, None], np.fft.rfftfreq(samples.columns)
-        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL
-        # The transform of a Gaussian is one; its conjugate is shifted the other way.
-        label = np.exp(-2 * (np.pi * sigma) ** 2 * (down**2 + across**2)) * 2 * np.pi * sigma**2
-        label = label * np.exp(2j * np.pi * (y * down + x * across) / CELL)
-        power: Singles = (spectra.real**2 + spectra.imag**2).sum(axis=0)
-        return label.astype(np.complex64) * spectra, power
 
     def taught(
         self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
     ) -> CorrelationModel:
-        """Return the filter with a share `rate` of what a window says, target x, y off center."""
-        numerator, power = self.lesson(spectra, model.grid, x, y)
-        return replace(
-            model,
-            numerator=(1 - rate) * model.numerator + rate * numerator,
-            power=(1 - rate) * model.power + rate * power,
-        )
+        """Return the filter with a share `rate` of what a window says.
 
-    def response(self, model: CorrelationModel, spectra: Spectra) -> Singles:
-        """Return the filter's response (H, W), one value a sample, 1 being the label's peak.
-
-        The first frame's filter has its share. The inverse transform is padded with zeros, and so
-        as fine as the samples.
+        The target is x, y samples off the window's center.
         """
-        learned = np.einsum("kij,kij->ij", model.numerator.conj(), spectra)
-        mixed = (1 - self.anchor) * learned / (model.power + self.ridge)
-        if self.anchor:
-            mixed += self.anchor * self._first(model, spectra)
         samples = model.grid
-        height, width = samples.rows * CELL, samples.columns * CELL
-        padded = np.zeros((height, width // 2 + 1), np.complex64)
-        half = samples.rows // 2
-        padded[: samples.rows - half, : mixed.shape[1]] = mixed[: samples.rows - half]
-        padded[height - half :, : mixed.shape[1]] = mixed[samples.rows - half :]
-        plane = fft.irfft2(padded, (height, width)) * CELL**2
-        out: Singles = np.roll(plane, (height // 2, width // 2), (0, 1))
-        return out
+        rows, columns = np.fft.fftfreq(samples.rows), np.fft.rfftfreq(samples.columns)
+        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL
+        label = np.outer(gaussian(rows, sigma, y / CELL), gaussian(columns, sigma, x / CELL))
+        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        return replace(model, numerator=numerator, power=power)
 
-    def first(
-        self, model: CorrelationModel, spectra: Spectra, x: float = 0.0, y: float = 0.0
-    ) -> float:
-        """Return the response of the first frame's filter, best within a cell of a place.
+    def responses(self, model: CorrelationModel, spectra: Spectra) -> tuple[Singles, Singles]:
+        """Return the filter's response and that of the first frame's filter, around the middle.
 
-        The place is x, y samples off the window's center.
+        The label's peak is 1. In the filter's response (FINE h, FINE w), of which the first one has
+        its share, there are FINE values to a cell, by an inverse transform padded with zeros; in
+        the other one (h, w) there is one.
         """
-        plane = fft.irfft2(self._first(model, spectra), (model.grid.rows, model.grid.columns))
-        near = np.arange(-1, 2)
-        rows, columns = (near + round(off / CELL) for off in (y, x))
-        return float(plane[np.ix_(rows % len(plane), columns % plane.shape[1])].max())
+        first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
+        mixed = filtered(model.numerator, model.power + self.ridge, spectra)
+        mixed = (1 - self.anchor) * mixed + self.anchor * first
+        rows, columns = model.grid.rows, model.grid.columns
+        padded = np.zeros((FINE * rows, FINE * columns // 2 + 1), np.complex64)
+        below = rows // 2
+        padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
+        padded[FINE * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
+        plane = fft.irfft2(FINE**2 * padded, (FINE * rows, FINE * columns))
+        return fft.fftshift(plane), fft.fftshift(fft.irfft2(first, (rows, columns)))
 
-    def _first(self, model: CorrelationModel, spectra: Spectra) -> Spectra:
-        learned = np.einsum("kij,kij->ij", model.first_numerator.conj(), spectra)
-        out: Spectra = learned / (model.first_power + self.ridge)
-        return out
 
-
-def at(plane: Singles, samples: Grid, place: Ellipse, ellipses: Floats) -> Floats:
-    """Return a response (H, W) of the window around `place` at the ellipses' centers, (N,)."""
-    step_x, step_y = samples.step(place)
-    left, top = (
-        place.x - plane.shape[1] // 2 * step_x,
-        place.y - plane.shape[0] // 2 * step_y,
-    )
-    out = np.empty(len(ellipses))
-    kernels.look_up(plane, ellipses, (left, top), (step_x, step_y), out)
+def at(plane: Singles, points: Floats) -> Floats:
+    """Return a response at points (N, 2), in samples off the window's center, (N,)."""
+    out = np.empty(len(points))
+    kernels.look_up(plane, points, CELL / FINE, out)
     return out
+
+
+def best_near(first: Singles, x: float, y: float) -> float:
+    """Return the first filter's response, best within a cell of x, y samples off the center."""
+    row, column = (
+        size // 2 + round(off / CELL) for size, off in zip(first.shape, (y, x), strict=True)
+    )
+    near = first[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    return float(near.max(initial=0.0))

@@ -24,6 +24,8 @@ CORE = 0.8
 """Share of the box's sides within which every pixel counts as the target's."""
 BORDER = 0.3
 """Width of the strips on both sides of the border, as a share of the half sides."""
+SURROUNDINGS = 1.4
+"""The contrast is that to the part between the box and one so many times as large."""
 
 
 class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
@@ -62,30 +64,16 @@ class Posterior(Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""
         box = ellipse.box
-        a, b = box.width / 2, box.height / 2
-        inside, outside = self.lesson(grid(a, b), frame, ellipse)
-        return PosteriorModel(inside, outside, a, b)
+        inside, outside = np.zeros((2, COLORS), np.float32)
+        model = PosteriorModel(inside, outside, box.width / 2, box.height / 2)
+        return self.taught(model, frame, ellipse, 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - mean posterior of ellipses (N, 5), in the window around their mean, (N,)."""
         place = Ellipse(*ellipses.mean(axis=0).tolist())
-        integral = self.integral(model, frame, place)
-        return 1 - means(integral, model.grid, place, ellipses, CORE)
-
-    def lesson(
-        self, samples: Grid, frame: Frame, place: Ellipse, x: float = 0.0, y: float = 0.0
-    ) -> tuple[Singles, Singles]:
-        """Return the colors inside and around a target x, y samples off its window's center."""
-        column, row = samples.center
-        half = np.array([samples.width, samples.height]) / 2
-        middle = np.array([column + x, row + y])
-        inner, outer = (
-            (*(middle - share * half).tolist(), *(middle + share * half).tolist())
-            for share in (CORE, 1.0)
-        )
-        inside, outside = np.empty(COLORS, np.float32), np.empty(COLORS, np.float32)
-        kernels.color_counts(samples.cut(frame, place), inner, outer, inside, outside)
-        return inside, outside
+        offsets = model.grid.offsets(place, ellipses[:, :2])
+        halves = CORE * ellipses[:, 2:4] / model.grid.step(place)
+        return 1 - means(self.integral(model, frame, place), np.hstack([offsets, halves]))
 
     def taught(
         self,
@@ -96,14 +84,19 @@ class Posterior(Config, frozen=True):
         x: float = 0.0,
         y: float = 0.0,
     ) -> PosteriorModel:
-        """Return the model with a share `rate` (times `haste`) of what a window shows."""
-        inside, outside = self.lesson(model.grid, frame, place, x, y)
-        rate = min(self.haste * rate, 1.0)
-        return replace(
-            model,
-            inside=(1 - rate) * model.inside + rate * inside,
-            outside=(1 - rate) * model.outside + rate * outside,
+        """Return the model with a share `rate` (times `haste`) of what a window shows.
+
+        The target is x, y samples off the center of the window around `place`.
+        """
+        samples, rate = model.grid, min(self.haste * rate, 1.0)
+        middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
+        inner, outer = (
+            (*(middle - share * half).tolist(), *(middle + share * half).tolist())
+            for share in (CORE, 1.0)
         )
+        inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
+        kernels.add_colors(samples.cut(frame, place), inner, outer, rate, inside, outside)
+        return replace(model, inside=inside, outside=outside)
 
     def integral(self, model: PosteriorModel, frame: Frame, place: Ellipse) -> Floats:
         """Return the posterior of the window around `place`, summed up, (H + 1, W + 1)."""
@@ -113,36 +106,37 @@ class Posterior(Config, frozen=True):
         return out
 
 
-def means(
-    integral: Floats, samples: Grid, place: Ellipse, ellipses: Floats, scale: float
-) -> Floats:
-    """Return the mean posterior over the boxes of upright ellipses (N, 5), scaled, (N,).
+def means(integral: Floats, boxes: Floats) -> Floats:
+    """Return the mean posterior over boxes, (N,).
 
     Parameters
     ----------
     integral
-        (H + 1, W + 1), as `Posterior.integral` has it, of the window around `place`.
-    samples
-        Its grid.
-    place
-        Its target.
-    ellipses
-        (N, 5) in pixels.
-    scale
-        Of the boxes.
+        (H + 1, W + 1), as `Posterior.integral` has it.
+    boxes
+        (N, 4) x and y off the window's center, half width and half height, in samples.
     """
-    step_x, step_y = samples.step(place)
-    column, row = samples.center
-    corner = place.x - (column + 0.5) * step_x, place.y - (row + 0.5) * step_y
-    out = np.empty(len(ellipses))
-    kernels.box_means(integral, ellipses, corner, (step_x, step_y), scale, out)
+    out = np.empty(len(boxes))
+    kernels.box_means(integral, boxes, out)
     return out
 
 
-def borders(integral: Floats, samples: Grid, place: Ellipse, ellipses: Floats) -> Floats:
+def scaled(boxes: Floats, scale: float) -> Floats:
+    """Return boxes (N, 4) with other sides."""
+    return boxes * (1.0, 1.0, scale, scale)
+
+
+def borders(integral: Floats, boxes: Floats) -> Floats:
     """Return the mean posterior just inside and just outside of boxes, (N, 2); as for `means`."""
-    low, one, high = (
-        means(integral, samples, place, ellipses, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)
-    )
+    sizes = [scaled(boxes, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)]
+    low, one, high = means(integral, np.concatenate(sizes)).reshape(3, -1)
     less, more = (1 - BORDER) ** 2, (1 + BORDER) ** 2
     return np.stack([(one - less * low) / (1 - less), (more * high - one) / (more - 1)], axis=1)
+
+
+def contrast(integral: Floats, box: Floats) -> float:
+    """Return by how much the posterior in a target's box (4,) is above that around it, -1 to 1."""
+    sizes = [scaled(box, scale) for scale in (CORE, 1.0, SURROUNDINGS)]
+    core, one, wide = means(integral, np.array(sizes)).tolist()
+    area = SURROUNDINGS**2
+    return float(core - (area * wide - one) / (area - 1))

@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from motes.config import Config, NonNegative, Positive
+from motes.cues.ridge import Spectra, filtered, gaussian, taught
 from motes.cues.window import CELL, Singles, cut, features
 from motes.frame import Frame
 from motes.geometry import Ellipse
-
-Spectra = NDArray[np.complex64]
 
 SIDE = 32
 """Mean side of a target in samples; a smaller one has as many as it has pixels."""
@@ -30,7 +29,7 @@ class SizeModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
     Attributes
     ----------
     numerator
-        (n // 2 + 1, features): conjugate label times features.
+        (features, n // 2 + 1): conjugate label times features.
     power
         (n // 2 + 1,): energy of the features.
     rows, columns
@@ -73,41 +72,30 @@ class Sizes(Config, frozen=True):
         """Return the filter of a target in an ellipse."""
         shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
         rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
-        numerator, power = self._lesson(self._spectra(rows, columns, frame, ellipse))
-        return SizeModel(numerator, power, rows, columns)
+        nothing = np.zeros((30 * rows * columns, self.count // 2 + 1), np.complex64)
+        model = SizeModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
+        return self.taught(model, self.spectra(model, frame, ellipse), 1.0)
 
-    def _spectra(self, rows: int, columns: int, frame: Frame, ellipse: Ellipse) -> Spectra:
-        """Return the transform over sizes (count // 2 + 1, features) of a target's cells."""
-        shape = rows * CELL, columns * CELL
-        out = np.empty((self.count, 30 * rows * columns), np.float32)
-        for n, factor in enumerate(self.factors.tolist()):
+    def spectra(self, model: SizeModel, frame: Frame, ellipse: Ellipse) -> Spectra:
+        """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
+        shape = model.rows * CELL, model.columns * CELL
+        out = np.empty((len(model.numerator), self.count), np.float32)
+        tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
+        for n, (factor, taper) in enumerate(zip(self.factors.tolist(), tapers, strict=True)):
             step = 2 * ellipse.a * factor / shape[1], 2 * ellipse.b * factor / shape[0]
-            out[n] = features(cut(frame, ellipse, step, shape)).ravel()
-        taper = np.hanning(self.count + 2)[1:-1].astype(np.float32)
-        transform: Spectra = fft.rfft(out * taper[:, None], axis=0)
+            out[:, n] = taper * features(cut(frame, ellipse, step, shape)).ravel()
+        transform: Spectra = fft.rfft(out)
         return transform
 
-    def response(self, model: SizeModel, frame: Frame, ellipse: Ellipse) -> Singles:
-        """Return the filter's response at each size of a target, (count,)."""
-        spectra = self._spectra(model.rows, model.columns, frame, ellipse)
-        learned = (model.numerator.conj() * spectra).sum(axis=1) / (model.power + self.ridge)
+    def response(self, model: SizeModel, spectra: Spectra) -> Singles:
+        """Return the filter's response at each size, (count,)."""
+        learned = filtered(model.numerator, model.power + self.ridge, spectra)
+        # The label's peak is at the first size; the middle one is meant.
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
 
-    def taught(self, model: SizeModel, frame: Frame, ellipse: Ellipse, rate: float) -> SizeModel:
-        """Return the filter with a share `rate` of the target in an ellipse."""
-        numerator, power = self._lesson(self._spectra(model.rows, model.columns, frame, ellipse))
-        return replace(
-            model,
-            numerator=(1 - rate) * model.numerator + rate * numerator,
-            power=(1 - rate) * model.power + rate * power,
-        )
-
-    def _lesson(self, spectra: Spectra) -> tuple[Spectra, Singles]:
-        frequency = np.fft.rfftfreq(self.count)
-        sigma = self.sharpness
-        label = np.exp(-2 * (np.pi * sigma * frequency) ** 2) * math.sqrt(2 * np.pi) * sigma
-        # Its peak is at the first size; the middle one is meant, as `response` undoes.
-        label = label.astype(np.complex64)
-        power: Singles = (spectra.real**2 + spectra.imag**2).sum(axis=1)
-        return label[:, None] * spectra, power
+    def taught(self, model: SizeModel, spectra: Spectra, rate: float) -> SizeModel:
+        """Return the filter with a share `rate` of a target, as it was seen at all sizes."""
+        label = gaussian(np.fft.rfftfreq(self.count), self.sharpness)
+        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        return replace(model, numerator=numerator, power=power)

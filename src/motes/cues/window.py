@@ -59,9 +59,28 @@ class Grid:
         """Column and row of the window's center, the target's, in samples."""
         return (self.columns * CELL - 1) / 2, (self.rows * CELL - 1) / 2
 
+    @property
+    def half(self) -> tuple[float, float]:
+        """The target's half sides, in samples."""
+        return self.width / 2, self.height / 2
+
     def step(self, ellipse: Ellipse) -> tuple[float, float]:
         """Return the pixels from one sample to the next, in x and y, for a target of a size."""
         return 2 * ellipse.a / self.width, 2 * ellipse.b / self.height
+
+    def offsets(self, ellipse: Ellipse, points: Floats) -> Floats:
+        """Return how many samples (N, 2) pixels lie off the center of a target's window."""
+        cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
+        turned = (points - ellipse[:2]) @ np.array([[cosine, -sine], [sine, cosine]])
+        out: Floats = turned / self.step(ellipse)
+        return out
+
+    def points(self, ellipse: Ellipse, offsets: Floats) -> Floats:
+        """Return the pixels (N, 2) that lie so many samples off that center."""
+        cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
+        steps = offsets * self.step(ellipse)
+        out: Floats = steps @ np.array([[cosine, sine], [-sine, cosine]]) + ellipse[:2]
+        return out
 
     def cut(self, frame: Frame, ellipse: Ellipse) -> Singles:
         """Return the samples (3, H, W) of the window around a target; the frame keeps them."""
