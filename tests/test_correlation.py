@@ -12,7 +12,7 @@ from motes import kernels
 from motes.cues.correlation import FINE, Correlation, at, best_near
 from motes.cues.posterior import CORE, Posterior, borders, contrast, means
 from motes.cues.sizes import Sizes
-from motes.cues.window import CELL, FINEST, SAMPLES, cut, features, grid, sectors
+from motes.cues.window import CELL, FINEST, SAMPLES, WIDEST, cut, features, grid, sectors
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.presets import configure, preset
@@ -107,6 +107,17 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     points = samples.points(place, offsets)
     np.testing.assert_allclose(points, at_samples, atol=1e-3)
     np.testing.assert_allclose(samples.offsets(place, points), offsets, atol=1e-9)
+
+
+def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
+    square, thin = grid(20, 20), grid(10, 60)
+    hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
+    np.testing.assert_allclose(square.taper, hann, atol=1e-6)
+    across = thin.taper[thin.rows // 2]
+    offsets = CELL * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
+    assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
+    assert (across == 0).any()
+    assert (thin.taper[:, thin.columns // 2] > 0).all()
 
 
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from msgspec.structs import replace
@@ -241,13 +243,38 @@ def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
     frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, standing=Standing(Status.SEARCHING))
+    state = replace(state, standing=Standing(Status.SEARCHING, reference=0.9, seen=10))
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
     sized = np.array([state.ellipse])
     look = config._look(rng, state, empty, state.ellipse)
     after, info, learned = config._observe(state, empty, look, sized, jumped=False)
     assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert info.ellipses.shape == (config.particles, 5)
+
+
+@pytest.mark.parametrize(("certainty", "moves"), [(0.22, True), (0.15, False)])
+def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, moves: bool) -> None:
+    frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, standing=Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10))
+    look = config._look(rng, state, frames[1], state.ellipse)
+    look = dataclasses.replace(look, certainty=certainty)
+    sized = np.array([state.ellipse])
+    after, info, learned = config._observe(state, frames[1], look, sized, jumped=False)
+    assert (after.standing.status, learned) == (Status.SEARCHING, False)
+    assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
+    assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
+
+
+def test_fewer_particles_where_the_place_is_clear() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    clear = config._look(rng, state, frames[1], state.ellipse)
+    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
+    unclear = config._look(rng, state, empty, state.ellipse)
+    assert len(clear.centers) < len(unclear.centers) <= config.budget.most
 
 
 def test_the_shares_follow_the_color_contrast() -> None:

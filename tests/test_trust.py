@@ -60,6 +60,13 @@ def test_a_target_that_is_hard_to_tell_asks_for_a_share_of_its_first_certainty()
     assert [there for _, there, _ in after([0.15, 0.17], lost, jumps=(0, 1))] == [False, True]
 
 
+def test_a_lost_target_is_left_where_it_was_if_nothing_there_is_like_it() -> None:
+    followed = [Trust().follows(certainty, LOST) for certainty in (0.25, 0.21, 0.19)]
+    assert followed == [True, True, False]
+    assert Trust().follows(0.0, CLEAR)
+    assert Trust().follows(0.13, LOST._replace(reference=0.2))
+
+
 def test_the_reference_is_the_mean_of_the_first_frames() -> None:
     told = after([0.9, 0.7, *[0.8] * (CALM - 2), 0.3, 0.3], Standing())
     assert told[1][0].reference == pytest.approx(0.8)

@@ -55,7 +55,12 @@ class Budget(Config, frozen=True):
         places = np.empty((len(ellipses), 3))
         places[:, :2] = ellipses[:, :2] / unit
         places[:, 2] = 0.5 * np.log(ellipses[:, 2] * ellipses[:, 3])
-        k = len(np.unique(np.floor(places / self.bin), axis=0))
+        return self.number(places)
+
+    def number(self, places: Floats) -> int:
+        """Return how many particles the spread of places (N, d) asks for, in the units of a bin."""
+        bins = np.floor(places / self.bin).astype(np.int64)
+        k = len(np.unique(bins @ [1 << 20 * axis for axis in range(bins.shape[1])]))
         return min(max(self._needed(k), self.least), self.most)
 
     def _needed(self, bins: int) -> int:

@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.budget import Budget
 from motes.config import Config, Count, NonNegative, Positive, Share
 from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
 from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, contrast
@@ -128,7 +129,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     Attributes
     ----------
     particles
-        How many: N.
+        How many are spread over the window, and search.
+    budget
+        How many of them go on from there: fewer, the fewer places there are to choose from.
     correlation, posterior, sizes
         The cues for the place, and the one for the size.
     search
@@ -152,6 +155,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     """
 
     particles: Count = 400
+    budget: Budget = Budget(least=100, most=400, bin=0.25)
     correlation: Correlation = Correlation()
     posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
@@ -263,8 +267,11 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         points[::2] *= half
         points[1::2] = points[1::2] * narrow + peak
         for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            chosen = self.resampling.ancestors(rng, weights(points), self.particles)
-            points = points[chosen] + noise[layer] * spread
+            weighed = weights(points)
+            chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
+            count = self.budget.number(chosen / math.sqrt(half.prod()))
+            chosen = points[self.resampling.ancestors(rng, weighed, count)]
+            points = chosen + noise[layer, :count] * spread
         centers = samples.points(place, points)
         centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
         weighed = weights(samples.offsets(place, centers))
@@ -306,7 +313,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         errors = borders(look.integral, boxes) - state.border
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
-        chosen = self.resampling.ancestors(rng, weights, self.particles)
+        chosen = self.resampling.ancestors(rng, weights, len(look.centers))
         return ellipses[[int(np.argmax(pool)), *chosen]], spectra
 
     def _search(
@@ -341,9 +348,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
         """Judge and learn what was seen at last; `sized` are particles of its size."""
-        tracking = state.standing.status is Status.TRACKING
         standing, there, learned = self.trust.judge(state.standing, look.certainty, jumped=jumped)
-        found = look.found if there or tracking else state.ellipse
+        followed = there or self.trust.follows(look.certainty, state.standing)
+        found = look.found if followed else state.ellipse
         if not learned and not jumped:  # a size seen by one who is not sure is none
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
@@ -355,15 +362,17 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         if learned:
             after = self._learned(after, frame, look)
-        if there or tracking:
-            ellipses = np.resize(sized[-self.particles :], (self.particles, 5))
+        if followed:
+            count = len(look.centers)
+            ellipses = np.resize(sized[-count:], (count, 5))
             ellipses[:, :2], weights = look.centers, look.weights
             # The size is the likeliest one; the particles say how sure that is.
             ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
         else:
-            ellipses, weights = state.searchers, Weights.uniform(self.particles)
+            ellipses = state.searchers
             if not len(ellipses):  # the first look was certain, the second was not
                 ellipses = np.tile(np.array(found), (self.particles, 1))
+            weights = Weights.uniform(len(ellipses))
         return after, self._told(after, frame, ellipses, weights, look.certainty), learned
 
     def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
@@ -381,7 +390,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     ) -> Info:
         """Return the estimate in the form of the first region, and the particles."""
         size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
-        shaped = np.tile(np.array(state.shape), (self.particles, 1))
+        shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
         shaped[:, :2] = ellipses[:, :2]
         shaped[:, 2:4] *= size
         shaped[:, 4] += ellipses[:, 4]

@@ -50,16 +50,20 @@ class Trust(Config, frozen=True):
         Not to call the target lost, and to take up a lost one where it was.
     find
         To believe that it is somewhere else, where the search has led.
+    follow
+        To move with what is most like a lost target, so that it is not left behind where it merely
+        looks different.
     frames
         A target is lost after so many frames in a row that are not certain enough to keep it, and
         found after as many that are.
     of_first, find_of_first
-        See above, for `learn` and `keep`, and for `find`.
+        See above, for `learn`, `keep` and `follow`, and for `find`.
     """
 
     learn: Share = 0.3
     keep: Share = 0.25
     find: Share = 0.4
+    follow: Share = 0.2
     frames: Count = 3
     of_first: Share = 0.6
     find_of_first: Share = 0.8
@@ -71,6 +75,11 @@ class Trust(Config, frozen=True):
     def keeps(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to keep a target, or to take up a lost one where it was."""
         return certainty >= min(self.keep, self.of_first * reference)
+
+    def follows(self, certainty: float, standing: Standing) -> bool:
+        """Return whether a certainty is enough to move: any is before the target is called lost."""
+        low = min(self.follow, self.of_first * standing.reference)
+        return standing.status is Status.TRACKING or certainty >= low
 
     def finds(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to believe that a target is somewhere else."""

@@ -25,6 +25,9 @@ CELL = 4
 """Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
 SAMPLES = 128
 """Mean side of a window in samples."""
+WIDEST = 2.5
+"""The taper is no wider than so many of the target's sides: what is learned of a thin target would
+be its surroundings else."""
 FINEST = 2
 """No more samples than this to a pixel, which would show nothing new."""
 
@@ -51,7 +54,7 @@ class Grid:
     @cached_property
     def taper(self) -> Singles:
         """(rows, columns) Hann's window, which spares the transform the borders' jump."""
-        down, across = (np.hanning(n + 2)[1:-1] for n in (self.rows, self.columns))
+        down, across = _hann(self.rows, self.height), _hann(self.columns, self.width)
         return np.outer(down, across).astype(np.float32)
 
     @property
@@ -91,6 +94,13 @@ class Grid:
             frame.planes[key] = samples
         out: Singles = frame.planes[key]
         return out
+
+
+def _hann(cells: int, side: float) -> Floats:
+    """Return Hann's window of a row of cells, for a target with a side of so many samples."""
+    offsets = np.arange(cells) - (cells - 1) / 2
+    width = min(cells + 1, WIDEST * side / CELL)
+    return np.where(np.abs(offsets) < width / 2, 0.5 + 0.5 * np.cos(2 * np.pi * offsets / width), 0)
 
 
 def cut(
