@@ -46,7 +46,7 @@ NEAR = CELL
 """A target so many samples off the middle of the window is seen well enough."""
 NOBODY = np.empty((0, 5))
 """No searchers."""
-UNSEEN = 0.2
+UNSEEN = 0.15
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
 answers for what it has learned, which may have drifted from the target's middle."""
 
@@ -269,7 +269,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
             weighed = weights(points)
             chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
-            count = self.budget.number(chosen / math.sqrt(half.prod()))
+            count = min(self.budget.number(chosen / math.sqrt(half.prod())), self.particles)
             chosen = points[self.resampling.ancestors(rng, weighed, count)]
             points = chosen + noise[layer, :count] * spread
         centers = samples.points(place, points)

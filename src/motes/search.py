@@ -50,6 +50,8 @@ class Search(Config, frozen=True):
         The target gets no farther than this many of its mean sides in a frame.
     growth
         Standard deviation of the logarithm of its size.
+    turn
+        Standard deviation of its turn in one frame, in radians; it grows with the root of time.
     """
 
     color: Color = Color()
@@ -57,7 +59,8 @@ class Search(Config, frozen=True):
     edges_gain: NonNegative = 0.5
     sigma: Positive = 0.1
     speed: Positive = 0.5
-    growth: NonNegative = 0.2
+    growth: NonNegative = 0.4
+    turn: NonNegative = 1.0
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> LooksModel:
         """Return the histograms of the region in `ellipse`."""
@@ -71,7 +74,7 @@ class Search(Config, frozen=True):
         frame: Frame,
         last: Ellipse,
         missed: int,
-    ) -> tuple[Floats, tuple[Ellipse, Ellipse]]:
+    ) -> tuple[Floats, list[Ellipse]]:
         """Move, weigh and select searchers.
 
         They walk by a quarter of their size, and some start anew within reach, in another size.
@@ -86,8 +89,8 @@ class Search(Config, frozen=True):
         Returns
         -------
         searchers, places
-            The new ones, and where to look closer: at the likeliest of them, and, for there may be
-            several alike, at one drawn by its weight.
+            The new ones, and where to look closer: at the likeliest of them; for there may be
+            several alike, at one drawn by its weight; and at another one, turned.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
         reach = self.speed * missed * 2 * math.sqrt(last.a * last.b)
@@ -103,8 +106,10 @@ class Search(Config, frozen=True):
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
-        places = moved[int(np.argmin(distances))], chosen[rng.integers(len(chosen))]
-        return chosen, (Ellipse(*places[0].tolist()), Ellipse(*places[1].tolist()))
+        drawn = chosen[rng.integers(len(chosen), size=2)]
+        drawn[1, 4] += self.turn * math.sqrt(missed) * rng.standard_normal()
+        places = np.vstack([moved[int(np.argmin(distances))], drawn])
+        return chosen, [Ellipse(*place) for place in places.tolist()]
 
 
 def limits(ellipse: Ellipse, frame: Frame) -> tuple[float, float]:
