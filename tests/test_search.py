@@ -61,6 +61,16 @@ def test_the_first_place_is_the_target() -> None:
     assert gathered.mean() > 0.5
 
 
+def test_one_of_the_places_is_turned_the_more_the_longer_it_is_missed() -> None:
+    cue, frame = Search(turn=0.5), picture(60, 60)
+    model, rng = cue.learn(frame, LAST), np.random.default_rng(8)
+    for missed in (1, 16):
+        places = [cue.step(rng, model, start(20), frame, LAST, missed)[1] for _ in range(300)]
+        turns = np.array([[place.theta for place in each] for each in places])
+        assert (turns[:, :2] == LAST.theta).all()
+        assert turns[:, 2].std() == pytest.approx(0.5 * np.sqrt(missed), rel=0.15)
+
+
 def test_edges_tell_what_colors_do_not() -> None:
     """Two squares of the same gray values: one striped across, the other along."""
     frame = picture(60, 60)

@@ -30,7 +30,7 @@ from motes.writer import VideoWriter
 
 Pixels = NDArray[np.uint8]
 
-VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("nummiaro.csv", "mean_shift.csv")
+VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("default.csv", "nummiaro.csv", "mean_shift.csv")
 FILES = (*VIDEOS, "strip.png", *ROWS, "truth.csv", *FIGURES)
 MOMENTS = (40, 88, 150, 210)
 """Frames in the strip: before the stem and past it, grown, and after the jump."""
@@ -44,10 +44,11 @@ HIT = 0.1
 def demo(
     *, out: Path = Path("demo"), frames: int = 300, seed: int = 0, overwrite: bool = False
 ) -> int:
-    """Render a film whose truth is known, and see how a particle filter and mean shift follow it.
+    """Render a film whose truth is known, and see how three trackers follow it.
 
-    The folder gets the film (demo.mp4), both trackers at work (track.mp4, strip.png), a row for
-    each frame (nummiaro.csv, mean_shift.csv, truth.csv) and four figures.
+    These are the default one, the papers' particle filter over colors, and mean shift. The folder
+    gets the film (demo.mp4), all of them at work (track.mp4, strip.png), a row for each frame
+    (default.csv, nummiaro.csv, mean_shift.csv, truth.csv) and the papers' four figures.
 
     Parameters
     ----------
@@ -64,10 +65,12 @@ def demo(
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
     clip = synthetic.demo(frames=frames, seed=seed)
     runs = [
-        Run("particle filter", Tracker("nummiaro", seed)),
+        Run("default", Tracker(seed=seed)),
+        Run("nummiaro", Tracker("nummiaro", seed)),
         Run("mean shift", Tracker("mean_shift")),
     ]
-    recorder = Recorder(runs[0].tracker.config)
+    _, colors, shift = runs
+    recorder = Recorder(colors.tracker.config)
     prepare_folder(out, FILES, overwrite)
 
     moments = [moment for moment in MOMENTS if moment < frames] or [0]
@@ -85,7 +88,7 @@ def demo(
             for run, row in zip(runs, rows, strict=True):
                 run.step(frame, truth)
                 row.write(frame.index, frame.time, run.tracker.info.track)
-            recorder.add(frame, runs[0].tracker.info, runs[0].seconds[-1], runs[1].seconds[-1])
+            recorder.add(frame, colors.tracker.info, colors.seconds[-1], shift.seconds[-1])
             numbers = ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
             truths.append(f"{frame.index},{frame.time:.6f},{numbers}")
             film.write(frame.pixels)

@@ -30,7 +30,7 @@ MAIN = (60, 100)
 TARGETS = ((28, 44), MAIN, (120, 200), (190, 316))
 """Width and height; OpenCV's trackers get the main one. The last has ten times its area."""
 REFERENCE = "nummiaro"
-OURS = (REFERENCE, "nummiaro:adaptive", "ng_delp", "maggio", "mean_shift")
+OURS = ("default", REFERENCE, "nummiaro:adaptive", "ng_delp", "maggio", "mean_shift")
 COUNTS, THREADS = (1, 10, 100, 1000), (1, 2)
 PARTICLES = (50, 100, 500, 1000, 5000)
 

@@ -1,0 +1,92 @@
+"""Where the time of one update of the default tracker goes.
+
+    python benchmarks/default_breakdown.py
+
+Each part is timed in the real functions in the midst of real updates, less what other parts take
+in it; the frames are 640x480, the target is 60x100.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+from unittest.mock import patch
+
+from motes import Tracker
+from motes.cues.correlation import Correlation
+from motes.cues.posterior import Posterior
+from motes.cues.sizes import Sizes
+from motes.cues.window import Grid
+from motes.discriminative import Discriminative
+from motes.evaluate import markdown
+from motes.evaluate.tables import Cell, Table, number
+from motes.experiments.speed import MAIN, SIZE, Film, timed
+from motes.synthetic import still
+
+FRAMES, ROUNDS = 31, 10
+PARTS = {
+    "place: window sampled": (Grid, "cut"),
+    "place: gradient and color cells, transform": (Correlation, "spectra"),
+    "place: responses of both filters": (Correlation, "responses"),
+    "place: color posterior": (Posterior, "integral"),
+    "place: particles, certainty": (Discriminative, "_look"),
+    "size: sampled, cells, transform": (Sizes, "spectra"),
+    "size: weighed": (Discriminative, "_sized"),
+    "learn: filter": (Correlation, "taught"),
+    "learn: colors": (Posterior, "taught"),
+    "learn: size": (Sizes, "taught"),
+    "report: mean, covariance": (Discriminative, "_told"),
+    "rest: Python between all these": (Discriminative, "step"),
+}
+
+
+class Clock:
+    """Times functions that call one another: each by what is its own."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = defaultdict(float)
+        self._open = [0.0]
+
+    def timing(self, part: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return a function that is timed."""
+
+        def called(*arguments: Any, **named: Any) -> Any:
+            self._open.append(0.0)
+            start = time.perf_counter()
+            result = function(*arguments, **named)
+            taken = time.perf_counter() - start
+            self.seconds[part] += taken - self._open.pop()
+            self._open[-1] += taken
+            return result
+
+        return called
+
+
+def measure(film: Film) -> dict[str, float]:
+    """Return the microseconds of each part in an update."""
+    clock, tracker = Clock(), Tracker(seed=0)
+    tracker.init(film.frames[0], film.regions[0])
+    with ExitStack() as stack:
+        for part, (owner, name) in PARTS.items():
+            timing = clock.timing(part, getattr(owner, name))
+            stack.enter_context(patch.object(owner, name, timing))
+        timed(tracker.update, film.frames[1:])
+    return {part: 1e6 * clock.seconds[part] / (len(film.frames) - 1) for part in PARTS}
+
+
+def main() -> None:
+    """Print the table."""
+    film = Film.of(still(SIZE, target=MAIN, frames=FRAMES))
+    rounds = [measure(film) for _ in range(ROUNDS)]
+    medians = {part: statistics.median(each[part] for each in rounds[1:]) for part in PARTS}
+    rows = [(Cell(part), number(value, 0)) for part, value in medians.items()]
+    foot = ((Cell("all"), number(sum(medians.values()), 0)),)
+    print(markdown.table(Table("Microseconds of an update", ("part", "default"), rows, foot)))
+
+
+if __name__ == "__main__":
+    main()
