@@ -70,6 +70,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         (2,) running mean of the posterior just inside and outside of the target's border.
     searchers
         (N, 5) the particles that search, none while the target is tracked.
+    turning
+        Whether the last frame was one in which the target was looked at turned.
     standing
         Whether the target is tracked, and how surely it was.
     """
@@ -84,6 +86,7 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     contrast: float
     border: Floats
     searchers: Floats
+    turning: bool
     standing: Standing
 
 
@@ -194,6 +197,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             contrast=contrast(integral, middle),
             border=borders(integral, middle[None])[0],
             searchers=NOBODY,
+            turning=False,
             standing=Standing(),
         )
         return state, self._put(state, frame)
@@ -203,11 +207,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     ) -> tuple[DiscriminativeState, Info]:
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
         look = self._look(rng, state, frame, state.ellipse)
-        if look.certainty < self.trust.of_first * state.standing.reference:
+        doubted = look.certainty < self.trust.of_first * state.standing.reference
+        turning = doubted and not state.turning
+        if turning:
             look = self._turn(rng, state, frame, look)
+        missed = not self.trust.keeps(look.certainty, state.standing.reference)
         elsewhere = None
-        if not self.trust.keeps(look.certainty, state.standing.reference):
+        if missed and not (turning and state.standing.missed):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
+        state = replace(state, turning=turning)
         if elsewhere is not None:
             look = elsewhere
         sized, spectra = np.array([look.found]), None
