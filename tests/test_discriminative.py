@@ -190,7 +190,7 @@ def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> 
 def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
     out = [(300.0 + 8 * index, 60.0) for index in range(8)]
     places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
-    places += [(-10.0 + 5 * index, 150.0) for index in range(25)]
+    places += [(-10.0 + 5 * index, 150.0) for index in range(40)]
     frames, boxes = film(places, (30, 40), wall(200, 320))
     _, tracks = follow(frames, boxes[0], seed)
     assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
