@@ -328,9 +328,11 @@ def _summarize(
     """Print one line on how a run went, and what was counted in each minute."""
     if not frames:
         return
+    tracker = scene.config.tracker
     parts = [
         "interrupted after " * interrupted
-        + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone"
+        + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone",
+        f"each followed by {tracker.particles} particles and {' and '.join(tracker.cues)}",
     ]
     written = [output.name for output in outputs if output.name != "-"]
     if written:
