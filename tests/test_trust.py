@@ -40,7 +40,7 @@ def test_found_after_three_frames_in_a_row_and_learned_from_then_on() -> None:
 
 
 def test_a_jump_asks_for_more_and_begins_anew_to_count() -> None:
-    assert [there for _, there, _ in after([0.35, 0.45], LOST, jumps=(0, 1))] == [False, True]
+    assert [there for _, there, _ in after([0.3, 0.36], LOST, jumps=(0, 1))] == [False, True]
     assert statuses(after([0.5, 0.5, 0.5, 0.5, 0.5], LOST, jumps=(2,))) == "sssst"
 
 

@@ -322,7 +322,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
         chosen = self.resampling.ancestors(rng, weights, len(look.centers))
-        return ellipses[[int(np.argmax(pool)), *chosen]], spectra
+        return ellipses[np.append(np.argmax(pool), chosen)], spectra
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float

@@ -62,7 +62,7 @@ class Trust(Config, frozen=True):
 
     learn: Share = 0.3
     keep: Share = 0.25
-    find: Share = 0.4
+    find: Share = 0.33
     follow: Share = 0.2
     frames: Count = 3
     of_first: Share = 0.6
