@@ -83,7 +83,9 @@ def main() -> None:
     film = Film.of(still(SIZE, target=MAIN, frames=FRAMES))
     rounds = [measure(film) for _ in range(ROUNDS)]
     medians = {part: statistics.median(each[part] for each in rounds[1:]) for part in PARTS}
-    rows = [(Cell(part), number(value, 0)) for part, value in medians.items()]
+    rows: list[tuple[Cell, ...]] = [
+        (Cell(part), number(value, 0)) for part, value in medians.items()
+    ]
     foot = ((Cell("all"), number(sum(medians.values()), 0)),)
     print(markdown.table(Table("Microseconds of an update", ("part", "default"), rows, foot)))
 
