@@ -1340,11 +1340,17 @@ def _cut_upright(
     left = 3 * columns[0, 0]
     span = 3 * (columns[-1, -1] + 1) - left
     # Places that can't be negative, and slices from 0, are what the compiler makes vector code of.
-    places = (3 * columns - left).astype(np.uint64)
+    # (Loops over elements compile several times faster than array expressions.)
+    taps = columns.shape[1]
+    places = np.empty((columns.shape[0], taps), np.uint64)
+    for j in range(columns.shape[0]):
+        for v in range(taps):
+            places[j, v] = 3 * columns[j, v] - left
     green, blue = np.uint64(1), np.uint64(2)
     flat, line = pixels.reshape(height, 3 * width), np.empty(span, np.float32)
     for i in range(rows.shape[0]):
-        line[:] = 0.0
+        for c in range(span):
+            line[c] = 0.0
         for u in range(rows.shape[1]):
             share, source = along[i, u], flat[rows[i, u], left : left + span]
             for c in range(span):
@@ -1394,7 +1400,7 @@ def gradient_cells(
     """
     rows, columns = out.shape[1], out.shape[2]
     # One cell more on each side, into which the outermost samples' votes fall.
-    votes = np.zeros((rows + 2, 18 * (columns + 2)), np.float32)
+    votes = np.empty((rows + 2, 18 * (columns + 2)), np.float32)
     _vote(samples, cell, sectors, votes)
     energy = np.empty((rows + 2, columns + 2), np.float32)
     for i in range(1, rows + 1):
@@ -1404,8 +1410,10 @@ def gradient_cells(
                 both = votes[i, k] + votes[i, k + 9]
                 total += both * both
             energy[i, j] = total
-    energy[0], energy[rows + 1] = energy[1], energy[rows]
-    energy[:, 0], energy[:, columns + 1] = energy[:, 1], energy[:, columns]
+    for j in range(1, columns + 1):
+        energy[0, j], energy[rows + 1, j] = energy[1, j], energy[rows, j]
+    for i in range(rows + 2):
+        energy[i, 0], energy[i, columns + 1] = energy[i, 1], energy[i, columns]
     one, top, half = np.float32(1.0), np.float32(0.2), np.float32(0.5)
     norms, line = np.empty((4, columns), np.float32), np.empty(columns, np.float32)
     for i in range(rows):
@@ -1453,7 +1461,7 @@ def _vote(
     sectors: NDArray[np.uint8],
     votes: NDArray[np.float32],
 ) -> None:
-    """Add each sample's gradient to the four cells (h + 2, 18 (w + 2)) around it, by its sector."""
+    """Write the votes of samples' gradients, each for the four cells (h + 2, 18 (w + 2)) around."""
     height, width = samples.shape[1], samples.shape[2]
     before, here = np.empty(width + 2, np.float32), np.empty(width + 2, np.float32)
     after, magnitude = np.empty(width + 2, np.float32), np.empty(width, np.float32)
@@ -1464,8 +1472,11 @@ def _vote(
     for j in range(width):
         x = (j + 0.5) / cell + 0.5
         left[j], across[j] = 18 * int(x), x - int(x)
+    for i in range(votes.shape[0]):
+        for k in range(votes.shape[1]):
+            votes[i, k] = 0.0
     _brightness(samples, 0, here)
-    before[:] = here
+    _brightness(samples, 0, before)
     for i in range(height):
         _brightness(samples, min(i + 1, height - 1), after)
         for j in range(width):
@@ -1474,7 +1485,8 @@ def _vote(
             # To 32 bits, with a sign first: a processor has no other quick way from floats.
             row, column = np.int32(dy * third + middle), np.int32(dx * third + middle)
             place[j] = left[j] + sectors[np.uint32(row), np.uint32(column)]
-        line[:] = 0.0
+        for k in range(line.shape[0]):
+            line[k] = 0.0
         for j in range(width):
             far = magnitude[j] * across[j]
             line[place[j]] += magnitude[j] - far
@@ -1506,7 +1518,8 @@ def correlate(
     out: NDArray[np.complex64],
 ) -> None:
     """Write what a filter (K, F) and (F,) makes of spectra (K, F): the response's spectrum (F,)."""
-    out[:] = 0.0
+    for i in range(out.shape[0]):
+        out[i] = 0.0
     for k in range(numerator.shape[0]):
         for i in range(numerator.shape[1]):
             out[i] += np.conj(numerator[k, i]) * spectra[k, i]
