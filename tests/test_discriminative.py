@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -265,6 +266,26 @@ def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, mov
     assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
     assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
+
+
+@pytest.mark.parametrize(("shift", "looks"), [(0.0, 1), (10.0, 2)])
+def test_it_looks_again_where_the_target_has_moved(
+    monkeypatch: pytest.MonkeyPatch, shift: float, looks: int
+) -> None:
+    frames, boxes = film([(160.0, 100.0), (160.0 + shift, 100.0)], (30, 40), wall(240, 320))
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    places, look = [], Discriminative._look
+
+    def seen(*arguments: Any) -> Any:
+        places.append(arguments[-1])
+        return look(*arguments)
+
+    monkeypatch.setattr(Discriminative, "_look", seen)
+    track = tracker.update(frames[1])
+    assert len(places) == looks
+    assert places[-1].x == pytest.approx(160 + shift, abs=2)
+    assert track.ellipse.x == pytest.approx(160 + shift, abs=1)
 
 
 def test_fewer_particles_where_the_place_is_clear() -> None:
