@@ -216,8 +216,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if missed and not (turning and state.standing.missed):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         state = replace(state, turning=turning)
-        if elsewhere is not None:
-            look = elsewhere
+        look = elsewhere or look
         sized, spectra = np.array([look.found]), None
         if elsewhere is None and state.standing.status is Status.TRACKING:
             sized, spectra = self._sized(rng, state, frame, look)
@@ -260,7 +259,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         plane, first = self.correlation.responses(state.correlation, spectra)
         integral = self.posterior.integral(state.posterior, frame, place)
         share = self._color_share(state)
-        core = CORE * samples.width / 2, CORE * samples.height / 2
+        core = CORE * samples.half[0], CORE * samples.half[1]
 
         def weights(points: Floats) -> Weights:
             pool = at(plane, points)
