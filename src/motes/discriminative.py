@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.budget import Budget
-from motes.config import Config, Count, NonNegative, Positive, Share
+from motes.config import Config, Count, NonNegative, Positive
 from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
 from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, contrast
 from motes.cues.ridge import Spectra
 from motes.cues.sizes import SizeModel, Sizes
-from motes.cues.window import CELL
+from motes.cues.window import CELL, Singles
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -98,8 +98,8 @@ class Look:
     ----------
     place
         The window is around this ellipse.
-    spectra, integral
-        Of its features; the posterior's sums.
+    window, spectra, integral
+        Its samples; the transform of its features; the posterior's sums.
     centers, weights
         (N, 2), (N,) the particles.
     found
@@ -116,6 +116,7 @@ class Look:
     """
 
     place: Ellipse
+    window: Singles
     spectra: Spectra
     integral: Floats
     centers: Floats
@@ -147,8 +148,6 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         Of the pooled cues: particles weigh exp(pool / sigma).
     turn
         In radians, by which a target is turned to see whether that makes it certain.
-    rate
-        Share of a frame in what is learned.
     trust
         How certain it must be to learn, and not to be lost.
     calibration
@@ -159,7 +158,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     particles: Count = 400
     budget: Budget = Budget(least=100, most=400, bin=0.25)
-    correlation: Correlation = Correlation()
+    correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
     search: Search = Search()
@@ -167,7 +166,6 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     border_gain: NonNegative = 0.2
     sigma: Positive = 0.02
     turn: Positive = 0.25
-    rate: Share = 0.02
     trust: Trust = Trust()
     calibration: Calibration = Calibration(middle=0.73, width=0.05)
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
@@ -184,7 +182,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
         posterior = self.posterior.learn(frame, box)
-        integral = self.posterior.integral(posterior, frame, box)
+        integral = self.posterior.integral(posterior, posterior.grid.cut(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
             time=frame.time,
@@ -229,7 +227,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if learned:
             if spectra is None:
                 spectra = self.sizes.spectra(state.sizes, frame, after.ellipse)
-            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.rate))
+            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.sizes.rate))
         return after, info
 
     def correct(
@@ -255,9 +253,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """
         samples = state.correlation.grid
         half = np.array(samples.half)
-        spectra = self.correlation.spectra(samples, frame, place)
+        window = samples.cut(frame, place)
+        spectra = self.correlation.spectra(samples, window)
         plane, first = self.correlation.responses(state.correlation, spectra)
-        integral = self.posterior.integral(state.posterior, frame, place)
+        integral = self.posterior.integral(state.posterior, window)
         share = self._color_share(state)
         core = CORE * samples.half[0], CORE * samples.half[1]
 
@@ -288,7 +287,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         alike = min(best_near(first, box[0], box[1]), 1.0)
         certainty = math.sqrt(alike * max(stands_out, 0.0))
         found = place._replace(x=x, y=y)
-        return Look(place, spectra, integral, centers, weighed, found, box, stands_out, certainty)
+        seen = window, spectra, integral
+        return Look(place, *seen, centers, weighed, found, box, stands_out, certainty)
 
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -368,7 +368,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             searchers=NOBODY if standing.status is Status.TRACKING else state.searchers,
         )
         if learned:
-            after = self._learned(after, frame, look)
+            after = self._learned(after, look)
         if followed:
             count = len(look.centers)
             ellipses = np.resize(sized[-count:], (count, 5))
@@ -434,14 +434,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             {"correlation": 1 - share, "posterior": share},
         )
 
-    def _learned(self, state: DiscriminativeState, frame: Frame, look: Look) -> DiscriminativeState:
+    def _learned(self, state: DiscriminativeState, look: Look) -> DiscriminativeState:
         """Return the state after a frame of which the tracker is certain."""
         x, y = look.box[:2].tolist()
         border = borders(look.integral, look.box[None])[0]
+        correlation, posterior = self.correlation, self.posterior
         return replace(
             state,
-            correlation=self.correlation.taught(state.correlation, look.spectra, self.rate, x, y),
-            posterior=self.posterior.taught(state.posterior, frame, look.place, self.rate, x, y),
+            correlation=correlation.taught(state.correlation, look.spectra, correlation.rate, x, y),
+            posterior=posterior.taught(state.posterior, look.window, posterior.rate, x, y),
             contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
             border=(1 - STEADY) * state.border + STEADY * border,
         )
