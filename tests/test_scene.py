@@ -16,7 +16,7 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
-from motes.association import Account, Association, Outcome, assign, divided, inside, meet
+from motes.association import Account, Association, Outcome, assign, divided, inside, may_hide
 from motes.background import BackgroundDetector, Method
 from motes.detection import Detection, Detector
 from motes.errors import ConfigError, SourceError
@@ -497,8 +497,10 @@ def test_what_is_shared_is_divided_from_its_edges() -> None:
 def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
     one = Box(0, 0, 20, 40)
     # A = (20 + 10) / 2 = 15, B = (40 + 30) / 2 = 35, R = sqrt(A² + B²) = 38.08
-    assert meet(one, Box(10 - 5 + 38, 20 - 15, 10, 30))
-    assert not meet(one, Box(10 - 5 + 38.1, 20 - 15, 10, 30))
+    near, far = Box(10 - 5 + 38, 20 - 15, 10, 30), Box(10 - 5 - 38.1, 20 - 15, 10, 30)
+    expected = [[False, True, False], [True, False, False], [False, False, False]]
+    assert may_hide(np.array([one, near, far])).tolist() == expected
+    assert may_hide(np.empty((0, 4))).shape == (0, 0)
 
 
 def test_what_is_ruled_out() -> None:
@@ -507,5 +509,5 @@ def test_what_is_ruled_out() -> None:
     np.testing.assert_allclose(costs, [[np.inf, 0.6]])
     # After a second, the reach is 3; half of that away, half of what is left to 1 is forgiven.
     away, far = [[3.1, 1.5, 1.5, 3.0]], [[0.0, 0.69, 0.71, 0.39]]
-    costs = rule.recoveries(np.array(away), np.array([1.0]), np.array(far))
+    costs = rule.recoveries(rule.off(np.array(away), np.array([1.0])), np.array(far))
     np.testing.assert_allclose(costs, [[np.inf, 1.19, np.inf, 1.39]])

@@ -83,19 +83,29 @@ class Association(Config, frozen=True):
         costs = 1 - overlaps + self.appearance * distances
         return np.where(overlaps >= self.overlap, costs, np.inf)
 
-    def recoveries(self, away: Floats, hidden: Floats, distances: Floats) -> Floats:
-        """Return the costs (n, m) of hidden objects; infinite where ruled out.
+    def off(self, away: Floats, hidden: Floats) -> Floats:
+        """Return how far off detections are from hidden objects, as a share of their reach.
 
         Parameters
         ----------
-        away, distances
-            (n, m), how far each detection is from where each object should be, in mean half-sizes,
-            and how far from its model.
+        away
+            (n, m), how far each detection is from where each object should be, in its mean
+            half-sizes.
         hidden
             (n,), seconds since it was seen.
         """
         reach = self.reach + self.spread * hidden[:, None]
-        off = away / np.maximum(reach, np.finfo(float).tiny)
+        out: Floats = away / np.maximum(reach, np.finfo(float).tiny)
+        return out
+
+    def recoveries(self, off: Floats, distances: Floats) -> Floats:
+        """Return the costs (n, m) of hidden objects; infinite where ruled out.
+
+        Parameters
+        ----------
+        off, distances
+            (n, m), how far off each detection is, and how far from each object's model.
+        """
         # Half of what comes up is still hidden, so where it should be counts the more for its look.
         near = (off <= 1) & (distances <= self.distance + (1 - self.distance) * (1 - off))
         return np.where(near, distances + off, np.inf)
@@ -156,14 +166,15 @@ def divided(places: Floats, blob: Box) -> Floats:
     return out
 
 
-def meet(first: Box, second: Box) -> bool:
-    """Return whether two objects are so near that one may hide the other.
+def may_hide(boxes: Floats) -> NDArray[np.bool_]:
+    """Return which objects, in boxes (n, 4), are so near that one may hide the other: (n, n).
 
     Zhao and Pei, equations 18 and 19: the squared distance of their centers is less than
     A² + B², where A and B are half the sum of their widths and of their heights. The paper compares
-    it with the root of that.
+    it with the root of that. Nobody meets itself.
     """
-    dx = first.x + first.width / 2 - second.x - second.width / 2
-    dy = first.y + first.height / 2 - second.y - second.height / 2
-    a, b = (first.width + second.width) / 2, (first.height + second.height) / 2
-    return dx * dx + dy * dy < a * a + b * b
+    centers, sizes = boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:]
+    away = centers[:, None] - centers
+    reach = (sizes[:, None] + sizes) / 2
+    met: NDArray[np.bool_] = (away**2).sum(axis=2) < (reach**2).sum(axis=2)
+    return met & ~np.eye(len(boxes), dtype=bool)

@@ -18,7 +18,16 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.ahead import prefetch
-from motes.association import Account, Association, Outcome, as_rows, assign, divided, inside, meet
+from motes.association import (
+    Account,
+    Association,
+    Outcome,
+    as_rows,
+    assign,
+    divided,
+    inside,
+    may_hide,
+)
 from motes.births import Births
 from motes.config import Config, Count, NonNegative, Positive, Share
 from motes.detection import Detection, Detector, best
@@ -252,19 +261,24 @@ class Scene:
 
     def _sift(self, frame: Frame, found: Sequence[Detection]) -> list[Detection]:
         """Return the detections that can be objects, one for each."""
-        kept: list[Detection] = []
+        useful: list[Detection] = []
         for each in sorted(found, key=lambda d: (-d.score, -d.box.width * d.box.height)):
             if not math.isfinite(each.score) or best([each], frame) is None:
                 self.accounts.append(Account(each, Outcome.USELESS))
-                continue
-            one, others = as_rows([each.box]), as_rows(other.box for other in kept)
-            shared = np.maximum(inside(one, others)[0], inside(others, one)[:, 0])
-            if (shared > self.config.double).any():
+            else:
+                useful.append(each)
+        boxes = as_rows(each.box for each in useful)
+        shares = inside(boxes, boxes)
+        same = np.maximum(shares, shares.T) > self.config.double
+        kept: list[int] = []
+        for i, each in enumerate(useful):
+            if same[i, kept].any():
                 self.accounts.append(Account(each, Outcome.DOUBLE))
             else:
-                kept.append(each)
-        self._births.note(kept)
-        return kept
+                kept.append(i)
+        sifted = [useful[i] for i in kept]
+        self._births.note(sifted)
+        return sifted
 
     def _match(self, frame: Frame, dt: float, found: list[Detection]) -> list[Detection]:
         """Give detections to the objects that were just seen; return the rest."""
@@ -292,7 +306,8 @@ class Scene:
             for i, box in zip(mine.tolist(), shared.tolist(), strict=True):
                 self._see(things[i], Box(*box), frame, dt)
         overlaps = np.where(several | held[:, None], 0, iou(places[:, None], boxes))
-        costs = self.config.association.costs(overlaps, _distances(things, frame, boxes))
+        asked = overlaps >= self.config.association.overlap
+        costs = self.config.association.costs(overlaps, _distances(things, frame, boxes, asked))
         for i, j in assign(costs):
             self._see(things[i], found[j].box, frame, dt)
             self.accounts.append(Account(found[j], Outcome.MATCHED, things[i].identity))
@@ -310,9 +325,9 @@ class Scene:
         Where one may hide another, no model learns.
         """
         near = [thing for thing in self._objects if not thing.hidden]
-        places = [thing.place.box for thing in near]
-        for i, thing in enumerate(near):
-            met = any(j != i and meet(places[i], other) for j, other in enumerate(places))
+        pairs = may_hide(as_rows(thing.place.box for thing in near))
+        for thing, others in zip(near, pairs, strict=True):
+            met = bool(others.any())
             thing.look(frame, dt, learn=not met)
             if met and not thing.met:
                 thing.edges = edges(thing, frame)
@@ -325,10 +340,12 @@ class Scene:
         hidden by something that is no object where the appearance rule fails.
         """
         near = [thing for thing in self._objects if not thing.hidden]
-        for thing in near:
+        boxes = as_rows(thing.track.box for thing in near)
+        met, covers = may_hide(boxes), inside(boxes, boxes) > self.config.covered
+        for thing, others in zip(near, met & covers, strict=True):
             if thing.detected:
                 continue
-            thing.behind = self._hider(thing, near)
+            thing.behind = _hider(thing, [near[j] for j in np.flatnonzero(others)])
             alone = frame.time - thing.seen > self.config.alone
             if thing.behind is not None or not thing.recognized or alone:
                 thing.hide()
@@ -337,23 +354,12 @@ class Scene:
             if thing.hidden:
                 thing.coast(frame)
 
-    def _hider(self, thing: Object, near: Sequence[Object]) -> int | None:
-        """Return the identity of the object that hides one, or None."""
-        box = thing.track.box
-        for other in near:
-            if other is thing or other.hidden or not meet(box, other.track.box):
-                continue
-            cover = inside(as_rows([box]), as_rows([other.track.box]))[0, 0]
-            closer = other.detected or other.track.distance < thing.track.distance
-            if cover > self.config.covered and closer:
-                return other.identity
-        return None
-
     def _covered(self, thing: Object) -> bool:
-        """Return whether another object is seen where a hidden one should be."""
+        """Return whether another object is seen where one should be that is hidden."""
+        if not thing.hidden:
+            return False
         boxes = as_rows(other.track.box for other in self._objects if not other.hidden)
-        shares = inside(as_rows([thing.track.box]), boxes)
-        return thing.hidden and bool((shares > self.config.within).any())
+        return bool((inside(as_rows([thing.track.box]), boxes) > self.config.within).any())
 
     def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
@@ -370,9 +376,10 @@ class Scene:
             places = [thing.place, where.get(thing.behind or 0, thing.place)]
             row[:] = _nearest(centers, places) / size
         hidden = np.array([frame.time - thing.seen for thing in things])
-        distances = _distances(things, frame, boxes)
+        off = self.config.association.off(away, hidden)
+        distances = _distances(things, frame, boxes, off <= 1)
         taken = set()
-        for i, j in assign(self.config.association.recoveries(away, hidden, distances)):
+        for i, j in assign(self.config.association.recoveries(off, distances)):
             thing, distance = things[i], float(distances[i, j])
             thing.detect(free[j].box, frame.time)
             sure = self.config.tracker.calibration.probability(distance)
@@ -431,9 +438,23 @@ class Scene:
         return said
 
 
-def _distances(things: Sequence[Object], frame: Frame, boxes: Floats) -> Floats:
-    """Return how far boxes (m, 4) are from the objects' models: (n, m)."""
-    return np.array([thing.distances(frame, boxes) for thing in things])
+def _distances(
+    things: Sequence[Object], frame: Frame, boxes: Floats, asked: NDArray[np.bool_]
+) -> Floats:
+    """Return how far boxes (m, 4) are from the objects' models, (n, m); 1 where not asked."""
+    distances = np.ones(asked.shape)
+    for thing, row, which in zip(things, distances, asked, strict=True):
+        if which.any():
+            row[which] = thing.distances(frame, boxes[which])
+    return distances
+
+
+def _hider(thing: Object, near: Sequence[Object]) -> int | None:
+    """Return the identity of the one that hides an object, of those that cover it, or None."""
+    for other in near:
+        if not other.hidden and (other.detected or other.track.distance < thing.track.distance):
+            return other.identity
+    return None
 
 
 def _touch(one: Object, other: Object) -> bool:
