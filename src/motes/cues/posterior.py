@@ -95,14 +95,14 @@ class Posterior(Config, frozen=True):
             for share in (CORE, 1.0)
         )
         inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
-        kernels.add_colors(samples.cut(frame, place), inner, outer, rate, inside, outside)
+        kernels.posterior.add_colors(samples.cut(frame, place), inner, outer, rate, inside, outside)
         return replace(model, inside=inside, outside=outside)
 
     def integral(self, model: PosteriorModel, frame: Frame, place: Ellipse) -> Floats:
         """Return the posterior of the window around `place`, summed up, (H + 1, W + 1)."""
         samples = model.grid.cut(frame, place)
         out = np.empty((samples.shape[1] + 1, samples.shape[2] + 1))
-        kernels.color_integral(samples, model.inside, model.outside, out)
+        kernels.posterior.color_integral(samples, model.inside, model.outside, out)
         return out
 
 
@@ -117,7 +117,7 @@ def means(integral: Floats, boxes: Floats) -> Floats:
         (N, 4) x and y off the window's center, half width and half height, in samples.
     """
     out = np.empty(len(boxes))
-    kernels.box_means(integral, boxes, out)
+    kernels.bilinear.box_means(integral, boxes, out)
     return out
 
 
