@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from motes.kernels.compiling import kernel
 from motes.kernels.histograms import LANES, coefficient, fill
-from motes.kernels.sampling import EPANECHNIKOV, capacity, colors_at, pixels_within
+from motes.kernels.sampling import EPANECHNIKOV, ORIGIN, PICTURE, capacity, colors_at, pixels_within
 
 RGB, HSV, HSV_V = 0, 1, 2
 
@@ -80,17 +80,21 @@ def histograms(
 ) -> None:
     """Write each ellipse's normalized histogram (equation 3), zeros where it sees no pixel."""
     flat = pixels.reshape(-1)
-    window = (0, 0, pixels.shape[1], pixels.shape[0])
+    window = (*ORIGIN, pixels.shape[1], pixels.shape[0])
     room = capacity(window, ellipses, lattice)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     weights = np.empty(room)
     lanes = np.empty((LANES, out.shape[1]))
     for n in range(ellipses.shape[0]):
-        count = pixels_within(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
+        count = pixels_within(
+            window, ellipses[n], lattice, grid, profile, int(PICTURE), offsets, weights
+        )
         colors_at(flat, offsets, count, colors)
         to_bins(colors, count, space, n0, n1, n2)
         fill(colors, weights, count, slots, lanes)
-        total = lanes[0].sum()
+        total = 0.0
+        for slot in range(lanes.shape[1]):
+            total += lanes[0, slot]
         for slot in range(lanes.shape[1]):
             out[n, slot] = lanes[0, slot] / total if total > 0.0 else 0.0
 
@@ -116,13 +120,15 @@ def distances(
     An ellipse that sees no pixel is at distance 1.
     """
     flat = pixels.reshape(-1)
-    window = (0, 0, pixels.shape[1], pixels.shape[0])
+    window = (*ORIGIN, pixels.shape[1], pixels.shape[0])
     room = capacity(window, ellipses, lattice)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     weights = np.empty(room)
     lanes = np.empty((LANES, roots.shape[0] + 1))
     for n in range(ellipses.shape[0]):
-        count = pixels_within(window, ellipses[n], lattice, grid, profile, 3, offsets, weights)
+        count = pixels_within(
+            window, ellipses[n], lattice, grid, profile, int(PICTURE), offsets, weights
+        )
         colors_at(flat, offsets, count, colors)
         to_bins(colors, count, space, n0, n1, n2)
         fill(colors, weights, count, slots, lanes)
@@ -149,11 +155,13 @@ def mean_shift(
     Leaves `center` as it is where no pixel has any weight.
     """
     flat = pixels.reshape(-1)
-    window = (0, 0, pixels.shape[1], pixels.shape[0])
+    window = (*ORIGIN, pixels.shape[1], pixels.shape[0])
     room = capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
     weights = np.empty(room)
-    count = pixels_within(window, ellipse, lattice, grid, EPANECHNIKOV, 3, offsets, weights)
+    count = pixels_within(
+        window, ellipse, lattice, grid, int(EPANECHNIKOV), int(PICTURE), offsets, weights
+    )
     colors_at(flat, offsets, count, colors)
     to_bins(colors, count, space, n0, n1, n2)
     total, sum_x, sum_y = 0.0, 0.0, 0.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from motes.kernels.compiling import kernel
 from motes.kernels.gradients import derivatives_at, gray_values, turns
 from motes.kernels.histograms import LANES, fill
-from motes.kernels.sampling import capacity, pixels_within
+from motes.kernels.sampling import ORIGIN, PLANE, capacity, pixels_within
 
 
 @kernel
@@ -52,7 +52,7 @@ def sobel(
     """
     height, width = bins.shape
     gray = np.empty((height + 2, width + 2), np.float32)
-    gray_values(pixels, left - 1, top - 1, 1, gray)
+    gray_values(pixels, left - 1, top - 1, gray)
     lines = np.empty((3, width), np.float32)
     gx, gy, turn = lines[0], lines[1], lines[2]
     two = np.float32(2)
@@ -114,7 +114,9 @@ def histograms(
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
     lanes = np.empty((LANES, out.shape[1]))
     for n in range(ellipses.shape[0]):
-        points = pixels_within(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        points = pixels_within(
+            window, ellipses[n], lattice, grid, profile, int(PLANE), offsets, weights
+        )
         _histogram(flat, offsets, weights, points, lanes, out[n])
 
 
@@ -138,10 +140,10 @@ def histograms_at(
     planes = np.empty((3, room), np.float32)
     gx, gy, turn = planes[0], planes[1], planes[2]
     order, bins = np.arange(room).astype(np.uint32), np.empty(room, np.uint8)
-    lanes = np.empty((LANES, count + 1))
+    lanes, window = np.empty((LANES, count + 1)), (*ORIGIN, width, height)
     for n in range(ellipses.shape[0]):
         points = pixels_within(
-            (0, 0, width, height), ellipses[n], lattice, (1, 1), profile, 1, places, weights
+            window, ellipses[n], lattice, (1, 1), profile, int(PLANE), places, weights
         )
         if points > 0:
             derivatives_at(

@@ -100,7 +100,8 @@ def normalize(logs: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
             logs[n] = -np.inf
         top = max(top, logs[n])
     if top == -np.inf:
-        values[:] = 1.0 / logs.shape[0]
+        for n in range(values.shape[0]):
+            values[n] = 1.0 / logs.shape[0]
         return True
     total = 0.0
     for n in range(logs.shape[0]):
@@ -116,7 +117,8 @@ def combine(
     distances: NDArray[np.float64], shares: NDArray[np.float64], out: NDArray[np.float64]
 ) -> None:
     """Write the root of the mean of the squared distances (J, N) of cues by their shares (J,)."""
-    out[:] = 0.0
+    for n in range(out.shape[0]):
+        out[n] = 0.0
     for j in range(distances.shape[0]):
         for n in range(distances.shape[1]):
             out[n] += shares[j] * distances[j, n] * distances[j, n]
@@ -145,8 +147,10 @@ def moments(
     covariance: NDArray[np.float64],
 ) -> None:
     """Write the weighted mean (5,) and covariance (5, 5) of ellipses, angles modulo pi."""
-    mean[:] = 0.0
-    covariance[:] = 0.0
+    for i in range(5):
+        mean[i] = 0.0
+        for j in range(5):
+            covariance[i, j] = 0.0
     sin, cos = 0.0, 0.0
     for n in range(ellipses.shape[0]):
         for i in range(4):

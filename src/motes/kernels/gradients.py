@@ -37,15 +37,31 @@ def _every_third(values: NDArray[Any], share: Any, before: int, out: NDArray[np.
     inner = out[before : before + (values.shape[0] + 2) // 3]
     for x in range(inner.shape[0]):
         inner[x] = share * np.float32(np.int32(values[3 * x]))
-    out[:before] = inner[0]
-    out[before + inner.shape[0] :] = inner[inner.shape[0] - 1]
+    left, right = out[:before], out[before + inner.shape[0] :]
+    for x in range(left.shape[0]):
+        left[x] = inner[0]
+    for x in range(right.shape[0]):
+        right[x] = inner[inner.shape[0] - 1]
 
 
 @kernel
-def gray_values(
+def gray_values(pixels: NDArray[np.uint8], left: int, top: int, gray: NDArray[np.float32]) -> None:
+    """Write the luma of a region's pixels; past the border of the image its pixels repeat."""
+    height, width = pixels.shape[0], pixels.shape[1]
+    flat = pixels.reshape(-1)
+    first, last = min(max(left, 0), width - 1), max(min(left + gray.shape[1], width), 1)
+    luma, share = np.empty(3 * (last - first) - 2, np.uint16), np.float32(1 / 256)
+    for row in range(gray.shape[0]):
+        y = min(max(top + row, 0), height - 1)
+        _luma(flat, 3 * (y * width + first), luma)
+        _every_third(luma, share, first - left, gray[row])
+
+
+@kernel
+def _gray_blocks(
     pixels: NDArray[np.uint8], left: int, top: int, step: int, gray: NDArray[np.float32]
 ) -> None:
-    """Write the mean luma of blocks of step x step pixels; past the border its pixels repeat."""
+    """Write the mean luma of blocks of step x step pixels, as `gray_values` does of pixels."""
     height, width = pixels.shape[0], pixels.shape[1]
     flat, across = pixels.reshape(-1), gray.shape[1] * step
     first, last = min(max(left, 0), width - 1), max(min(left + across, width), 1)
@@ -53,15 +69,12 @@ def gray_values(
     sums, line = np.empty(luma.shape[0], np.uint32), np.empty(across, np.float32)
     share = np.float32(1.0 / (256 * step * step))
     for row in range(gray.shape[0]):
-        sums[:] = np.uint32(0)
+        for i in range(sums.shape[0]):
+            sums[i] = 0
         for y in range(top + row * step, top + (row + 1) * step):
             _luma(flat, 3 * (min(max(y, 0), height - 1) * width + first), luma)
-            if step > 1:
-                for i in range(sums.shape[0]):
-                    sums[i] += luma[i]
-        if step == 1:
-            _every_third(luma, share, first - left, gray[row])
-            continue
+            for i in range(sums.shape[0]):
+                sums[i] += luma[i]
         _every_third(sums, share, first - left, line)
         for column in range(gray.shape[1]):
             total = np.float32(0)
@@ -120,7 +133,10 @@ def derivatives(
     height, width = gx.shape
     margin = smooth.shape[0] - 1
     gray = np.empty((height + 2 * margin, width + 2 * margin), np.float32)
-    gray_values(pixels, left - margin * step, top - margin * step, step, gray)
+    if step == 1:
+        gray_values(pixels, left - margin, top - margin, gray)
+    else:
+        _gray_blocks(pixels, left - margin * step, top - margin * step, step, gray)
     rows = np.empty((height + 2 * margin, width), np.float32)
     along_rows(gray, derivative, -1.0, rows)
     along_columns(rows, smooth, 1.0, gx)
@@ -147,14 +163,13 @@ def derivatives_at(
     Filters are given by their taps at 0 … r, as `derivatives` takes them; past the border of the
     image its pixels repeat. `room` (2, 2r + 1, n), `offsets` and `colors` are room to work in.
     """
-    gx[:] = np.float32(0)
-    gy[:] = np.float32(0)
     r, byte, across = smooth.shape[0] - 1, np.uint32(255), np.float64(width)
     columns, rows = room[0], room[1]
     line, last, bottom = np.int32(3 * width), np.int32(width - 1), np.int32(height - 1)
     for i in range(places.shape[0]):  # by division in double precision, which is exact
         rows[r, i] = np.int32(np.float64(places[i]) / across)
         columns[r, i] = np.int32(np.int32(places[i]) - np.int32(rows[r, i] * np.int32(width)))
+        gx[i], gy[i] = np.float32(0), np.float32(0)
     for k in range(2 * r + 1):
         if k != r:
             off = np.int32(k - r)

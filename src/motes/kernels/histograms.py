@@ -29,7 +29,9 @@ def fill(
     Neighbors often share a slot; adding them in turn to four lanes keeps one addition from waiting
     for the one before.
     """
-    lanes[:] = 0.0
+    for lane in range(LANES):
+        for slot in range(lanes.shape[1]):
+            lanes[lane, slot] = 0.0
     first, second, third, fourth = lanes[0], lanes[1], lanes[2], lanes[3]
     whole = count - count % LANES
     for i in range(0, whole, LANES):

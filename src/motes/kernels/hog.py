@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motes.kernels.compiling import kernel
 from motes.kernels.gradients import derivatives, derivatives_at, turns
 from motes.kernels.histograms import LANES, fill
-from motes.kernels.sampling import capacity, pixels_within
+from motes.kernels.sampling import ORIGIN, PLANE, capacity, pixels_within
 
 BAND = 32
 
@@ -152,7 +152,9 @@ def histograms(
     at, count = np.empty(room, np.uint8), size // (side * side)
     slots, lanes = np.arange(size).astype(np.uint8), np.empty((LANES, size))
     for n in range(ellipses.shape[0]):
-        points = pixels_within(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        points = pixels_within(
+            window, ellipses[n], lattice, grid, profile, int(PLANE), offsets, weights
+        )
         for i in range(points):
             found[i], at[i] = values[offsets[i]], numbers[offsets[i]]
         _cells(window, ellipses[n], lattice, side, offsets, points, cells)
@@ -173,7 +175,7 @@ def histograms_at(
 ) -> None:
     """Write the same histograms without a plane, by gradients at a lattice's points."""
     flat = pixels.reshape(-1)
-    window = (0, 0, pixels.shape[1], pixels.shape[0])
+    window = (*ORIGIN, pixels.shape[1], pixels.shape[0])
     room, size = lattice.shape[1], out.shape[1]
     count = size // (side * side)
     places, weights = np.empty(room, np.uint32), np.empty(room)
@@ -184,7 +186,9 @@ def histograms_at(
     cells, bins = np.empty(room, np.uint32), np.empty(room, np.uint8)
     slots, lanes = np.arange(size).astype(np.uint8), np.empty((LANES, size))
     for n in range(ellipses.shape[0]):
-        points = pixels_within(window, ellipses[n], lattice, (1, 1), profile, 1, places, weights)
+        points = pixels_within(
+            window, ellipses[n], lattice, (1, 1), profile, int(PLANE), places, weights
+        )
         if points > 0:
             derivatives_at(
                 flat, places, pixels.shape[1], pixels.shape[0], smooth, derivative, work,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motes.kernels.compiling import kernel
 from motes.kernels.gradients import along_columns, along_rows, derivatives, turns
 from motes.kernels.histograms import LANES, fill
-from motes.kernels.sampling import capacity, pixels_within
+from motes.kernels.sampling import PLANE, capacity, pixels_within
 
 
 @kernel
@@ -95,7 +95,9 @@ def histograms(
     count = out.shape[1]
     lanes = np.empty((LANES, count))
     for n in range(ellipses.shape[0]):
-        points = pixels_within(window, ellipses[n], lattice, grid, profile, 1, offsets, weights)
+        points = pixels_within(
+            window, ellipses[n], lattice, grid, profile, int(PLANE), offsets, weights
+        )
         for i in range(points):
             value = flat[offsets[i]]
             # A branch that goes either way half of the time would take longer than all the rest.

@@ -54,7 +54,8 @@ def color_integral(
 
     A color that was never seen counts 1/2.
     """
-    out[0] = 0.0
+    for j in range(out.shape[1]):
+        out[0, j] = 0.0
     for i in range(samples.shape[1]):
         total, out[i + 1, 0] = 0.0, 0.0
         for j in range(samples.shape[2]):

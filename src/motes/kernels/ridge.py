@@ -19,10 +19,13 @@ def correlate(
     for i in range(out.shape[0]):
         out[i] = 0.0
     for k in range(numerator.shape[0]):
-        for i in range(numerator.shape[1]):
-            out[i] += np.conj(numerator[k, i]) * spectra[k, i]
+        for i in range(out.shape[0]):
+            learned, seen = numerator[k, i], spectra[k, i]
+            real = learned.real * seen.real + learned.imag * seen.imag
+            imaginary = learned.real * seen.imag - learned.imag * seen.real
+            out[i] += complex(real, imaginary)
     for i in range(out.shape[0]):
-        out[i] /= power[i]
+        out[i] = complex(out[i].real / power[i], out[i].imag / power[i])
 
 
 @unordered

@@ -15,6 +15,12 @@ from numpy.typing import NDArray
 from motes.kernels.compiling import brief, kernel
 
 EPANECHNIKOV, RADIAL, UNIFORM, GAUSSIAN = 0, 1, 2, 3
+ORIGIN, PLANE, PICTURE = (0, 0), 1, 3
+"""Where the window of a whole image begins; the channels of planes and pictures.
+
+numba compiles a kernel anew for each number written out in a call of it: hence `*ORIGIN` there, and
+`int` around the others.
+"""
 
 
 @kernel
@@ -156,7 +162,9 @@ def values_within(
     flat = plane.reshape(-1)
     room = capacity(window, ellipse.reshape(1, 5), lattice)
     offsets, weights = np.empty(room, np.uint32), np.empty(room)
-    points = pixels_within(window, ellipse, lattice, grid, UNIFORM, 1, offsets, weights)
+    points = pixels_within(
+        window, ellipse, lattice, grid, int(UNIFORM), int(PLANE), offsets, weights
+    )
     values = np.empty(points, np.float32)
     count = 0
     for i in range(points):

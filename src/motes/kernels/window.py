@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from motes.kernels.compiling import unordered
 
 
-@unordered
 def cut(
     pixels: NDArray[np.uint8],
     corner: tuple[float, float],
@@ -24,9 +23,22 @@ def cut(
     stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
     Outside the picture its border goes on.
     """
+    # Not itself a loop: so what is turned is compiled only where something is.
     if across[1] == 0.0 and down[0] == 0.0:
         _cut_upright(pixels, corner, (across[0], down[1]), out)
-        return
+    else:
+        _cut_turned(pixels, corner, across, down, out)
+
+
+@unordered
+def _cut_turned(
+    pixels: NDArray[np.uint8],
+    corner: tuple[float, float],
+    across: tuple[float, float],
+    down: tuple[float, float],
+    out: NDArray[np.float32],
+) -> None:
+    """Do as `cut` does with samples along any two directions."""
     height, width = pixels.shape[0], pixels.shape[1]
     rows, columns = out.shape[1], out.shape[2]
     step_x, step_y = math.hypot(across[0], across[1]), math.hypot(down[0], down[1])
@@ -60,7 +72,7 @@ def _cut_between(
     down: tuple[float, float],
     out: NDArray[np.float32],
 ) -> None:
-    """Do as `cut` does with samples between pixels."""
+    """Do as `_cut_turned` does with samples between pixels."""
     height, width = pixels.shape[0], pixels.shape[1]
     flat, green, blue = pixels.reshape(3 * height * width), np.uint64(1), np.uint64(2)
     zero, one = np.float32(0.0), np.float32(1.0)
@@ -238,8 +250,7 @@ def _vote(
 ) -> None:
     """Write the votes of samples' gradients, each for the four cells (h + 2, 18 (w + 2)) around."""
     height, width = samples.shape[1], samples.shape[2]
-    before, here = np.empty(width + 2, np.float32), np.empty(width + 2, np.float32)
-    after, magnitude = np.empty(width + 2, np.float32), np.empty(width, np.float32)
+    bright, magnitude = np.empty((height + 2, width + 2), np.float32), np.empty(width, np.float32)
     left, across = np.empty(width, np.uint64), np.empty(width, np.float32)
     place, next_cell = np.empty(width, np.uint64), np.uint64(18)
     line = np.empty(votes.shape[1], np.float32)
@@ -250,10 +261,9 @@ def _vote(
     for i in range(votes.shape[0]):
         for k in range(votes.shape[1]):
             votes[i, k] = 0.0
-    _brightness(samples, 0, here)
-    _brightness(samples, 0, before)
+    _brightness(samples, bright)
     for i in range(height):
-        _brightness(samples, min(i + 1, height - 1), after)
+        before, here, after = bright[i], bright[i + 1], bright[i + 2]
         for j in range(width):
             dx, dy = here[j + 2] - here[j], after[j + 1] - before[j + 1]
             magnitude[j] = math.sqrt(dx * dx + dy * dy)
@@ -272,14 +282,15 @@ def _vote(
         for k in range(line.shape[0]):
             upper[k] += (1 - low) * line[k]
             lower[k] += low * line[k]
-        before, here, after = here, after, before
 
 
 @unordered
-def _brightness(samples: NDArray[np.float32], row: int, out: NDArray[np.float32]) -> None:
-    """Write R + G + B of a row (W + 2,), its ends twice."""
-    width = samples.shape[2]
-    red, green, blue, inner = samples[0, row], samples[1, row], samples[2, row], out[1:]
-    for j in range(width):
-        inner[j] = red[j] + green[j] + blue[j]
-    out[0], out[width + 1] = out[1], out[width]
+def _brightness(samples: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """Write R + G + B of samples (H + 2, W + 2), those at the border twice."""
+    height, width = samples.shape[1], samples.shape[2]
+    for i in range(height + 2):
+        row, line = min(max(i - 1, 0), height - 1), out[i]
+        red, green, blue, inner = samples[0, row], samples[1, row], samples[2, row], line[1:]
+        for j in range(width):
+            inner[j] = red[j] + green[j] + blue[j]
+        line[0], line[width + 1] = line[1], line[width]
