@@ -26,6 +26,7 @@ from motes.adaptation import (
     critical,
 )
 from motes.config import from_flag, from_toml, to_toml
+from motes.cues import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.errors import ConfigError
@@ -334,6 +335,7 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
         models = {}
         for name, cue in config.cues.items():
             before: Any = tracker.info.models[name]
+            assert isinstance(cue, AdaptableCue)
             seen = cue.observe(before, picture, track.ellipse)
             each = config.strategies[name]
             learned = each.learn(memories[name], before.histogram, before.anchor, seen)

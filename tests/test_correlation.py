@@ -6,18 +6,32 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.cues.correlation import FINE, Correlation, at, best_near
+from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
 from motes.cues.posterior import CORE, Posterior, borders, contrast, means
+from motes.cues.ridge import Spectra
 from motes.cues.sizes import Sizes
-from motes.cues.window import CELL, FINEST, SAMPLES, WIDEST, cut, features, grid, sectors
+from motes.cues.window import (
+    CELL,
+    FINEST,
+    LARGER,
+    SAMPLES,
+    TURN,
+    WIDEST,
+    cut,
+    features,
+    grid,
+    sectors,
+)
 from motes.frame import Frame
-from motes.geometry import Ellipse
-from motes.presets import configure, preset
+from motes.geometry import Ellipse, iou
+from motes.particle_filter import ParticleFilter
+from motes.presets import PRESETS, configure, preset
 from motes.tracker import Tracker
-from oracles import mosaic
+from oracles import mosaic, region, scene
 
 Floats = NDArray[np.float64]
 TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
@@ -41,6 +55,11 @@ def patch(color: tuple[int, int, int] = (200, 30, 30)) -> Frame:
     pixels = np.full((150, 200, 3), (40, 90, 160), np.uint8)
     pixels[56:84, 70:110] = color
     return Frame(0, 0.0, pixels)
+
+
+def seen(model: CorrelationModel, frame: Frame) -> Spectra:
+    """Return what a filter reads of the window around the target."""
+    return Correlation().spectra(model.grid, model.grid.cut(frame, TARGET))
 
 
 # The window
@@ -120,6 +139,34 @@ def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
     assert (thin.taper[:, thin.columns // 2] > 0).all()
 
 
+def test_windows_see_every_ellipse_near_their_middle() -> None:
+    rng = np.random.default_rng(4)
+    samples, place = grid(20, 14), TARGET._replace(theta=0.4)
+    ellipses = np.array(place) + rng.normal(0, 1, (300, 5)) * (60, 50, 4, 2, 0.6)
+    ellipses[:5, 4] += np.pi  # the same ellipses
+    seen = np.zeros(300, np.int64)
+    for window, mine in samples.around(place, ellipses):
+        seen[mine] += 1
+        across, down = samples.offsets(place._replace(x=window.x, y=window.y), ellipses[mine, :2]).T
+        assert (np.abs(across) <= samples.width / 2 + 1e-9).all()
+        assert (np.abs(down) <= samples.height / 2 + 1e-9).all()
+        assert (
+            np.abs(np.log(ellipses[mine, 2:4] / window[2:4])) <= np.log(LARGER) / 2 + 1e-9
+        ).all()
+        turned = (ellipses[mine, 4] - window.theta + np.pi / 2) % np.pi - np.pi / 2
+        assert (np.abs(turned) <= TURN / 2 + 1e-9).all()
+        assert abs(window.theta - place.theta) <= np.pi / 2 + TURN / 2
+    assert (seen == 1).all()
+
+
+def test_one_window_sees_who_is_near_the_last_place() -> None:
+    rng = np.random.default_rng(5)
+    ellipses = np.array(TARGET) + rng.uniform(-1, 1, (50, 5)) * (18, 12, 2, 1.5, 0.2)
+    ((window, mine),) = grid(20, 14).around(TARGET, ellipses)
+    assert window == pytest.approx(TARGET)
+    assert sorted(mine) == list(range(50))
+
+
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
 def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
     cells = grid(*half)
@@ -154,7 +201,7 @@ def test_features_of_a_slope_are_its_sector(turn: int) -> None:
 def test_the_response_peaks_where_it_was_learned() -> None:
     cue, frame = Correlation(), textured()
     model = cue.learn(frame, TARGET)
-    plane, first = cue.responses(model, cue.spectra(model.grid, frame, TARGET))
+    plane, first = cue.responses(model, seen(model, frame))
     assert np.unravel_index(plane.argmax(), plane.shape) == (
         plane.shape[0] // 2,
         plane.shape[1] // 2,
@@ -168,7 +215,7 @@ def test_the_response_peaks_where_it_was_learned() -> None:
 def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, float]) -> None:
     cue = Correlation()
     model = cue.learn(textured(), TARGET)
-    plane, _ = cue.responses(model, cue.spectra(model.grid, textured(shift), TARGET))
+    plane, _ = cue.responses(model, seen(model, textured(shift)))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     step = CELL / FINE * np.array(model.grid.step(TARGET))
     found = (column - plane.shape[1] // 2) * step[0], (row - plane.shape[0] // 2) * step[1]
@@ -184,22 +231,21 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     cue, shift = Correlation(), (6.0, -5.0)
     model = cue.learn(textured(), TARGET)
     step = model.grid.step(TARGET)
-    spectra = cue.spectra(model.grid, textured(shift), TARGET)
+    spectra = seen(model, textured(shift))
     taught = cue.taught(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
-    plane, _ = Correlation(anchor=0).responses(taught, cue.spectra(model.grid, textured(), TARGET))
+    plane, _ = Correlation(anchor=0).responses(taught, seen(model, textured()))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert abs(column - plane.shape[1] // 2) <= 1
     assert abs(row - plane.shape[0] // 2) <= 1
 
 
 def test_the_first_filter_is_kept() -> None:
-    cue = Correlation()
+    cue = Correlation(sharpness=1 / 12)
     model = cue.learn(textured(), TARGET)
     other = Frame(0, 0.0, mosaic(5, 150, 200))
-    taught = cue.taught(model, cue.spectra(model.grid, other, TARGET), 1.0)
+    taught = cue.taught(model, seen(model, other), 1.0)
     (plane, there), (_, elsewhere) = (
-        cue.responses(taught, cue.spectra(model.grid, frame, TARGET))
-        for frame in (textured(), other)
+        cue.responses(taught, seen(model, frame)) for frame in (textured(), other)
     )
     assert best_near(there, 0.0, 0.0) > 0.9
     assert best_near(elsewhere, 0.0, 0.0) < 0.3
@@ -221,7 +267,7 @@ def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
 def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     cue, frame = Posterior(), patch()
     model = cue.learn(frame, TARGET)
-    integral = cue.integral(model, frame, TARGET)
+    integral = cue.integral(model, model.grid.cut(frame, TARGET))
     width, height = model.grid.half
     boxes = np.array([[0, 0, CORE * width, CORE * height], [1.8 * width, 0, 4, 4]])
     inside, outside = means(integral, boxes)
@@ -288,6 +334,78 @@ def test_distances_grow_away_from_the_target(cue: Correlation | Posterior) -> No
     assert (found >= 0).all()
     assert (found <= 1).all()
     assert found.argmin() == 2
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_what_is_seen_of_an_ellipse_does_not_depend_on_the_others(cue: Any) -> None:
+    frame = textured()
+    model = cue.learn(frame, TARGET)
+    rng = np.random.default_rng(6)
+    ellipses = np.array(TARGET) + rng.normal(0, 1, (40, 5)) * (50, 40, 3, 2, 0.2)
+    together = cue.distances(model, frame, ellipses)
+    alone = [cue.distances(model, frame, ellipse[None])[0] for ellipse in ellipses]
+    np.testing.assert_allclose(together, alone, atol=1e-12)
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+@pytest.mark.parametrize("turn", [0.0, np.pi / 2])
+def test_a_target_is_seen_wherever_it_went(cue: Any, turn: float) -> None:
+    """Two of its sides away it is past the window around its last place."""
+    target = TARGET if turn == 0 else TARGET._replace(a=TARGET.b, b=TARGET.a, theta=turn)
+    pixels = np.full((150, 300, 3), (40, 90, 160), np.uint8)
+    pixels[56:84, 70:110] = textured().pixels[56:84, 70:110] // 2 + (80, 0, 0)
+    model = cue.learn(Frame(0, 0.0, pixels), target)
+    moved = Frame(1, 1.0, np.roll(pixels, 110, axis=1))
+    there = target._replace(x=target.x + 110)
+    ellipses = np.array([target, there, there._replace(y=there.y + 10)])
+    left, found, beside = cue.distances(model, moved, ellipses)
+    assert found < 0.2
+    assert left > 0.9
+    assert found + 0.15 < beside < 1
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
+    before, there = textured(), TARGET._replace(x=120.0, a=22.0)
+    model = cue.learn(before, TARGET)
+    other = Frame(1, 1.0, mosaic(5, 150, 200))
+    cue, fixed = replace(cue, rate=0.3), replace(cue, rate=0.0)
+    settled = kept = model
+    for _ in range(20):
+        settled, kept = cue.settle(settled, other, there), fixed.settle(kept, other, there)
+    assert settled.place == kept.place == there
+    assert settled.grid is kept.grid is model.grid
+    learned, known = (cue.distances(each, other, np.array([there]))[0] for each in (settled, kept))
+    assert learned < known - 0.1
+    was = cue.distances(model, before, np.array([TARGET]))[0]
+    back = replace(kept, place=TARGET)
+    assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
+
+
+FILTERS = [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_preset_takes_the_learned_cues(name: str) -> None:
+    config = configure(
+        preset(name),
+        {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"places": 60}},
+    )
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(config, seed=1)
+    start = tracker.init(scene(0, (30, 36)), region((30, 36)))
+    learned: Any = tracker.info.models["correlation"]
+    overlaps = []
+    for i in range(1, 12):
+        track = tracker.update(scene(i, (30 + 2 * i, 36)))
+        assert list(tracker.info.shares) == list(config.cues)
+        assert np.isfinite(list(tracker.info.shares.values())).all()
+        overlaps.append(iou(track.box, region((30 + 2 * i, 36)).box))
+    assert np.mean(overlaps) > 0.4
+    assert start.distance < 0.3
+    model: Any = tracker.info.models["correlation"]
+    assert (model.numerator != learned.numerator).any()
+    assert model.place.x > 31
 
 
 def test_default_is_what_a_tracker_uses() -> None:

@@ -16,7 +16,7 @@ from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
 from motes.track import Status, Track
 from motes.tracker import Tracker
-from motes.trust import Standing
+from motes.trust import Standing, Trust
 
 Pixels = NDArray[np.uint8]
 Place = tuple[float, float]
@@ -246,9 +246,8 @@ def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
     state = replace(state, standing=Standing(Status.SEARCHING, reference=0.9, seen=10))
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-    sized = np.array([state.ellipse])
     look = config._look(rng, state, empty, state.ellipse)
-    after, info, learned = config._observe(state, empty, look, sized, jumped=False)
+    after, info, learned = config._observe(state, empty, look, jumped=False)
     assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert info.ellipses.shape == (config.particles, 5)
 
@@ -261,8 +260,7 @@ def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, mov
     state = replace(state, standing=Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10))
     look = config._look(rng, state, frames[1], state.ellipse)
     look = dataclasses.replace(look, certainty=certainty)
-    sized = np.array([state.ellipse])
-    after, info, learned = config._observe(state, frames[1], look, sized, jumped=False)
+    after, info, learned = config._observe(state, frames[1], look, jumped=False)
     assert (after.standing.status, learned) == (Status.SEARCHING, False)
     assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
     assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
@@ -314,3 +312,35 @@ def test_without_color_the_filter_alone_decides() -> None:
         track = tracker.update(frame)
     assert tracker.info.shares == {"correlation": 1.0, "posterior": 0.0}
     assert iou(track.box, boxes[-1]) > 0.7
+
+
+def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
+    doubting = replace(Discriminative(), trust=Trust(of_first=1.0))
+    tracker, done = Tracker(doubting), list[str]()
+    tracker.init(frames[0], boxes[0])
+    for name in ("_sized", "_turn"):
+        method = getattr(Discriminative, name)
+
+        def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
+            done.append(name)
+            return method(*arguments)
+
+        monkeypatch.setattr(Discriminative, name, noted)
+    for picture in frames[1:]:
+        # Always a little less certain than at first.
+        state: Any = tracker._state
+        tracker._state = replace(state, standing=Standing(reference=1.0, seen=10))
+        tracker.update(picture)
+    assert done == ["_sized", "_turn"] * 3
+
+
+def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, sizing=False, factors=np.array([0.9, 1.1]))
+    after, info = config.step(rng, state, frames[1])
+    assert info.track.ellipse[2:4] == pytest.approx((15, 20))
+    assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
+    assert after.sizing

@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.adaptation import Forgetting
+from motes.cues import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.orientation import Orientation
 from motes.errors import ConfigError
@@ -330,7 +331,8 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         assert info.track.confidence == pytest.approx(sure * pi[appears].sum(), abs=1e-6)
         assert info.models == before.models
         for name, cue in config.cues.items():
-            expected = models[name]
+            assert isinstance(cue, AdaptableCue)
+            expected: Any = models[name]
             if there:
                 learned += 1
                 histogram, first = expected.histogram, expected.anchor
@@ -365,7 +367,8 @@ def test_a_cue_that_cannot_tell_does_not_decide() -> None:
         assert np.isfinite([*info.track.ellipse, info.track.confidence]).all()
     blank, _ = config.init(np.random.default_rng(0), frame(plain.pixels, 0), region((40, 30)))
     _, info = config.step(np.random.default_rng(1), blank, frame(colored, 1))
-    np.testing.assert_array_equal(blank.models["orientation"].histogram, 0)
+    nothing: Any = blank.models["orientation"]
+    np.testing.assert_array_equal(nothing.histogram, 0)
     assert info.shares["color"] > info.shares["orientation"] > 0
 
 
@@ -422,7 +425,7 @@ def test_shares_of_every_preset(name: str) -> None:
 
 
 def test_a_filter_needs_a_cue() -> None:
-    with pytest.raises(ConfigError, match="needs a cue: color, orientation, edges or hog"):
+    with pytest.raises(ConfigError, match="needs a cue: color, orientation, edges, hog"):
         ParticleFilter()
     assert list(ParticleFilter(color=Color()).cues) == ["color"]
     assert list(ParticleFilter(orientation=Orientation()).cues) == ["orientation"]

@@ -245,15 +245,14 @@ def test_a_step_is_figure_2() -> None:
 
 def test_a_step_changes_nothing_that_it_is_given() -> None:
     config, state = begun(adaptation=Forgetting(rate=0.5))
-    before = [state.states.copy(), state.weights.log.copy(), state.models["color"].histogram.copy()]
+    color: Any = state.models["color"]
+    before = [state.states.copy(), state.weights.log.copy(), color.histogram.copy()]
     picture = scene(1, (41, 30))
     pixels = picture.pixels.copy()
     first, _ = config.step(np.random.default_rng(1), state, picture)
     again, _ = config.step(np.random.default_rng(1), state, picture)
     np.testing.assert_array_equal(first.states, again.states)
-    for old, new in zip(
-        before, [state.states, state.weights.log, state.models["color"].histogram], strict=True
-    ):
+    for old, new in zip(before, [state.states, state.weights.log, color.histogram], strict=True):
         np.testing.assert_array_equal(old, new)
     np.testing.assert_array_equal(pixels, picture.pixels)
 
@@ -346,12 +345,13 @@ def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
 
 def test_a_model_follows_the_estimate() -> None:
     config, state = begun(adaptation=Forgetting(rate=0.3, anchor=0.2))
-    before = state.models["color"]
+    before: Any = state.models["color"]
     picture = scene(1, (42, 31))
     after, info = config.step(np.random.default_rng(0), state, picture)
     seen = Color().histograms(picture, np.array([info.track.ellipse]))[0]
     expected = 0.7 * before.histogram + 0.3 * (0.2 * before.anchor + 0.8 * seen)
-    np.testing.assert_allclose(after.models["color"].histogram, expected, atol=1e-12)
+    learned: Any = after.models["color"]
+    np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
     np.testing.assert_allclose(info.models["color"].histogram, before.histogram)
 
 

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -204,7 +205,8 @@ def test_who_is_hidden_does_not_learn_and_is_not_weighed() -> None:
         if 2 in things:
             weights.append(things[2].state.weights.values)
         if 2 in things and things[2].hidden:
-            models.append(things[2].state.models["color"].histogram)
+            color: Any = things[2].state.models["color"]
+            models.append(color.histogram)
     assert len(models) > 5
     assert all((model == models[0]).all() for model in models)
     last_seen, *hidden = weights[-len(models) - 1 :]
@@ -219,7 +221,8 @@ def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers:
         for i in range(18):
             stage.show([walker(i), walker(i, x=20 + gap)._replace(y=34)])
             for thing in stage.scene._objects[:1]:
-                models.append(thing.state.models["color"].histogram)
+                color: Any = thing.state.models["color"]
+                models.append(color.histogram)
                 memories.append(thing.state.memories.get("color"))
         assert (models[0] != models[-1]).any() == learns
         assert (memories[0] != memories[-1]) == (learns and remembers)

@@ -61,6 +61,9 @@ CONFIGS: dict[str, TrackerConfig] = {
             "resampling": {"scheme": "stratified"},
         },
     ),
+    "learned against the surroundings": configure(
+        PRESETS["nummiaro"], {"correlation": {}, "posterior": {}, "presence": {"places": 500}}
+    ),
 }
 every = pytest.mark.parametrize("name", CONFIGS)
 SEEING = [name for name, config in CONFIGS.items() if "color" in config.cues]

@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.budget import Budget
-from motes.config import Config, Count, NonNegative, Positive, Share
+from motes.config import Config, Count, NonNegative, Positive
 from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
 from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, contrast
 from motes.cues.ridge import Spectra
 from motes.cues.sizes import SizeModel, Sizes
-from motes.cues.window import CELL
+from motes.cues.window import CELL, Singles
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -70,8 +70,11 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         (2,) running mean of the posterior just inside and outside of the target's border.
     searchers
         (N, 5) the particles that search, none while the target is tracked.
-    turning
-        Whether the last frame was one in which the target was looked at turned.
+    sizing
+        Whether the next frame is one in which the target is sized; in the others it is looked at
+        turned. Each in every other frame is enough, and what is seldom sized jitters less.
+    factors
+        (N,) particles of its size, when it was last sized, as factors of the size before.
     standing
         Whether the target is tracked, and how surely it was.
     """
@@ -86,7 +89,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     contrast: float
     border: Floats
     searchers: Floats
-    turning: bool
+    sizing: bool
+    factors: Floats
     standing: Standing
 
 
@@ -98,8 +102,8 @@ class Look:
     ----------
     place
         The window is around this ellipse.
-    spectra, integral
-        Of its features; the posterior's sums.
+    window, spectra, integral
+        Its samples; the transform of its features; the posterior's sums.
     centers, weights
         (N, 2), (N,) the particles.
     found
@@ -116,6 +120,7 @@ class Look:
     """
 
     place: Ellipse
+    window: Singles
     spectra: Spectra
     integral: Floats
     centers: Floats
@@ -147,8 +152,6 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         Of the pooled cues: particles weigh exp(pool / sigma).
     turn
         In radians, by which a target is turned to see whether that makes it certain.
-    rate
-        Share of a frame in what is learned.
     trust
         How certain it must be to learn, and not to be lost.
     calibration
@@ -159,7 +162,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     particles: Count = 400
     budget: Budget = Budget(least=100, most=400, bin=0.25)
-    correlation: Correlation = Correlation()
+    correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
     search: Search = Search()
@@ -167,7 +170,6 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     border_gain: NonNegative = 0.2
     sigma: Positive = 0.02
     turn: Positive = 0.25
-    rate: Share = 0.02
     trust: Trust = Trust()
     calibration: Calibration = Calibration(middle=0.73, width=0.05)
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
@@ -184,7 +186,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
         posterior = self.posterior.learn(frame, box)
-        integral = self.posterior.integral(posterior, frame, box)
+        integral = self.posterior.integral(posterior, posterior.grid.cut(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
             time=frame.time,
@@ -197,7 +199,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             contrast=contrast(integral, middle),
             border=borders(integral, middle[None])[0],
             searchers=NOBODY,
-            turning=False,
+            sizing=True,
+            factors=np.ones(1),
             standing=Standing(),
         )
         return state, self._put(state, frame)
@@ -208,29 +211,25 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
         look = self._look(rng, state, frame, state.ellipse)
         doubted = look.certainty < self.trust.of_first * state.standing.reference
-        turning = doubted and not state.turning
+        turning = doubted and not state.sizing
         if turning:
             look = self._turn(rng, state, frame, look)
         missed = not self.trust.keeps(look.certainty, state.standing.reference)
         elsewhere = None
         if missed and not (turning and state.standing.missed):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
-        state = replace(state, turning=turning)
         look = elsewhere or look
-        sized, spectra = np.array([look.found]), None
-        if elsewhere is None and state.standing.status is Status.TRACKING:
-            sized, spectra = self._sized(rng, state, frame, look)
-        place = Ellipse(*sized[0].tolist())
+        place, spectra = look.found, None
+        if state.sizing and elsewhere is None and state.standing.status is Status.TRACKING:
+            state, place, spectra = self._sized(rng, state, frame, look)
         if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
             look, spectra = self._look(rng, state, frame, place), None
-        after, info, learned = self._observe(
-            state, frame, look, sized, jumped=elsewhere is not None
-        )
-        if learned:
+        after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
+        if learned and state.sizing:
             if spectra is None:
                 spectra = self.sizes.spectra(state.sizes, frame, after.ellipse)
-            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.rate))
-        return after, info
+            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.sizes.rate))
+        return replace(after, sizing=not state.sizing), info
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -255,9 +254,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         """
         samples = state.correlation.grid
         half = np.array(samples.half)
-        spectra = self.correlation.spectra(samples, frame, place)
+        window = samples.cut(frame, place)
+        spectra = self.correlation.spectra(samples, window)
         plane, first = self.correlation.responses(state.correlation, spectra)
-        integral = self.posterior.integral(state.posterior, frame, place)
+        integral = self.posterior.integral(state.posterior, window)
         share = self._color_share(state)
         core = CORE * samples.half[0], CORE * samples.half[1]
 
@@ -288,7 +288,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         alike = min(best_near(first, box[0], box[1]), 1.0)
         certainty = math.sqrt(alike * max(stands_out, 0.0))
         found = place._replace(x=x, y=y)
-        return Look(place, spectra, integral, centers, weighed, found, box, stands_out, certainty)
+        seen = window, spectra, integral
+        return Look(place, *seen, centers, weighed, found, box, stands_out, certainty)
 
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -303,25 +304,26 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     def _sized(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
-    ) -> tuple[Floats, Spectra]:
-        """Return particles (N + 1, 5) of its size, the likeliest one first, and what they saw.
+    ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
+        """Return the state with particles of its size, the likeliest one, and what was seen.
 
         Each size is weighed by the sizes' filter, and by how well the posterior just inside and
         outside of its border is what it was. The likeliest one is taken, not the mean: what is
         nearer to the last size than half a step is no change, so that noise does not add up.
         """
-        model, sizes, last = state.sizes, self.sizes, np.array(look.found)
-        ellipses = np.tile(last, (sizes.count, 1))
-        ellipses[:, 2:4] *= np.clip(sizes.factors, *limits(look.found, frame))[:, None]
+        model, sizes = state.sizes, self.sizes
+        factors = np.clip(sizes.factors, *limits(look.found, frame))
         spectra = sizes.spectra(model, frame, look.found)
         pool = sizes.response(model, spectra).astype(np.float64)
         boxes = np.tile(look.box, (sizes.count, 1))
-        boxes[:, 2:] *= ellipses[:, 2:4] / last[2:4]
+        boxes[:, 2:] *= factors[:, None]
         errors = borders(look.integral, boxes) - state.border
         pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
         weights = Weights.from_log(pool / self.sigma)
-        chosen = self.resampling.ancestors(rng, weights, len(look.centers))
-        return ellipses[np.append(np.argmax(pool), chosen)], spectra
+        chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
+        likeliest = float(factors[np.argmax(pool)])
+        place = look.found._replace(a=likeliest * look.found.a, b=likeliest * look.found.b)
+        return replace(state, factors=chosen), place, spectra
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
@@ -350,11 +352,10 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         state: DiscriminativeState,
         frame: Frame,
         look: Look,
-        sized: Floats,
         *,
         jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
-        """Judge and learn what was seen at last; `sized` are particles of its size."""
+        """Judge and learn what was seen at last."""
         standing, there, learned = self.trust.judge(state.standing, look.certainty, jumped=jumped)
         followed = there or self.trust.follows(look.certainty, state.standing)
         found = look.found if followed else state.ellipse
@@ -368,13 +369,13 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             searchers=NOBODY if standing.status is Status.TRACKING else state.searchers,
         )
         if learned:
-            after = self._learned(after, frame, look)
+            after = self._learned(after, look)
         if followed:
-            count = len(look.centers)
-            ellipses = np.resize(sized[-count:], (count, 5))
-            ellipses[:, :2], weights = look.centers, look.weights
+            weights, factors = look.weights, np.resize(state.factors, len(look.centers))
+            ellipses = np.tile(np.array(found), (len(factors), 1))
+            ellipses[:, :2] = look.centers
             # The size is the likeliest one; the particles say how sure that is.
-            ellipses[:, 2:4] *= np.array(found[2:4]) / (weights.values @ ellipses[:, 2:4])
+            ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
         else:
             ellipses = state.searchers
             if not len(ellipses):  # the first look was certain, the second was not
@@ -434,14 +435,15 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             {"correlation": 1 - share, "posterior": share},
         )
 
-    def _learned(self, state: DiscriminativeState, frame: Frame, look: Look) -> DiscriminativeState:
+    def _learned(self, state: DiscriminativeState, look: Look) -> DiscriminativeState:
         """Return the state after a frame of which the tracker is certain."""
         x, y = look.box[:2].tolist()
         border = borders(look.integral, look.box[None])[0]
+        correlation, posterior = self.correlation, self.posterior
         return replace(
             state,
-            correlation=self.correlation.taught(state.correlation, look.spectra, self.rate, x, y),
-            posterior=self.posterior.taught(state.posterior, frame, look.place, self.rate, x, y),
+            correlation=correlation.taught(state.correlation, look.spectra, correlation.rate, x, y),
+            posterior=posterior.taught(state.posterior, look.window, posterior.rate, x, y),
             contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
             border=(1 - STEADY) * state.border + STEADY * border,
         )

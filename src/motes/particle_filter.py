@@ -18,11 +18,13 @@ from motes import kernels
 from motes.adaptation import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
 from motes.budget import Budget
 from motes.config import Config, Count
-from motes.cues import Cue
+from motes.cues import AdaptableCue, Cue
 from motes.cues.color import Color, ColorModel
+from motes.cues.correlation import Correlation, CorrelationModel
 from motes.cues.edges import Edges, EdgesModel
 from motes.cues.hog import Hog, HogModel
 from motes.cues.orientation import Orientation, OrientationModel
+from motes.cues.posterior import Posterior, PosteriorModel
 from motes.errors import ConfigError
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
@@ -35,7 +37,7 @@ from motes.resampling import Resampling, Weights
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel | HogModel
+Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
@@ -120,7 +122,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How many the next frame gets; without one, always the same number.
     motion
         How the target moves.
-    color, orientation, edges, hog
+    color, orientation, edges, hog, correlation, posterior
         The cues: what pixels say about an ellipse. At least one.
     fusion
         How several cues become one.
@@ -133,7 +135,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     calibration
         From the estimate's distance to its confidence.
     adaptation
-        How the target model learns, while the appearance rule holds.
+        How models that are histograms learn, while the appearance rule holds; those of the cues
+        `correlation` and `posterior` then learn at the cue's own rate.
     """
 
     particles: Count = 100
@@ -142,6 +145,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     orientation: Orientation | None = None
     edges: Edges | None = None
     hog: Hog | None = None
+    correlation: Correlation | None = None
+    posterior: Posterior | None = None
     fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
@@ -153,7 +158,10 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError("A particle filter needs a cue: color, orientation, edges or hog.")
+            raise ConfigError(
+                "A particle filter needs a cue: color, orientation, edges, hog, correlation or "
+                "posterior."
+            )
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
@@ -167,6 +175,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
                     raise ConfigError(
                         f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
                     )
+                if key == "adaptation.cues" and name not in self.strategies:
+                    raise ConfigError(f"{key} names {name!r}, which learns at {name}.rate.")
 
     @cached_property
     def cues(self) -> dict[str, Cue]:
@@ -176,15 +186,18 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             "orientation": self.orientation,
             "edges": self.edges,
             "hog": self.hog,
+            "correlation": self.correlation,
+            "posterior": self.posterior,
         }
         return {name: cue for name, cue in cues.items() if cue is not None}
 
     @cached_property
     def strategies(self) -> dict[str, Strategy]:
-        """How each cue's model learns, by name."""
+        """How the models that are histograms learn, by their cue's name."""
+        names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
         if isinstance(self.adaptation, ByCue):
-            return {name: self.adaptation.cues.get(name, Forgetting()) for name in self.cues}
-        return dict.fromkeys(self.cues, self.adaptation)
+            return {name: self.adaptation.cues.get(name, Forgetting()) for name in names}
+        return dict.fromkeys(names, self.adaptation)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -374,16 +387,18 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         """Return models, memories and lessons after a frame in which the target is there."""
         models, memories, lessons = dict[str, Model](), dict(state.memories), dict[str, Lesson]()
         for name, cue in self.cues.items():
-            model, strategy = state.models[name], self.strategies[name]
-            seen = cue.observe(model, frame, estimate) if strategy.learns else None
-            if seen is not None and seen.any():
-                memory = state.memories.get(name)
-                learned = strategy.learn(memory, model.histogram, model.anchor, seen)
-                model = replace(model, histogram=learned.histogram)
-                if learned.memory is not None:
-                    memories[name] = learned.memory
-                if learned.lesson is not None:
-                    lessons[name] = learned.lesson
+            model: Any = state.models[name]
+            strategy = self.strategies.get(name)
+            if strategy is not None and strategy.learns and isinstance(cue, AdaptableCue):
+                seen = cue.observe(model, frame, estimate)
+                if seen.any():
+                    memory = state.memories.get(name)
+                    learned = strategy.learn(memory, model.histogram, model.anchor, seen)
+                    model = replace(model, histogram=learned.histogram)
+                    if learned.memory is not None:
+                        memories[name] = learned.memory
+                    if learned.lesson is not None:
+                        lessons[name] = learned.lesson
             models[name] = cue.settle(model, frame, estimate)
         return models, memories, lessons
 

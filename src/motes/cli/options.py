@@ -75,7 +75,8 @@ Every key of the configuration is an option too. The preset comes first, then th
 --motion.type may also be random_walk, second_order, ellipse_walk or autoregressive, --color.space \
 hsv or hsv+v, --color.sampling.type checkerboard or every_pixel, --fusion.type fixed or product, \
 --likelihood.type best_particle or exponential, --adaptation.type kalman, gaussian or by_cue. \
-A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8 or --hog.cells 3. \
+A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8, --hog.cells 3, \
+--correlation.rate 0.02 or --posterior.rate 0.04. \
 --dump-config shows all keys and values of a preset, as a file for --config.
 """
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from motes.geometry import Ellipse
 class Cue(Protocol):
     """What a cue must offer.
 
-    Its models are its own affair, but for two fields: `histogram` (m,), which it compares and which
-    `adaptation` moves, and `anchor` (m,), that of the first frame.
+    Its models are its own affair. One that is no `AdaptableCue` learns in `settle`, if at all.
     """
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
@@ -28,10 +27,19 @@ class Cue(Protocol):
         """Return how far each ellipse (N, 5) is from the model: 0 the same … 1, shape (N,)."""
         ...
 
-    def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> NDArray[np.float64]:
-        """Return the region's histogram, read as the model's was; zeros where nothing is seen."""
+    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model with what it takes from where the target is, for the next frame."""
         ...
 
-    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
-        """Return the model with what the next frame's reading takes from where the target is."""
+
+@runtime_checkable
+class AdaptableCue(Cue, Protocol):
+    """A cue that compares histograms, and leaves it to `adaptation` how these change.
+
+    Its models have two fields: `histogram` (m,), which it compares, and `anchor` (m,), that of the
+    first frame.
+    """
+
+    def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> NDArray[np.float64]:
+        """Return the region's histogram, read as the model's was; zeros where nothing is seen."""
         ...

@@ -39,6 +39,8 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
         (h, w // 2 + 1): energy of the features.
     a, b
         Half-axes of the target's first region, from which the grid follows.
+    place
+        Where the target was when the model was last settled: where `distances` looks first.
     """
 
     numerator: Spectra
@@ -47,6 +49,7 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
     first_power: Singles
     a: float
     b: float
+    place: Ellipse
 
     @property
     def grid(self) -> Grid:
@@ -55,7 +58,7 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
 
 
 class Correlation(Config, frozen=True):
-    """The cue: 1 - response of the filter.
+    """The cue: 1 - response of the filter, which learns where the target is found.
 
     Attributes
     ----------
@@ -65,31 +68,40 @@ class Correlation(Config, frozen=True):
         Energy below which a frequency has little say.
     anchor
         Share of the first frame's filter in the response, whatever was learned since.
+    rate
+        Share of a frame in what is learned.
     """
 
-    sharpness: Positive = 1 / 12
+    sharpness: Positive = 1 / 6
     ridge: Positive = 1.0
     anchor: Share = 0.3
+    rate: Share = 0.02
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
         """Return the filter of the window around `ellipse`."""
-        box = ellipse.box
-        a, b = box.width / 2, box.height / 2
-        spectra = self.spectra(grid(a, b), frame, ellipse)
+        samples = grid(ellipse.a, ellipse.b)
+        spectra = self.spectra(samples, samples.cut(frame, ellipse))
         numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
-        model = CorrelationModel(numerator, power, numerator, power, a, b)
+        model = CorrelationModel(numerator, power, numerator, power, ellipse.a, ellipse.b, ellipse)
         model = self.taught(model, spectra, 1.0)
         return replace(model, first_numerator=model.numerator, first_power=model.power)
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
-        """Return 1 - response at each ellipse (N, 5), in the window around their mean, (N,)."""
-        place = Ellipse(*ellipses.mean(axis=0).tolist())
-        plane, _ = self.responses(model, self.spectra(model.grid, frame, place))
-        return 1 - np.clip(at(plane, model.grid.offsets(place, ellipses[:, :2])), 0, 1)
+        """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
+        samples, out = model.grid, np.empty(len(ellipses))
+        for place, mine in samples.around(model.place, ellipses):
+            plane, _ = self.responses(model, self.spectra(samples, samples.cut(frame, place)))
+            out[mine] = at(plane, samples.offsets(place, ellipses[mine, :2]))
+        return 1 - np.clip(out, 0, 1)
 
-    def spectra(self, samples: Grid, frame: Frame, ellipse: Ellipse) -> Spectra:
-        """Return the transform (30, h, w // 2 + 1) of the tapered features around `ellipse`."""
-        cells = features(samples.cut(frame, ellipse))
+    def settle(self, model: CorrelationModel, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
+        """Return the filter with what is learned of a target in `ellipse`."""
+        spectra = self.spectra(model.grid, model.grid.cut(frame, ellipse))
+        return replace(self.taught(model, spectra, self.rate), place=ellipse)
+
+    def spectra(self, samples: Grid, window: Singles) -> Spectra:
+        """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
+        cells = features(window)
         cells *= samples.taper
         out: Spectra = fft.rfft2(cells)
         return out

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.config import Config
+from motes.config import Config, Share
 from motes.cues.window import Grid, Singles, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
@@ -37,12 +37,15 @@ class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
         (32768,) in the target and around it; each sums to 1.
     a, b
         Half-axes of the target's first region, from which the grid follows.
+    place
+        Where the target was when the model was last settled: where `distances` looks first.
     """
 
     inside: Singles
     outside: Singles
     a: float
     b: float
+    place: Ellipse
 
     @property
     def grid(self) -> Grid:
@@ -51,58 +54,58 @@ class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
 
 
 class Posterior(Config, frozen=True):
-    """The cue: 1 - mean of p(target | color) over an ellipse's box.
+    """The cue: 1 - mean of p(target | color) over an ellipse's box, learned as the target goes on.
 
     Attributes
     ----------
-    haste
-        How many times faster than other cues it learns: colors change with the light.
+    rate
+        Share of a frame in what is learned: more than of other cues, as colors change with light.
     """
 
-    haste: float = 2.0
+    rate: Share = 0.04
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""
-        box = ellipse.box
         inside, outside = np.zeros((2, COLORS), np.float32)
-        model = PosteriorModel(inside, outside, box.width / 2, box.height / 2)
-        return self.taught(model, frame, ellipse, 1.0)
+        model = PosteriorModel(inside, outside, ellipse.a, ellipse.b, ellipse)
+        return self.taught(model, model.grid.cut(frame, ellipse), 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
-        """Return 1 - mean posterior of ellipses (N, 5), in the window around their mean, (N,)."""
-        place = Ellipse(*ellipses.mean(axis=0).tolist())
-        offsets = model.grid.offsets(place, ellipses[:, :2])
-        halves = CORE * ellipses[:, 2:4] / model.grid.step(place)
-        return 1 - means(self.integral(model, frame, place), np.hstack([offsets, halves]))
+        """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
+        samples, out = model.grid, np.empty(len(ellipses))
+        for place, mine in samples.around(model.place, ellipses):
+            offsets = samples.offsets(place, ellipses[mine, :2])
+            halves = CORE * ellipses[mine, 2:4] / samples.step(place)
+            integral = self.integral(model, samples.cut(frame, place))
+            out[mine] = means(integral, np.hstack([offsets, halves]))
+        return 1 - out
+
+    def settle(self, model: PosteriorModel, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the model with what is learned of a target in `ellipse`."""
+        window = model.grid.cut(frame, ellipse)
+        return replace(self.taught(model, window, self.rate), place=ellipse)
 
     def taught(
-        self,
-        model: PosteriorModel,
-        frame: Frame,
-        place: Ellipse,
-        rate: float,
-        x: float = 0.0,
-        y: float = 0.0,
+        self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
     ) -> PosteriorModel:
-        """Return the model with a share `rate` (times `haste`) of what a window shows.
+        """Return the model with a share `rate` of what a window (3, H, W) shows.
 
-        The target is x, y samples off the center of the window around `place`.
+        The target is x, y samples off the window's center.
         """
-        samples, rate = model.grid, min(self.haste * rate, 1.0)
+        samples = model.grid
         middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
         inner, outer = (
             (*(middle - share * half).tolist(), *(middle + share * half).tolist())
             for share in (CORE, 1.0)
         )
         inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
-        kernels.posterior.add_colors(samples.cut(frame, place), inner, outer, rate, inside, outside)
+        kernels.posterior.add_colors(window, inner, outer, rate, inside, outside)
         return replace(model, inside=inside, outside=outside)
 
-    def integral(self, model: PosteriorModel, frame: Frame, place: Ellipse) -> Floats:
-        """Return the posterior of the window around `place`, summed up, (H + 1, W + 1)."""
-        samples = model.grid.cut(frame, place)
-        out = np.empty((samples.shape[1] + 1, samples.shape[2] + 1))
-        kernels.posterior.color_integral(samples, model.inside, model.outside, out)
+    def integral(self, model: PosteriorModel, window: Singles) -> Floats:
+        """Return the posterior of a window (3, H, W), summed up, (H + 1, W + 1)."""
+        out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
+        kernels.posterior.color_integral(window, model.inside, model.outside, out)
         return out
 
 

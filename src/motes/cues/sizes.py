@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import fft
 
-from motes.config import Config, NonNegative, Positive
+from motes.config import Config, NonNegative, Positive, Share
 from motes.cues.ridge import Spectra, filtered, gaussian, taught
 from motes.cues.window import CELL, Singles, cut, features
 from motes.frame import Frame
@@ -53,12 +53,15 @@ class Sizes(Config, frozen=True):
         Standard deviation of the label, in steps.
     ridge
         Energy below which a frequency has little say.
+    rate
+        Share of a frame in what is learned.
     """
 
     count: int = 13
     step: Positive = 1.06
     sharpness: Positive = 0.7
     ridge: NonNegative = 0.01
+    rate: Share = 0.02
 
     @property
     def factors(self) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ for a target of 8 pixels and of half the frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -30,6 +31,10 @@ WIDEST = 2.5
 be its surroundings else."""
 FINEST = 2
 """No more samples than this to a pixel, which would show nothing new."""
+LARGER = 1.3
+"""From the size of one window of several to that of the next."""
+TURN = 0.5
+"""From the turn of one to that of the next, in radians."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +91,33 @@ class Grid:
         return out
 
     def cut(self, frame: Frame, ellipse: Ellipse) -> Singles:
-        """Return the samples (3, H, W) of the window around a target; the frame keeps them."""
-        key = ("window", self.rows, self.columns, ellipse)
-        if key not in frame.planes:
-            shape = self.rows * CELL, self.columns * CELL
-            samples = cut(frame, ellipse, self.step(ellipse), shape)
-            frame.planes[key] = samples
-        out: Singles = frame.planes[key]
-        return out
+        """Return the samples (3, H, W) of the window around a target."""
+        return cut(frame, ellipse, self.step(ellipse), (self.rows * CELL, self.columns * CELL))
+
+    def around(
+        self, place: Ellipse, ellipses: Floats
+    ) -> Iterator[tuple[Ellipse, NDArray[np.intp]]]:
+        """Yield where windows see all of some ellipses (N, 5), each with the numbers of its own.
+
+        They lie a target's side apart, and differ in size and turn by steps, all counted from
+        `place`: what is seen of an ellipse does not depend on the others, and where all are near
+        to the target's last place, one window will do.
+        """
+        sides = np.array((self.width, self.height))
+        numbers = np.empty((len(ellipses), 5))
+        numbers[:, :2] = self.offsets(place, ellipses[:, :2]) / sides
+        numbers[:, 2:4] = np.log(ellipses[:, 2:4] / place[2:4]) / math.log(LARGER)
+        half_turn = (ellipses[:, 4] - place.theta + np.pi / 2) % np.pi - np.pi / 2
+        numbers[:, 4] = half_turn / TURN
+        steps, which, counts = np.unique(
+            np.rint(numbers), axis=0, return_inverse=True, return_counts=True
+        )
+        own = np.split(np.argsort(which.ravel(), kind="stable"), np.cumsum(counts)[:-1])
+        centers = self.points(place, steps[:, :2] * sides)
+        halves = place[2:4] * LARGER ** steps[:, 2:4]
+        turns = place.theta + TURN * steps[:, 4]
+        for row, mine in zip(np.column_stack([centers, halves, turns]).tolist(), own, strict=True):
+            yield Ellipse(*row), mine
 
 
 def _hann(cells: int, side: float) -> Floats:
