@@ -60,11 +60,11 @@ WEIGH, ESTIMATE, OWN, LEARN = LAST = (
 )
 ROWS = (SELECT, PROPAGATE, *COLOR, *EDGES, *LAST)
 KERNELS = {
-    "sobel": DENSE,
-    "structure_tensor": DENSE,
-    "edge_histograms": FILL,
-    "orientation_histograms": FILL,
-    "bhattacharyya": COMPARE,
+    (kernels.edges, "sobel"): DENSE,
+    (kernels.orientation, "structure_tensor"): DENSE,
+    (kernels.edges, "histograms"): FILL,
+    (kernels.orientation, "histograms"): FILL,
+    (kernels.histograms, "bhattacharyya"): COMPARE,
 }
 """Of the cues of edges, each with its row; those of histograms also compute the places."""
 
@@ -93,9 +93,9 @@ def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
         if len(ellipses) == 1:
             return own(config, models, frame, ellipses)
         with ExitStack() as stack:
-            for name, row in KERNELS.items():
-                timed_kernel = watched(spent, row, getattr(kernels, name))
-                stack.enter_context(patch.object(kernels, name, timed_kernel))
+            for (home, name), row in KERNELS.items():
+                timed_kernel = watched(spent, row, getattr(home, name))
+                stack.enter_context(patch.object(home, name, timed_kernel))
             return distances(config, models, frame, ellipses)
 
     steps: tuple[tuple[Any, str, str], ...] = (
@@ -127,22 +127,22 @@ def read(
     space: tuple[int, int, int, int],
     rho: NDArray[np.float64],
 ) -> None:
-    """Do the first steps of `kernels.color_distances` for each particle."""
+    """Do the first steps of `kernels.color.distances` for each particle."""
     room = lattice.shape[1]
     offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
-    weights, lanes = np.empty(room), np.empty((kernels.LANES, roots.shape[0] + 1))
+    weights, lanes = np.empty(room), np.empty((kernels.histograms.LANES, roots.shape[0] + 1))
     for n in range(ellipses.shape[0]):
-        count = kernels._points(
+        count = kernels.sampling.pixels_within(
             window, ellipses[n], lattice, (1, 1), profile, channels, offsets, weights
         )
         if steps > 1:
-            kernels._colors(flat, offsets, count, colors)
+            kernels.sampling.colors_at(flat, offsets, count, colors)
         if steps > 2:
-            kernels._color_bins(colors, count, space[0], space[1], space[2], space[3])
+            kernels.color.to_bins(colors, count, space[0], space[1], space[2], space[3])
         if steps > 3:
-            kernels._fill(colors, weights, count, slots, lanes)
+            kernels.histograms.fill(colors, weights, count, slots, lanes)
         if steps > 4:
-            rho[n] = kernels._coefficient(roots, lanes[0])
+            rho[n] = kernels.histograms.coefficient(roots, lanes[0])
 
 
 def color_steps(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, float]:

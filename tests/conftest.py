@@ -16,7 +16,7 @@ settings.load_profile("motes")
 @pytest.fixture(autouse=True)
 def _compiling_quietly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep quiet about compiling: which test is the first that needs a kernel is chance."""
-    monkeypatch.setattr("motes.kernels.when_compiling", lambda tell: None)
+    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda tell: None)
 
 
 @pytest.fixture(scope="session")

@@ -688,7 +688,7 @@ def test_compiling_is_announced_once(
         "motes: Compiling kernels, once for this machine; later starts are quick.\n"
     )
     assert compile_one() == ""
-    monkeypatch.setattr(kernels, "CACHED", False)
+    monkeypatch.setattr(kernels.compiling, "FOLDER", None)
     options.announce_compiling()
     assert "there is no folder to keep them in" in compile_one()
 

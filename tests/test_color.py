@@ -64,7 +64,7 @@ def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
     levels = np.append(np.arange(0, 255, 3), [127, 254, 255])
     r, g, b = (part.ravel() for part in np.meshgrid(levels, levels, levels))
     found = (r + 256 * g + 65536 * b).astype(np.uint32)
-    kernels._color_bins(found, found.size, kernels.HSV, *bins)
+    kernels.color.to_bins(found, found.size, kernels.color.HSV, *bins)
     high = np.maximum(np.maximum(r, g), b)
     spread = high - np.minimum(np.minimum(r, g), b)
     hue = np.select(

@@ -68,14 +68,14 @@ def seen(model: CorrelationModel, frame: Frame) -> Spectra:
 def test_a_window_of_one_sample_a_pixel_is_the_picture() -> None:
     pixels = mosaic(1, 60, 80)
     out = np.empty((3, 20, 30), np.float32)
-    kernels.cut(pixels, (12.0, 7.0), (1.0, 0.0), (0.0, 1.0), out)
+    kernels.window.cut(pixels, (12.0, 7.0), (1.0, 0.0), (0.0, 1.0), out)
     np.testing.assert_array_equal(out, np.moveaxis(pixels[7:27, 12:42], 2, 0))
 
 
 def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
     pixels = mosaic(2, 60, 80)
     out = np.empty((3, 10, 12), np.float32)
-    kernels.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
+    kernels.window.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
     blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
     np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)
 
@@ -83,7 +83,7 @@ def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
 def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
     x = np.tile(np.arange(40, dtype=np.uint8)[None, :, None] * 5, (30, 1, 3))
     out = np.empty((3, 4, 60), np.float32)
-    kernels.cut(x, (-10.0, 3.0), (0.5, 0.0), (0.0, 0.5), out)
+    kernels.window.cut(x, (-10.0, 3.0), (0.5, 0.0), (0.0, 0.5), out)
     expected = np.clip(-10 + 0.5 * np.arange(60), 0, 39) * 5
     np.testing.assert_allclose(out[0], np.tile(expected, (4, 1)), rtol=1e-6)
 
@@ -96,8 +96,8 @@ def test_an_upright_window_is_a_hardly_turned_one(
     y, x = np.mgrid[:60, :80]
     pixels = np.stack([2 * x + y, 255 - 2 * x, 3 * y], axis=2).astype(np.uint8)
     out, turned = np.empty((2, 3, 20, 24), np.float32)
-    kernels.cut(pixels, corner, (step[0], 0.0), (0.0, step[1]), out)
-    kernels.cut(pixels, corner, (step[0], 1e-9), (-1e-9, step[1]), turned)
+    kernels.window.cut(pixels, corner, (step[0], 0.0), (0.0, step[1]), out)
+    kernels.window.cut(pixels, corner, (step[0], 1e-9), (-1e-9, step[1]), turned)
     # Where only one direction is finer than the pixels, a turned window is bilinear in both.
     np.testing.assert_allclose(out, turned, atol=3.1 if min(step) < 1 < max(step) else 1e-3)
 
@@ -288,12 +288,12 @@ def test_box_means_are_those_of_the_samples() -> None:
     integral = np.zeros((41, 51))
     integral[1:, 1:] = values.cumsum(0).cumsum(1)
     out = np.empty(1)
-    kernels.box_means(integral, np.array([[-5.0, -5, 8, 5]]), out)
+    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 8, 5]]), out)
     assert out[0] == pytest.approx(values[10:20, 12:28].mean())
-    kernels.box_means(integral, np.array([[-5.0, -5, 2, 1.5]]), out)
+    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 2, 1.5]]), out)
     assert out[0] == pytest.approx(_mean(values, 18, 22, 13.5, 16.5))
     pooled = np.array([0.4])
-    kernels.pool(integral, (8.0, 5.0), 0.25, np.array([[-5.0, -5]]), pooled)
+    kernels.bilinear.pool(integral, (8.0, 5.0), 0.25, np.array([[-5.0, -5]]), pooled)
     assert pooled[0] == pytest.approx(0.75 * 0.4 + 0.25 * values[10:20, 12:28].mean())
 
 

@@ -252,10 +252,10 @@ def test_the_operator_at_points_finds_what_it_finds_everywhere(
         rows(ellipse, ellipse._replace(x=0.0), Ellipse(3, 2, 9, 9)),
     )
     plane = np.empty(pixels.shape[:2], np.uint8)
-    kernels.sobel(pixels, 0, 0, 100.0, 8, plane)
+    kernels.edges.sobel(pixels, 0, 0, 100.0, 8, plane)
     expected, found = np.empty((3, 9)), np.empty((3, 9))
-    kernels.edge_histograms(plane, 0, 0, ellipses, lattice, (1, 1), 0, expected)
-    kernels.edge_histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
+    kernels.edges.histograms(plane, 0, 0, ellipses, lattice, (1, 1), 0, expected)
+    kernels.edges.histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
     np.testing.assert_array_equal(found, expected)
 
 

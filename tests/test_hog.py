@@ -284,10 +284,10 @@ def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> No
 
 
 def test_bands_of_rows_leave_no_trace() -> None:
-    pixels = mosaic(3, 3 * kernels.BAND + 5, 20)
+    pixels = mosaic(3, 3 * kernels.hog.BAND + 5, 20)
     strength, bins = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
-    kernels.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, bins, 8)
-    for row in (0, kernels.BAND - 1, kernels.BAND, 2 * kernels.BAND, len(pixels) - 1):
+    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, bins, 8)
+    for row in (0, kernels.hog.BAND - 1, kernels.hog.BAND, 2 * kernels.hog.BAND, len(pixels) - 1):
         for column in (0, 7, 19):
             gx, gy = smooth_gradient(pixels, row, column)
             assert strength[row, column] == pytest.approx(math.hypot(gx, gy))
@@ -304,11 +304,12 @@ def test_gradients_at_points_are_those_found_everywhere(
 ) -> None:
     """Bit for bit, the pixels at the border of the image too."""
     (cells, bins, turned), lattice = form, sunflower(points)
+    gaussian = kernels.sampling.GAUSSIAN
     ellipses = rows(ellipse, ellipse._replace(x=0.0), Ellipse(3, 2, 9, 9))
     strength, numbers = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
-    kernels.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, numbers, bins)
+    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, numbers, bins)
     expected, found = np.empty((3, cells**2 * bins)), np.empty((3, cells**2 * bins))
-    kernels.hog_histograms(
+    kernels.hog.histograms(
         strength,
         numbers,
         0,
@@ -316,13 +317,13 @@ def test_gradients_at_points_are_those_found_everywhere(
         ellipses,
         lattice,
         (1, 1),
-        kernels.GAUSSIAN,
+        gaussian,
         cells,
         turned,
         expected,
     )
-    kernels.hog_histograms_at(
-        pixels, ellipses, lattice, kernels.GAUSSIAN, cells, turned, SMOOTH, DERIVATIVE, found
+    kernels.hog.histograms_at(
+        pixels, ellipses, lattice, gaussian, cells, turned, SMOOTH, DERIVATIVE, found
     )
     np.testing.assert_array_equal(found, expected)
 

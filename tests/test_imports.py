@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -120,13 +121,22 @@ def test_the_walk_finds_imports() -> None:
 
 
 def test_kernels_stand_alone() -> None:
-    roots = {name.split(".")[0] for name in imported(ROOM / "kernels.py")}
+    names = set().union(*(imported(path) for path in (ROOM / "kernels").glob("*.py")))
+    others = {name for name in names if not f"{name}.".startswith("motes.kernels.")}
+    roots = {name.split(".")[0] for name in others}
     assert roots - sys.stdlib_module_names - {"__future__"} == {"numpy", "numba"}
+
+
+def test_kernels_point_one_way_among_themselves() -> None:
+    files = [path for path in (ROOM / "kernels").glob("*.py") if path.stem != "__init__"]
+    graph = {f"motes.kernels.{path.stem}": imported(path) for path in files}
+    order = [*TopologicalSorter(graph).static_order()]  # which raises where there is a circle
+    assert order.index("motes.kernels.compiling") < order.index("motes.kernels.color")
 
 
 def test_kernels_are_the_only_ones_compiled() -> None:
     for path in MODULES:
-        if path.name not in ("kernels.py", "doctor.py"):
+        if place(path) != "kernels" and path.name != "doctor.py":
             assert "numba" not in {name.split(".")[0] for name in imported(path)}, path
 
 

@@ -84,7 +84,7 @@ def computed(
         np.full((bottom - top, right - left), np.nan, np.float32),
         np.full((bottom - top, right - left), 255, np.uint8),
     )
-    kernels.structure_tensor(
+    kernels.orientation.structure_tensor(
         pixels, left * filters.step, top * filters.step, *filters, *plane, count
     )
     return plane
@@ -280,7 +280,7 @@ def turn(y: Any, x: Any) -> Floats:
     """Return the kernel's angle of (x, y) in radians, from -pi."""
     y, x = np.atleast_1d(y).astype(np.float32), np.atleast_1d(x).astype(np.float32)
     out = np.full(y.shape, np.nan, np.float32)
-    kernels._turn(y, x, out)
+    kernels.gradients.turns(y, x, out)
     return (out.astype(np.float64) - 0.5) * 2 * np.pi
 
 
@@ -416,7 +416,7 @@ def test_histograms(
     here = ellipse._replace(x=ellipse.x - left, y=ellipse.y - top)
     assume(not rounding_decides(certainty.shape, here, lattice))
     histograms = np.full((1, count), np.nan)
-    kernels.orientation_histograms(
+    kernels.orientation.histograms(
         certainty, bins, left, top, rows(ellipse), lattice, (1, 1), PROFILES[profile],
         threshold, np.array([shift]), histograms,
     )  # fmt: skip
@@ -432,9 +432,9 @@ def shifted(raw: Floats, *shifts: float) -> Floats:
     certainty, bins = raw.astype(np.float32)[None], np.arange(len(raw), dtype=np.uint8)[None]
     out = np.full((len(shifts), len(raw)), np.nan)
     everything = np.tile([len(raw) / 2, 0, 1e4, 1e4, 0.0], (len(shifts), 1))
-    kernels.orientation_histograms(
-        certainty, bins, 0, 0, everything, np.empty((2, 0), np.float32), (1, 1), kernels.UNIFORM,
-        0.0, np.array(shifts, float), out,
+    kernels.orientation.histograms(
+        certainty, bins, 0, 0, everything, np.empty((2, 0), np.float32), (1, 1),
+        kernels.sampling.UNIFORM, 0.0, np.array(shifts, float), out,
     )  # fmt: skip
     return out
 
@@ -887,7 +887,7 @@ def test_a_plane_is_computed_once() -> None:
 
 def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
     """For all particles, the estimate, and the threshold of the next frame."""
-    compute, calls = kernels.structure_tensor, []
+    compute, calls = kernels.orientation.structure_tensor, []
 
     def counted(*arguments: Any) -> None:
         calls.append(arguments)
@@ -897,7 +897,7 @@ def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
     pictures = film(6)
     tracker = Tracker(config)
     tracker.init(pictures[0], START)
-    monkeypatch.setattr(kernels, "structure_tensor", counted)
+    monkeypatch.setattr(kernels.orientation, "structure_tensor", counted)
     for picture in pictures[1:]:
         calls.clear()
         tracker.update(picture)

@@ -263,7 +263,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
         def weights(points: Floats) -> Weights:
             pool = at(plane, points)
-            kernels.pool(integral, core, share, points, pool)
+            kernels.bilinear.pool(integral, core, share, points, pool)
             return Weights.from_log(pool / self.sigma)
 
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])

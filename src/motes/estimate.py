@@ -27,5 +27,5 @@ def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:
     The mean ellipse, theta in (-pi/2, pi/2], and the (5, 5) covariance of x, y, a, b, theta.
     """
     mean, covariance = np.empty(5), np.empty((5, 5))
-    kernels.moments(ellipses, weights, mean, covariance)
+    kernels.filtering.moments(ellipses, weights, mean, covariance)
     return Ellipse(*mean.tolist()), covariance

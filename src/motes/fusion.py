@@ -116,7 +116,7 @@ class Adaptive(Mixture, frozen=True, tag="adaptive"):
         volumes = np.empty(len(names))
         center, covariance = np.empty(5), np.empty((5, 5))
         for j, likelihood in enumerate(likelihoods):
-            kernels.moments(ellipses, likelihood, center, covariance)  # equation 8
+            kernels.filtering.moments(ellipses, likelihood, center, covariance)  # equation 8
             scaled = covariance / np.outer(units, units) + self.floor**2 * np.eye(5)
             volumes[j] = np.linalg.slogdet(scaled)[1]  # equation 9
         certainties = np.exp(volumes.min() - volumes)

@@ -43,7 +43,7 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.array([self.cues.get(name, self.sigma) for name in names])
         logs = np.empty_like(distances)
-        kernels.gaussian(distances, sigmas, self.epsilon, logs)
+        kernels.filtering.gaussian(distances, sigmas, self.epsilon, logs)
         return logs
 
 
@@ -71,7 +71,7 @@ class BestParticle(Config, frozen=True, tag="best_particle"):
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.maximum(distances.min(axis=1) / math.sqrt(2), self.floor)
         logs = np.empty_like(distances)
-        kernels.gaussian(distances, sigmas, self.epsilon, logs)
+        kernels.filtering.gaussian(distances, sigmas, self.epsilon, logs)
         return logs
 
 

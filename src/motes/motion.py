@@ -311,7 +311,7 @@ def _walked(
     deviations = [*spread, noise.angle * grown, *(share * s for share in changes for s in spread)]
     normal = rng.standard_normal((len(states), len(deviations) + 1))
     out = np.empty((len(states), len(deviations)))
-    kernels.walk(
+    kernels.filtering.walk(
         states, normal, np.array(deviations), steps, persistence**steps, first.a, first.b,
         (1 - noise.size_return) ** steps, noise.size * grown, out,
     )  # fmt: skip

@@ -337,7 +337,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         threshold = 0.0
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
-        appearing, support = kernels.appearing(overall, weights.values, threshold)
+        appearing, support = kernels.filtering.appearing(overall, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
         status, missed = self.presence.next_status(state.status, there, state.missed)
         models, memories, lessons = state.models, state.memories, dict[str, Lesson]()
@@ -406,7 +406,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 def combined(distances: Floats, shares: Floats) -> Floats:
     """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
     out = np.empty(distances.shape[1])
-    kernels.combine(distances, shares, out)
+    kernels.filtering.combine(distances, shares, out)
     return out
 
 

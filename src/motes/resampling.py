@@ -38,7 +38,7 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
         """Normalize log-weights (N,), N >= 1."""
         log = log.copy()
         values = np.empty_like(log)
-        degenerate = kernels.normalize(log, values)
+        degenerate = kernels.filtering.normalize(log, values)
         return cls(np.zeros_like(log) if degenerate else log, values, degenerate)
 
     @classmethod
@@ -86,7 +86,7 @@ def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
 
 def _search(weights: Floats, positions: Floats) -> Indices:
     chosen = np.empty(positions.size, np.intp)
-    kernels.ancestors(weights, positions, chosen)
+    kernels.filtering.ancestors(weights, positions, chosen)
     return chosen
 
 

@@ -23,10 +23,10 @@ delta of 1 would leave nothing but the center.
 """
 
 PROFILES: dict[str, int] = {
-    "epanechnikov": kernels.EPANECHNIKOV,
-    "radial": kernels.RADIAL,
-    "uniform": kernels.UNIFORM,
-    "gaussian": kernels.GAUSSIAN,
+    "epanechnikov": kernels.sampling.EPANECHNIKOV,
+    "radial": kernels.sampling.RADIAL,
+    "uniform": kernels.sampling.UNIFORM,
+    "gaussian": kernels.sampling.GAUSSIAN,
 }
 
 

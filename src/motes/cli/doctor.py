@@ -55,7 +55,7 @@ def findings() -> Iterator[Finding]:
     yield Finding("motes", f"{__version__} in {Path(__file__).parents[1]}")
     yield Finding("python", f"{platform.python_version()} on {platform.platform()}")
     yield Finding("cores", str(os.cpu_count()))
-    yield from _cache()  # first of all, as it has a say in where numba looks
+    yield from _cache()
     for name in CORE:
         yield _module(name)
     yield from _video()
@@ -101,11 +101,11 @@ def _cache() -> Iterator[Finding]:
     except Exception as error:
         yield Finding("kernels", f"{error}; install motes anew", good=False)
         return
-    folder = kernels.cache_folder()
+    folder = kernels.compiling.FOLDER
     if folder is None:
         found = "nowhere: every start compiles; set NUMBA_CACHE_DIR to a folder you may write to"
     else:
-        kept = len(list(folder.glob("*.nbc")))
+        kept = len(list(folder.rglob("*.nbc")))
         found = f"kept in {folder} ({kept} compiled)"
     yield Finding("kernels", found)
 

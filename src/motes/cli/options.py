@@ -357,5 +357,5 @@ def announce_compiling() -> None:
 
     kept = "once for this machine; later starts are quick."
     lost = "there is no folder to keep them in (see motes doctor)."
-    why = kept if kernels.cache_folder() else lost
-    kernels.when_compiling(lambda: say(f"Compiling kernels, {why}"))
+    why = kept if kernels.compiling.FOLDER else lost
+    kernels.compiling.when_compiling(lambda: say(f"Compiling kernels, {why}"))

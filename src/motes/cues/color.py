@@ -24,7 +24,7 @@ from motes.sampling import PROFILES, Lattice, Profile, Sampling
 Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
-SPACES = {"rgb": kernels.RGB, "hsv": kernels.HSV, "hsv+v": kernels.HSV_V}
+SPACES = {"rgb": kernels.color.RGB, "hsv": kernels.color.HSV, "hsv+v": kernels.color.HSV_V}
 
 
 class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
@@ -102,7 +102,7 @@ class Color(HistogramCue, frozen=True):
         """
         m = self.size
         histograms = np.empty((len(ellipses), m))
-        kernels.color_histograms(
+        kernels.color.histograms(
             frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.uint32),
             *self._space, histograms,
         )  # fmt: skip
@@ -117,7 +117,7 @@ class Color(HistogramCue, frozen=True):
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
         distances = np.empty(len(ellipses))
-        kernels.color_distances(
+        kernels.color.distances(
             frame.pixels,
             ellipses,
             *self._reading,
@@ -140,7 +140,7 @@ class Color(HistogramCue, frozen=True):
         ratios = np.zeros(seen.size + 1)
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
         center = region[:2].copy()
-        kernels.mean_shift(
+        kernels.color.mean_shift(
             frame.pixels, region, self.sampling.lattice, self.sampling.grid, model.slots, ratios,
             *self._space, center,
         )  # fmt: skip

@@ -142,7 +142,7 @@ class Correlation(Config, frozen=True):
 def at(plane: Singles, points: Floats) -> Floats:
     """Return a response at points (N, 2), in samples off the window's center, (N,)."""
     out = np.empty(len(points))
-    kernels.look_up(plane, points, CELL / FINE, out)
+    kernels.bilinear.look_up(plane, points, CELL / FINE, out)
     return out
 
 

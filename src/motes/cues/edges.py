@@ -81,19 +81,19 @@ class Edges(HistogramCue, frozen=True):
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
         if 0 < AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
-            kernels.edge_histograms_at(
+            kernels.edges.histograms_at(
                 frame.pixels, ellipses, lattice, profile, self.threshold, histograms
             )
             return histograms
 
         def compute(column: int, row: int, shape: tuple[int, int]) -> Plane:
             plane = Plane(column, row, 1, np.empty(shape, np.uint8))
-            kernels.sobel(frame.pixels, column, row, self.threshold, self.bins, plane.bins)
+            kernels.edges.sobel(frame.pixels, column, row, self.threshold, self.bins, plane.bins)
             return plane
 
         key = ("edges", self.threshold, self.bins)
         plane = plane_over(frame, part, key, compute)
-        kernels.edge_histograms(
+        kernels.edges.histograms(
             plane.bins,
             plane.column,
             plane.row,

@@ -47,5 +47,5 @@ def bhattacharyya(histograms: Floats, model: Floats) -> Floats:
     at distance 1.
     """
     distances = np.empty(len(histograms))
-    kernels.bhattacharyya(histograms, np.sqrt(model), distances)
+    kernels.histograms.bhattacharyya(histograms, np.sqrt(model), distances)
     return distances

@@ -96,7 +96,7 @@ class Hog(HistogramCue, frozen=True):
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
         if 0 < AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
-            kernels.hog_histograms_at(
+            kernels.hog.histograms_at(
                 frame.pixels, ellipses, lattice, profile, self.cells, self.turned, SMOOTH,
                 DERIVATIVE, histograms,
             )  # fmt: skip
@@ -106,13 +106,13 @@ class Hog(HistogramCue, frozen=True):
             plane = GradientPlane(
                 column, row, 1, np.empty(shape, np.uint8), np.empty(shape, np.float32)
             )
-            kernels.gradients(
+            kernels.hog.gradients(
                 frame.pixels, column, row, SMOOTH, DERIVATIVE, plane.strength, plane.bins, self.bins
             )
             return plane
 
         plane = plane_over(frame, part, ("hog", self.bins), compute)
-        kernels.hog_histograms(
+        kernels.hog.histograms(
             plane.strength,
             plane.bins,
             plane.column,

@@ -157,7 +157,7 @@ class Orientation(Config, frozen=True):
         """Return T, above which the share `kept` of the ellipse's pixels lies."""
         region = np.array([ellipse])
         plane = self._plane(frame, scale, region)
-        seen = kernels.values_within(
+        seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
             self.sampling.lattice, self.sampling.grid,
         )  # fmt: skip
@@ -173,7 +173,7 @@ class Orientation(Config, frozen=True):
         if self.form == "rotated":
             shifts = ellipses[:, 4] * (self.bins / np.pi)
         histograms = np.empty((len(ellipses), self.bins))
-        kernels.orientation_histograms(
+        kernels.orientation.histograms(
             plane.certainty,
             plane.bins,
             plane.column,
@@ -202,7 +202,7 @@ class Orientation(Config, frozen=True):
             plane = CertainPlane(
                 column, row, step, np.empty(shape, np.uint8), np.empty(shape, np.float32)
             )
-            kernels.structure_tensor(
+            kernels.orientation.structure_tensor(
                 frame.pixels, column * step, row * step, *filters,
                 plane.certainty, plane.bins, self.bins,
             )  # fmt: skip

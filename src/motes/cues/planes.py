@@ -79,7 +79,7 @@ def blocks(frame: Frame, ellipses: Floats, step: int) -> tuple[int, int, int, in
     Ellipses with NaN or infinity cover none; there is always one block.
     """
     columns, rows = -(-frame.width // step), -(-frame.height // step)
-    ends = kernels.bounds(ellipses)
+    ends = kernels.sampling.bounds(ellipses)
     if ends[0] > ends[2]:
         return 0, 0, 1, 1
     # A pixel reaches from half a pixel before its center to half a pixel behind it.

@@ -99,13 +99,13 @@ class Posterior(Config, frozen=True):
             for share in (CORE, 1.0)
         )
         inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
-        kernels.add_colors(window, inner, outer, rate, inside, outside)
+        kernels.posterior.add_colors(window, inner, outer, rate, inside, outside)
         return replace(model, inside=inside, outside=outside)
 
     def integral(self, model: PosteriorModel, window: Singles) -> Floats:
         """Return the posterior of a window (3, H, W), summed up, (H + 1, W + 1)."""
         out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
-        kernels.color_integral(window, model.inside, model.outside, out)
+        kernels.posterior.color_integral(window, model.inside, model.outside, out)
         return out
 
 
@@ -120,7 +120,7 @@ def means(integral: Floats, boxes: Floats) -> Floats:
         (N, 4) x and y off the window's center, half width and half height, in samples.
     """
     out = np.empty(len(boxes))
-    kernels.box_means(integral, boxes, out)
+    kernels.bilinear.box_means(integral, boxes, out)
     return out
 
 

@@ -40,7 +40,9 @@ def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
     """
     out = np.empty(power.shape, np.complex64)
     flat = len(numerator), -1
-    kernels.correlate(numerator.reshape(flat), power.ravel(), spectra.reshape(flat), out.ravel())
+    kernels.ridge.correlate(
+        numerator.reshape(flat), power.ravel(), spectra.reshape(flat), out.ravel()
+    )
     return out
 
 
@@ -49,7 +51,7 @@ def taught(
 ) -> tuple[Spectra, Singles]:
     """Return numerator and power with a share `rate` of a lesson: signals and their label (...)."""
     numerator, power, flat = numerator.copy(), power.copy(), (len(numerator), -1)
-    kernels.teach(
+    kernels.ridge.teach(
         spectra.reshape(flat),
         label.ravel().astype(np.complex64),
         rate,

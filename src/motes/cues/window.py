@@ -139,13 +139,13 @@ def cut(
         ellipse.y - right * across[1] - low * down[1],
     )
     samples = np.empty((3, *shape), np.float32)
-    kernels.cut(frame.pixels, corner, across, down, samples)
+    kernels.window.cut(frame.pixels, corner, across, down, samples)
     return samples
 
 
 @cache
 def sectors() -> NDArray[np.uint8]:
-    """Return which of 18 sectors of the turn a gradient has, as `kernels.gradient_cells` asks."""
+    """Return which of 18 sectors of the turn a gradient has, as `window.gradient_cells` asks."""
     dy, dx = np.mgrid[-256:256, -256:256]
     numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
     out: NDArray[np.uint8] = numbers.astype(np.uint8)
@@ -160,7 +160,7 @@ def features(samples: Singles) -> Singles:
     features; gray and two color differences beside them.
     """
     out = np.empty((30, samples.shape[1] // CELL, samples.shape[2] // CELL), np.float32)
-    kernels.gradient_cells(samples, CELL, sectors(), out)
+    kernels.window.gradient_cells(samples, CELL, sectors(), out)
     return out
 
 
