@@ -12,12 +12,16 @@ LOST = CLEAR._replace(status=Status.LOST, missed=3)
 
 
 def after(
-    certainties: list[float], before: Standing = CLEAR, jumps: tuple[int, ...] = ()
+    certainties: list[float],
+    before: Standing = CLEAR,
+    jumps: tuple[int, ...] = (),
+    responses: list[float] | None = None,
 ) -> list[tuple[Standing, bool, bool]]:
     """Return what is judged of one certainty after the other; some are of a place jumped to."""
     told = []
     for index, certainty in enumerate(certainties):
-        told.append(Trust().judge(before, certainty, jumped=index in jumps))
+        response = responses[index] if responses else 0.0
+        told.append(Trust().judge(before, certainty, response, jumped=index in jumps))
         before = told[-1][0]
     return told
 
@@ -37,6 +41,17 @@ def test_found_after_three_frames_in_a_row_and_learned_from_then_on() -> None:
     assert [learned for _, _, learned in told] == [False] * 5 + [True, True]
     assert [there for _, there, _ in told] == [True, True, False, True, True, True, True]
     assert [standing.missed for standing, _, _ in told] == [4, 5, 6, 7, 8, 0, 0]
+
+
+def test_what_looks_as_it_did_of_late_is_not_lost_but_searched_for() -> None:
+    told = after([0.2] * 7, responses=[0.1, 0.1, 0.18, 0.18, 0.1, 0.1, 0.1])
+    assert statuses(told) == "ttttttl"
+    assert not any(there or learned for _, there, learned in told)
+    assert [standing.missed for standing, _, _ in told] == list(range(1, 8))
+    assert statuses(after([0.2] * 4, LOST, responses=[0.1, 0.18, 0.18, 0.18])) == "ssst"
+    assert statuses(after([0.12] * 4, responses=[0.18] * 4)) == "ttls"
+    # Elsewhere, the first look says nothing about what was learned here.
+    assert statuses(after([0.2] * 4, LOST, (3,), responses=[0.1, 0.18, 0.18, 0.18])) == "ssss"
 
 
 def test_a_jump_asks_for_more_and_begins_anew_to_count() -> None:
@@ -63,7 +78,7 @@ def test_a_target_that_is_hard_to_tell_asks_for_a_share_of_its_first_certainty()
 def test_a_lost_target_is_left_where_it_was_if_nothing_there_is_like_it() -> None:
     followed = [Trust().follows(certainty, LOST) for certainty in (0.25, 0.21, 0.19)]
     assert followed == [True, True, False]
-    assert Trust().follows(0.0, CLEAR)
+    assert Trust().follows(0.0, CLEAR._replace(missed=2))
     assert Trust().follows(0.13, LOST._replace(reference=0.2))
 
 

@@ -117,6 +117,8 @@ class Look:
         0 to 1. Neither is learned into agreement with what the tracker follows: a response
         relative to its own past says nothing, since it rises while the filter learns the wrong
         thing.
+    response
+        That of the filter, there.
     """
 
     place: Ellipse
@@ -129,6 +131,7 @@ class Look:
     box: Floats
     contrast: float
     certainty: float
+    response: float
 
 
 class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
@@ -240,7 +243,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             ellipse=Ellipse.from_box(region.box),
             shape=region,
             searchers=NOBODY,
-            standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0),
+            standing=state.standing._replace(status=Status.TRACKING, missed=0, against=0),
         )
         return state, self._put(state, frame)
 
@@ -288,8 +291,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         alike = min(best_near(first, box[0], box[1]), 1.0)
         certainty = math.sqrt(alike * max(stands_out, 0.0))
         found = place._replace(x=x, y=y)
-        seen = window, spectra, integral
-        return Look(place, *seen, centers, weighed, found, box, stands_out, certainty)
+        response = float(at(plane, box[None, :2])[0])
+        seen, said = (window, spectra, integral), (stands_out, certainty, response)
+        return Look(place, *seen, centers, weighed, found, box, *said)
 
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
@@ -356,7 +360,9 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         jumped: bool,
     ) -> tuple[DiscriminativeState, Info, bool]:
         """Judge and learn what was seen at last."""
-        standing, there, learned = self.trust.judge(state.standing, look.certainty, jumped=jumped)
+        standing, there, learned = self.trust.judge(
+            state.standing, look.certainty, look.response, jumped=jumped
+        )
         followed = there or self.trust.follows(look.certainty, state.standing)
         found = look.found if followed else state.ellipse
         if not learned and not jumped:  # a size seen by one who is not sure is none
@@ -366,7 +372,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             time=frame.time,
             ellipse=found,
             standing=standing,
-            searchers=NOBODY if standing.status is Status.TRACKING else state.searchers,
+            searchers=state.searchers if standing.missed else NOBODY,
         )
         if learned:
             after = self._learned(after, look)

@@ -23,15 +23,15 @@ class Standing(NamedTuple):
         Where the tracker is.
     missed
         Frames since one that was certain while tracking.
-    agreed
-        Of a lost target: frames in a row that were certain.
+    against
+        Frames in a row that speak against the status.
     reference, seen
         Mean certainty of the first frames, and of how many.
     """
 
     status: Status = Status.TRACKING
     missed: int = 0
-    agreed: int = 0
+    against: int = 0
     reference: float = 0.0
     seen: int = 0
 
@@ -47,21 +47,25 @@ class Trust(Config, frozen=True):
     learn
         To learn from a frame.
     keep
-        Not to call the target lost, and to take up a lost one where it was.
+        Not to look for the target elsewhere, and not to call it lost.
+    respond
+        Nor is it called lost at half that certainty if the learned filter responds so much: a
+        target that looks unlike itself at first may still be as it was of late.
     find
         To believe that it is somewhere else, where the search has led.
     follow
         To move with what is most like a lost target, so that it is not left behind where it merely
         looks different.
     frames
-        A target is lost after so many frames in a row that are not certain enough to keep it, and
-        found after as many that are.
+        A target is lost after so many frames in a row that do not keep it, and found after as many
+        that do.
     of_first, find_of_first
         See above, for `learn`, `keep` and `follow`, and for `find`.
     """
 
     learn: Share = 0.3
     keep: Share = 0.25
+    respond: Share = 0.16
     find: Share = 0.33
     follow: Share = 0.2
     frames: Count = 3
@@ -73,20 +77,20 @@ class Trust(Config, frozen=True):
         return certainty >= min(self.learn, self.of_first * reference)
 
     def keeps(self, certainty: float, reference: float) -> bool:
-        """Return whether it is enough to keep a target, or to take up a lost one where it was."""
+        """Return whether it is enough to keep a target where it is, and not to search for it."""
         return certainty >= min(self.keep, self.of_first * reference)
 
     def follows(self, certainty: float, standing: Standing) -> bool:
-        """Return whether a certainty is enough to move: any is before the target is called lost."""
+        """Return whether a certainty is enough to move: any is in the first frames of doubt."""
         low = min(self.follow, self.of_first * standing.reference)
-        return standing.status is Status.TRACKING or certainty >= low
+        return standing.missed < self.frames or certainty >= low
 
     def finds(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to believe that a target is somewhere else."""
         return certainty >= min(self.find, self.find_of_first * reference)
 
     def judge(
-        self, before: Standing, certainty: float, *, jumped: bool
+        self, before: Standing, certainty: float, response: float, *, jumped: bool
     ) -> tuple[Standing, bool, bool]:
         """Return how a tracker stands after a frame, whether the target is there, and is learned.
 
@@ -97,23 +101,24 @@ class Trust(Config, frozen=True):
         ----------
         certainty
             That the target is where it is now taken to be.
+        response
+            Of the learned filter there.
         jumped
             Whether the search has led there in this frame.
         """
-        status, missed, agreed, reference, seen = before
+        status, missed, against, reference, seen = before
         tracking = status is Status.TRACKING
         if tracking and seen < CALM:
             seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
         there = (self.finds if jumped else self.keeps)(certainty, reference)
-        if tracking:
-            missed = 0 if there else missed + 1
-            status = Status.TRACKING if missed < self.frames else Status.LOST
-        else:
-            agreed = (0 if jumped else agreed) + 1 if there else 0
-            found = agreed >= self.frames
-            missed = 0 if found else missed + 1
-            status = Status.TRACKING if found else Status.SEARCHING
-        if status is Status.TRACKING:
-            agreed = 0
-        learned = there and status is Status.TRACKING and self.learns(certainty, reference)
-        return Standing(status, missed, agreed, reference, seen), there, learned
+        responds = response >= self.respond and self.keeps(2 * certainty, reference)
+        kept = there or (responds and not jumped)
+        against = (0 if jumped else against) + 1 if kept is not tracking else 0
+        if against == self.frames:
+            tracking, against = not tracking, 0
+            status = Status.TRACKING if tracking else Status.LOST
+        elif not tracking:
+            status = Status.SEARCHING
+        missed = 0 if there and tracking else missed + 1
+        learned = there and tracking and self.learns(certainty, reference)
+        return Standing(status, missed, against, reference, seen), there, learned
