@@ -30,7 +30,8 @@ from motes.evaluate import markdown
 from motes.evaluate.tables import NOTHING, Cell, Table, number
 from motes.experiments.speed import MAIN, SIZE, Film, timed
 from motes.frame import Frame
-from motes.particle_filter import Info, ParticleFilter
+from motes.info import Info
+from motes.particle_filter import ParticleFilter
 from motes.presets import preset
 from motes.resampling import Resampling
 from motes.sampling import PROFILES

@@ -25,6 +25,7 @@ from motes.discriminative import Discriminative
 from motes.evaluate import markdown
 from motes.evaluate.tables import Cell, Table, number
 from motes.experiments.speed import MAIN, SIZE, Film, timed
+from motes.look import Looking
 from motes.synthetic import still
 
 FRAMES, ROUNDS = 31, 10
@@ -33,7 +34,7 @@ PARTS = {
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),
-    "place: particles, certainty": (Discriminative, "_look"),
+    "place: particles, certainty": (Looking, "look"),
     "size: sampled, cells, transform": (Sizes, "spectra"),
     "size: weighed": (Discriminative, "_sized"),
     "learn: filter": (Correlation, "taught"),

@@ -17,7 +17,8 @@ from motes.errors import FormatError, LimitError
 from motes.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.particle_filter import Info, ParticleFilter
+from motes.info import Info
+from motes.particle_filter import ParticleFilter
 from motes.presets import configure, preset
 from motes.track import Status, Track
 from motes.tracker import Tracker

@@ -22,9 +22,10 @@ from motes.errors import ConfigError
 from motes.frame import FRAME_INTERVAL
 from motes.fusion import Adaptive, Fixed
 from motes.geometry import Ellipse
+from motes.info import Info
 from motes.likelihood import Gaussian
 from motes.motion import EllipseWalk
-from motes.particle_filter import FilterState, Info, ParticleFilter
+from motes.particle_filter import FilterState, ParticleFilter
 from motes.presence import AppearanceRule, Background
 from motes.presets import PRESETS
 from motes.resampling import Resampling, Weights

@@ -11,7 +11,8 @@ from motes.frame import Frame
 from motes.geometry import Box
 from motes.mistaken import edges, gain, mistaken
 from motes.objects import Object
-from motes.scene import Scene, scene_config
+from motes.scene import Scene
+from motes.scene_config import scene_config
 from motes.track import Status
 
 GROUND = np.random.default_rng(0).integers(90, 110, (80, 200, 3)).astype(np.uint8)

@@ -26,7 +26,8 @@ from motes.geometry import Box, iou
 from motes.objects import SceneTrack
 from motes.particle_filter import ParticleFilter
 from motes.presets import PRESETS
-from motes.scene import Scene, scene_config
+from motes.scene import Scene
+from motes.scene_config import scene_config
 from motes.synthetic import Clip
 from motes.track import Status
 

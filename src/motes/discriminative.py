@@ -10,28 +10,25 @@ only while it is sure, and searches in the same frame when it is not.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
-import msgspec
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes import kernels
-from motes.budget import Budget
-from motes.config import Config, Count, NonNegative, Positive
-from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
-from motes.cues.posterior import CORE, Posterior, PosteriorModel, borders, contrast
+from motes.config import NonNegative, Positive
+from motes.cues.correlation import Correlation
+from motes.cues.posterior import Posterior, borders, contrast
 from motes.cues.ridge import Spectra
 from motes.cues.sizes import SizeModel, Sizes
-from motes.cues.window import CELL, Singles
+from motes.cues.window import CELL
 from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.geometry import Ellipse
-from motes.particle_filter import Info
+from motes.info import Info
+from motes.look import Known, Look, Looking
 from motes.presence import Calibration
-from motes.resampling import Resampling, Weights
+from motes.resampling import Weights
 from motes.search import LooksModel, Search, limits
 from motes.track import Status, Track
 from motes.trust import Standing, Trust
@@ -51,8 +48,8 @@ UNSEEN = 0.15
 answers for what it has learned, which may have drifted from the target's middle."""
 
 
-class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
-    """What the next step needs.
+class DiscriminativeState(Known, frozen=True, eq=False):
+    """What the next step needs, beside what a look goes by.
 
     Attributes
     ----------
@@ -62,10 +59,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
         The last estimate: the box as an ellipse, turned by as much as the target since the start.
     shape
         The first region; what is reported is this, moved and scaled.
-    correlation, posterior, sizes, looks
-        The models: of place, colors and size, and what the search goes by.
-    contrast
-        Running mean of the color contrast while learning; it sets how much color counts.
+    sizes, looks
+        The models of its size, and what the search goes by.
     border
         (2,) running mean of the posterior just inside and outside of the target's border.
     searchers
@@ -82,11 +77,8 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     time: float
     ellipse: Ellipse
     shape: Ellipse
-    correlation: CorrelationModel
-    posterior: PosteriorModel
     sizes: SizeModel
     looks: LooksModel
-    contrast: float
     border: Floats
     searchers: Floats
     sizing: bool
@@ -94,88 +86,31 @@ class DiscriminativeState(msgspec.Struct, frozen=True, eq=False):
     standing: Standing
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """What one window says.
+class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
+    """The default tracker; as many particles as look at a window search for a missed target.
 
     Attributes
     ----------
-    place
-        The window is around this ellipse.
-    window, spectra, integral
-        Its samples; the transform of its features; the posterior's sums.
-    centers, weights
-        (N, 2), (N,) the particles.
-    found
-        Their mean, with the size and turn of `place`.
-    box
-        (4,) the same as the window has it: x and y off its center and half sides, in samples.
-    contrast
-        By how much the target's colors stand out there.
-    certainty
-        Geometric mean of the response of the first frame's filter and of the color contrast there,
-        0 to 1. Neither is learned into agreement with what the tracker follows: a response
-        relative to its own past says nothing, since it rises while the filter learns the wrong
-        thing.
-    response
-        That of the filter, there.
-    """
-
-    place: Ellipse
-    window: Singles
-    spectra: Spectra
-    integral: Floats
-    centers: Floats
-    weights: Weights
-    found: Ellipse
-    box: Floats
-    contrast: float
-    certainty: float
-    response: float
-
-
-class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
-    """The default tracker.
-
-    Attributes
-    ----------
-    particles
-        How many are spread over the window, and search.
-    budget
-        How many of them go on from there: fewer, the fewer places there are to choose from.
-    correlation, posterior, sizes
-        The cues for the place, and the one for the size.
+    sizes
+        The cue for the size.
     search
         How a target is searched for.
-    color_gain
-        How much the color contrast counts in the pool of the cues for the place.
     border_gain
         How much the posterior across the border counts, beside the sizes' filter, for the size.
-    sigma
-        Of the pooled cues: particles weigh exp(pool / sigma).
     turn
         In radians, by which a target is turned to see whether that makes it certain.
     trust
         How certain it must be to learn, and not to be lost.
     calibration
         From 1 - certainty to the confidence.
-    resampling
-        How particles are selected.
     """
 
-    particles: Count = 400
-    budget: Budget = Budget(least=100, most=400, bin=0.25)
-    correlation: Correlation = Correlation(sharpness=1 / 12)
-    posterior: Posterior = Posterior()
     sizes: Sizes = Sizes()
     search: Search = Search()
-    color_gain: NonNegative = 1.0
     border_gain: NonNegative = 0.2
-    sigma: Positive = 0.02
     turn: Positive = 0.25
     trust: Trust = Trust()
     calibration: Calibration = Calibration(middle=0.73, width=0.05)
-    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
 
     @cached_property
     def cues(self) -> dict[str, Correlation | Posterior]:
@@ -212,7 +147,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, Info]:
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
-        look = self._look(rng, state, frame, state.ellipse)
+        look = self.look(rng, state, frame, state.ellipse)
         doubted = look.certainty < self.trust.of_first * state.standing.reference
         turning = doubted and not state.sizing
         if turning:
@@ -226,7 +161,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         if state.sizing and elsewhere is None and state.standing.status is Status.TRACKING:
             state, place, spectra = self._sized(rng, state, frame, look)
         if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
-            look, spectra = self._look(rng, state, frame, place), None
+            look, spectra = self.look(rng, state, frame, place), None
         after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
         if learned and state.sizing:
             if spectra is None:
@@ -247,60 +182,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         return state, self._put(state, frame)
 
-    def _look(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, place: Ellipse
-    ) -> Look:
-        """Weigh particles by what the window around a place says, and take their mean.
-
-        Half of them are spread over the window, the others around the response's maximum; they
-        are weighed, selected, and weighed again nearby, which sharpens them step by step.
-        """
-        samples = state.correlation.grid
-        half = np.array(samples.half)
-        window = samples.cut(frame, place)
-        spectra = self.correlation.spectra(samples, window)
-        plane, first = self.correlation.responses(state.correlation, spectra)
-        integral = self.posterior.integral(state.posterior, window)
-        share = self._color_share(state)
-        core = CORE * samples.half[0], CORE * samples.half[1]
-
-        def weights(points: Floats) -> Weights:
-            pool = at(plane, points)
-            kernels.bilinear.pool(integral, core, share, points, pool)
-            return Weights.from_log(pool / self.sigma)
-
-        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * CELL / FINE
-        narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
-        noise = rng.standard_normal((3, self.particles, 2))
-        points = noise[0]
-        points[::2] *= half
-        points[1::2] = points[1::2] * narrow + peak
-        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
-            weighed = weights(points)
-            chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
-            count = min(self.budget.number(chosen / math.sqrt(half.prod())), self.particles)
-            chosen = points[self.resampling.ancestors(rng, weighed, count)]
-            points = chosen + noise[layer, :count] * spread
-        centers = samples.points(place, points)
-        centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
-        weighed = weights(samples.offsets(place, centers))
-        x, y = (weighed.values @ centers).tolist()
-        box = np.append(samples.offsets(place, np.array((x, y))), half)
-        stands_out = contrast(integral, box)
-        alike = min(best_near(first, box[0], box[1]), 1.0)
-        certainty = math.sqrt(alike * max(stands_out, 0.0))
-        found = place._replace(x=x, y=y)
-        response = float(at(plane, box[None, :2])[0])
-        seen, said = (window, spectra, integral), (stands_out, certainty, response)
-        return Look(place, *seen, centers, weighed, found, box, *said)
-
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
     ) -> Look:
         """Return a look, or a surer one at the same place turned to either side."""
         looks = [
-            self._look(rng, state, frame, look.place._replace(theta=look.place.theta + turn))
+            self.look(rng, state, frame, look.place._replace(theta=look.place.theta + turn))
             for turn in (-self.turn, self.turn)
         ]
         best = max(looks, key=lambda look: look.certainty)
@@ -345,7 +232,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         searchers, places = self.search.step(
             rng, state.looks, searchers, frame, state.ellipse, state.standing.missed + 1
         )
-        looks = [self._look(rng, state, frame, place) for place in places]
+        looks = [self.look(rng, state, frame, place) for place in places]
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
         there &= self.trust.finds(best.certainty, state.standing.reference)
@@ -430,7 +317,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self._color_share(state)
+        share = self.color_share(state)
         return Info(
             track,
             shaped,
@@ -453,8 +340,3 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
             contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
             border=(1 - STEADY) * state.border + STEADY * border,
         )
-
-    def _color_share(self, state: DiscriminativeState) -> float:
-        """Return color's share in the pool: more, the more the target stands out by it."""
-        counts = self.color_gain * max(state.contrast, 0.0)
-        return counts / (1 + counts)

@@ -14,8 +14,9 @@ from motes.cues.orientation import Orientation
 from motes.discriminative import Discriminative
 from motes.errors import FormatError, LimitError
 from motes.frame import Frame
+from motes.info import Info
 from motes.meanshift import MeanShift
-from motes.particle_filter import Info, ParticleFilter
+from motes.particle_filter import ParticleFilter
 from motes.presets import TrackerConfig
 from motes.track import Status
 

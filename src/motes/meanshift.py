@@ -18,8 +18,8 @@ from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse
+from motes.info import Info
 from motes.motion import LONGEST_INTERVAL
-from motes.particle_filter import Info
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.sampling import EveryPixel
 from motes.track import Status, Track

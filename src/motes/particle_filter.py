@@ -30,6 +30,7 @@ from motes.estimate import mean_ellipse
 from motes.frame import Frame
 from motes.fusion import Adaptive, Fixed, Fusion
 from motes.geometry import Ellipse
+from motes.info import Info
 from motes.likelihood import Gaussian, Likelihood
 from motes.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
 from motes.presence import AppearanceRule, Background, Calibration
@@ -75,40 +76,6 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     places: Floats
     status: Status
     missed: int
-
-
-class Info(msgspec.Struct, frozen=True, eq=False):
-    """What an observer of a step may want.
-
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the particles: x, y, a, b, theta.
-    weights
-        (N,) their probabilities after this frame.
-    distances
-        (N,) to the target model, over all cues.
-    appearing
-        Number of particles that fulfill the appearance rule.
-    models
-        The target model of each cue that this frame was compared with.
-    shares
-        The weight of each cue; they sum to 1.
-    lessons
-        What the strategy of adaptation made of this frame, for each cue whose says so; empty where
-        the appearance rule does not hold.
-    """
-
-    track: Track
-    ellipses: Floats
-    weights: Floats
-    distances: Floats
-    appearing: int
-    models: Mapping[str, Any]
-    shares: Mapping[str, float]
-    lessons: Mapping[str, Lesson] = {}
 
 
 class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):

@@ -10,17 +10,15 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.ahead import prefetch
 from motes.association import (
     Account,
-    Association,
     Outcome,
     as_rows,
     assign,
@@ -29,91 +27,19 @@ from motes.association import (
     may_hide,
 )
 from motes.births import Births
-from motes.config import Config, Count, NonNegative, Positive, Share
 from motes.detection import Detection, Detector, best
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
 from motes.mistaken import edges, mistaken
 from motes.objects import Object, SceneTrack
-from motes.particle_filter import ParticleFilter
-from motes.presets import PRESETS, preset
+from motes.scene_config import SceneConfig, scene_config
 
 Floats = NDArray[np.float64]
 
 
-class SceneConfig(Config, frozen=True):
-    """How objects come, stay and go.
-
-    Attributes
-    ----------
-    tracker
-        What follows each object.
-    association
-        What makes a detection the same object as before.
-    double
-        A detection with more than this share in a surer one, or the other way round, is the same.
-    doubt
-        This share of all detections, the least sure ones, begins no objects.
-    confirm
-        A detection becomes an object when it is confirmed in so many frames in a row.
-    inertia
-        Share of its velocity that an object keeps when a detection says another one.
-    steadiness
-        Share of its size that an object keeps when a detection says another one.
-    covered
-        An object is hidden by another if that covers more than this share of it.
-    alone
-        Seconds for which colors alone may follow an object that no detection confirms.
-    patience
-        Seconds for which a hidden object is waited for, if it was known for as long before; twice
-        that where another object is seen.
-    farewell
-        The same where it should be at the border, or outside.
-    least_patience
-        Seconds for which any hidden object is waited for.
-    within
-        A box with more than this share of it in another one lies within that.
-    larger
-        A detection with two objects in it is so many times larger than either.
-    """
-
-    tracker: ParticleFilter
-    association: Association = Association()
-    double: Share = 0.6
-    doubt: Share = 0.25
-    confirm: Count = 3
-    inertia: Share = 0.8
-    steadiness: Share = 0.5
-    covered: Annotated[float, Meta(gt=0, le=1)] = 0.3
-    alone: NonNegative = 0.12
-    patience: Positive = 3.0
-    farewell: NonNegative = 0.2
-    least_patience: NonNegative = 0.4
-    within: Share = 0.7
-    larger: Annotated[float, Meta(ge=1)] = 1.4
-
-
 COVERED = 2
 """One that is where another one is seen is waited for so many times as long: it cannot be seen."""
-PLACES = 2000
-"""An object's background is looked at around so many places at its birth: a few milliseconds."""
-
-
-def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:
-    """Return the configuration of a scene whose objects a preset follows.
-
-    Raises
-    ------
-    ConfigError
-        If the preset is unknown or no particle filter.
-    """
-    config = preset(tracker) if isinstance(tracker, str) else tracker
-    if not isinstance(config, ParticleFilter):
-        filters = [name for name, known in PRESETS.items() if isinstance(known, ParticleFilter)]
-        raise ConfigError(f"Objects are followed by particle filters: {', '.join(filters)}.")
-    presence = replace(config.presence, places=min(config.presence.places, PLACES))
-    return SceneConfig(tracker=replace(config, presence=presence))
 
 
 class _Found(NamedTuple):

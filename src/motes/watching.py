@@ -9,7 +9,7 @@ from motes.config import from_dict
 from motes.detection import Detector, FacesConfig, PeopleConfig, RecordedConfig
 from motes.errors import ConfigError
 from motes.lookalike import LookalikeConfig
-from motes.scene import SceneConfig
+from motes.scene_config import SceneConfig
 
 DetectorConfig: TypeAlias = (
     BackgroundConfig | PeopleConfig | FacesConfig | RecordedConfig | LookalikeConfig

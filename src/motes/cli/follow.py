@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from motes.detection import Detector
 from motes.frame import Frame
-from motes.particle_filter import Info
+from motes.info import Info
 from motes.target import Place, Target
 from motes.track import Status, Track
 from motes.tracker import Picture, Tracker

@@ -214,7 +214,7 @@ def _watch_config(
     from msgspec.structs import asdict
 
     from motes.config import from_dict, from_toml, merge, to_dict
-    from motes.scene import scene_config
+    from motes.scene_config import scene_config
     from motes.watching import WatchConfig, detector_values
 
     if like is not None and detector is not None:

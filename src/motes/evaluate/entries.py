@@ -64,7 +64,7 @@ from motes.evaluate.peers import PEERS, STOCHASTIC, opencv
 from motes.evaluate.sequences import Problem
 from motes.meanshift import MeanShift
 from motes.presets import TrackerConfig
-from motes.scene import scene_config
+from motes.scene_config import scene_config
 
 KNOWN = [*presets.PRESETS, *PEERS]
 """Names of trackers that motes has or knows."""
