@@ -6,7 +6,8 @@ Twenty rendered targets at 640x480 that circle around their places. They are det
 truth, so that all of them are there, but `BackgroundDetector` looks at each frame as well and takes
 its time. Milliseconds are the processor's, those of all threads together; frames a second are of
 the clock, from a frame in memory to what is said of it, in a process that has one core or two, with
-detection in turn with tracking or ahead of it. Medians of `RUNS` processes.
+detection in turn with tracking or ahead of it. Then tracking alone, of as many targets as there is
+room for in larger frames. Medians of `RUNS` processes.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from motes.frame import Frame
 from motes.scene import Scene
 
 SIZE, TARGET, OBJECTS = (640, 480), (60, 80), 20
+SIZES = SIZE, (1280, 720), (1920, 1080)
 LAPS = 8
 WARM = 40
 """Frames before any is timed: births, and compiling."""
@@ -77,8 +79,24 @@ def rate(cores: int, ahead: bool) -> float:
     return (frame.index - WARM) / (time.perf_counter() - start)
 
 
+def tracking(size: tuple[int, int]) -> tuple[int, float]:
+    """Return how many objects have room in a frame, and the milliseconds that following takes."""
+    found, spent = list[Detection](), []
+    scene = Scene(lambda _: found)
+    clip = list(synthetic.crowd(size, TARGET))
+    for index in range(WARM + 4 * len(clip)):
+        picture, truths = clip[index % len(clip)]
+        found = [Detection(truth.ellipse.box) for truth in truths]
+        frame = Frame(index, index / 25, picture.pixels)
+        start = time.process_time()
+        said = scene.update(frame)
+        spent.append(time.process_time() - start)
+    assert len(said) == len(clip[0][1])
+    return len(said), float(np.median(spent[WARM:])) * 1000
+
+
 def main() -> None:
-    """Print two tables."""
+    """Print three tables."""
     context = multiprocessing.get_context("spawn")
     with context.Pool(1, maxtasksperchild=1) as pool:
         costs = np.median([pool.apply(cost) for _ in range(RUNS)], axis=0).tolist()
@@ -93,6 +111,11 @@ def main() -> None:
                 for ahead in (False, True)
             ]
             print(f"| {cores} | {rates[0]:.0f} | {rates[1]:.0f} |")
+        print("\n| objects | tracking, ms of processor | for each |\n|---|---|---|")
+        for size in SIZES:
+            runs = [pool.apply(tracking, (size,)) for _ in range(RUNS)]
+            count, spent = np.median(runs, axis=0).tolist()
+            print(f"| {count:.0f} | {spent:.1f} | {spent / count:.2f} |")
 
 
 if __name__ == "__main__":

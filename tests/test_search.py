@@ -61,14 +61,34 @@ def test_the_first_place_is_the_target() -> None:
     assert gathered.mean() > 0.5
 
 
-def test_one_of_the_places_is_turned_the_more_the_longer_it_is_missed() -> None:
-    cue, frame = Search(turn=0.5), picture(60, 60)
-    model, rng = cue.learn(frame, LAST), np.random.default_rng(8)
-    for missed in (1, 16):
-        places = [cue.step(rng, model, start(20), frame, LAST, missed)[1] for _ in range(300)]
-        turns = np.array([[place.theta for place in each] for each in places])
-        assert (turns[:, :2] == LAST.theta).all()
-        assert turns[:, 2].std() == pytest.approx(0.5 * np.sqrt(missed), rel=0.15)
+@pytest.mark.parametrize("quarters", range(4))
+def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -> None:
+    """A square that grows lighter to one side, in a frame that is turned by quarters."""
+    y, x = np.mgrid[:120, :120].astype(float)
+    gray = np.random.default_rng(3).uniform(90, 100, (120, 120))
+    inside = (abs(x - 59.5) < 12) & (abs(y - 59.5) < 12)
+    gray[inside] = 130 + 4 * (x - 59.5)[inside] + 2 * (y - 59.5)[inside]
+    pixels = np.repeat(gray[:, :, None], 3, axis=2).astype(np.uint8)
+    last = Ellipse(59.5, 59.5, 10.0, 10.0)
+    cue, rng = Search(), np.random.default_rng(8)
+    model = cue.learn(Frame(0, 0.0, pixels), last)
+    turned = Frame(1, 0.04, np.ascontiguousarray(np.rot90(pixels, -quarters)))
+    searchers = np.tile(np.array(last), (20, 1))
+    places = [cue.step(rng, model, searchers, turned, last, 1)[1] for _ in range(200)]
+    turns = np.array([[place.theta for place in each] for each in places])
+    assert (turns[:, :2] == 0).all()
+    off = (turns[:, 2] - quarters * np.pi / 2 + np.pi) % (2 * np.pi) - np.pi
+    assert np.mean(abs(off) < np.pi / 4) > 0.8
+    assert abs(np.median(off)) < np.pi / 8
+    assert off.std() > 0.05  # anywhere within a bin
+
+
+def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
+    frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
+    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Search(), np.random.default_rng(8)
+    model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
+    turns = [cue.step(rng, model, searchers, frame, last, 1)[1][2].theta for _ in range(200)]
+    assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
 
 
 def test_edges_tell_what_colors_do_not() -> None:

@@ -158,7 +158,7 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         look = elsewhere or look
         place, spectra = look.found, None
-        if state.sizing and elsewhere is None and state.standing.status is Status.TRACKING:
+        if state.sizing and elsewhere is None and self.trust.trusts(state.standing):
             state, place, spectra = self._sized(rng, state, frame, look)
         if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
             look, spectra = self.look(rng, state, frame, place), None
@@ -178,7 +178,7 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
             ellipse=Ellipse.from_box(region.box),
             shape=region,
             searchers=NOBODY,
-            standing=state.standing._replace(status=Status.TRACKING, missed=0, against=0),
+            standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0, against=0),
         )
         return state, self._put(state, frame)
 

@@ -3,6 +3,7 @@
 Histograms of the target's colors (Nummiaro et al., section III) and edges (Ng and Delp, section
 3.2) in its first region say where to look closer. Among 400 places anywhere in a frame they put
 the target first far oftener than the posterior of single colors does, and they need no color.
+How it is turned by now, the directions of its gradients say.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 from motes.config import Config, NonNegative, Positive
 from motes.cues.color import Color, ColorModel
 from motes.cues.edges import Edges, EdgesModel
+from motes.cues.histograms import bhattacharyya
+from motes.cues.hog import Hog, HogModel
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.resampling import Resampling, Weights
@@ -26,13 +29,16 @@ SMALLEST = 2.0
 """Half-axis in pixels."""
 FRESH = 4
 """Of so many searchers one starts anew in each frame."""
+DIRECTIONS = Hog(bins=16, turned=False)
+"""Of gradients, over a whole turn: a target that is turned has the same ones, all turned alike."""
 
 
 class LooksModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
-    """The histograms of the target's first region."""
+    """The histograms of the target's first region; those of directions, of a circle there."""
 
     color: ColorModel
     edges: EdgesModel
+    directions: HogModel
 
 
 class Search(Config, frozen=True):
@@ -50,8 +56,8 @@ class Search(Config, frozen=True):
         The target gets no farther than this many of its mean sides in a frame.
     growth
         Standard deviation of the logarithm of its size.
-    turn
-        Standard deviation of its turn in one frame, in radians; it grows with the root of time.
+    turn_sigma
+        Turns weigh exp(-distance / turn_sigma) of the directions that are seen to those turned so.
     """
 
     color: Color = Color()
@@ -60,11 +66,15 @@ class Search(Config, frozen=True):
     sigma: Positive = 0.1
     speed: Positive = 0.5
     growth: NonNegative = 0.4
-    turn: NonNegative = 1.0
+    turn_sigma: Positive = 0.03
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> LooksModel:
         """Return the histograms of the region in `ellipse`."""
-        return LooksModel(self.color.learn(frame, ellipse), self.edges.learn(frame, ellipse))
+        return LooksModel(
+            self.color.learn(frame, ellipse),
+            self.edges.learn(frame, ellipse),
+            DIRECTIONS.learn(frame, circle(ellipse)),
+        )
 
     def step(
         self,
@@ -90,7 +100,7 @@ class Search(Config, frozen=True):
         -------
         searchers, places
             The new ones, and where to look closer: at the likeliest of them; for there may be
-            several alike, at one drawn by its weight; and at another one, turned.
+            several alike, at one drawn by its weight; and at another one, as it seems to be turned.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
         reach = self.speed * missed * 2 * math.sqrt(last.a * last.b)
@@ -107,9 +117,25 @@ class Search(Config, frozen=True):
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
         drawn = chosen[rng.integers(len(chosen), size=2)]
-        drawn[1, 4] += self.turn * math.sqrt(missed) * rng.standard_normal()
+        drawn[1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])
         return chosen, [Ellipse(*place) for place in places.tolist()]
+
+    def _turn(
+        self, rng: np.random.Generator, model: LooksModel, frame: Frame, place: Ellipse
+    ) -> float:
+        """Return by how much a target at a place may be turned since the start, in radians."""
+        seen = DIRECTIONS.observe(model.directions, frame, circle(place))
+        bins = len(seen)
+        turned = np.stack([np.roll(model.directions.histogram, n) for n in range(bins)])
+        weights = Weights.from_log(-bhattacharyya(turned, seen) / self.turn_sigma)
+        return float(rng.choice(bins, p=weights.values) + rng.random() - 0.5) * 2 * math.pi / bins
+
+
+def circle(ellipse: Ellipse) -> Ellipse:
+    """Return the circle of an ellipse's area: its region stays the same when it is turned."""
+    radius = math.sqrt(ellipse.a * ellipse.b)
+    return Ellipse(ellipse.x, ellipse.y, radius, radius)
 
 
 def limits(ellipse: Ellipse, frame: Frame) -> tuple[float, float]:

@@ -22,7 +22,9 @@ class Standing(NamedTuple):
     status
         Where the tracker is.
     missed
-        Frames since one that was certain while tracking.
+        Frames since one in which it was believed to be there.
+    agreed
+        Frames in a row that were certain.
     against
         Frames in a row that speak against the status.
     reference, seen
@@ -31,6 +33,7 @@ class Standing(NamedTuple):
 
     status: Status = Status.TRACKING
     missed: int = 0
+    agreed: int = 0
     against: int = 0
     reference: float = 0.0
     seen: int = 0
@@ -80,10 +83,14 @@ class Trust(Config, frozen=True):
         """Return whether it is enough to keep a target where it is, and not to search for it."""
         return certainty >= min(self.keep, self.of_first * reference)
 
+    def trusts(self, standing: Standing) -> bool:
+        """Return whether the target was believed to be there of late."""
+        return standing.missed < self.frames
+
     def follows(self, certainty: float, standing: Standing) -> bool:
         """Return whether a certainty is enough to move: any is in the first frames of doubt."""
         low = min(self.follow, self.of_first * standing.reference)
-        return standing.missed < self.frames or certainty >= low
+        return self.trusts(standing) or certainty >= low
 
     def finds(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to believe that a target is somewhere else."""
@@ -94,8 +101,8 @@ class Trust(Config, frozen=True):
     ) -> tuple[Standing, bool, bool]:
         """Return how a tracker stands after a frame, whether the target is there, and is learned.
 
-        A target that was lost is tracked again after some frames in a row that agree, so that
-        what is only like it is left before anything is learned from it.
+        A target that was missed for some frames is believed to be there after as many in a row that
+        agree, so that what is only like it is left before anything is learned from it.
 
         Parameters
         ----------
@@ -106,19 +113,22 @@ class Trust(Config, frozen=True):
         jumped
             Whether the search has led there in this frame.
         """
-        status, missed, against, reference, seen = before
-        tracking = status is Status.TRACKING
-        if tracking and seen < CALM:
+        status, missed, agreed, against, reference, seen = before
+        trusted, tracking = self.trusts(before), status is Status.TRACKING
+        if trusted and seen < CALM:
             seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
         there = (self.finds if jumped else self.keeps)(certainty, reference)
         responds = response >= self.respond and self.keeps(2 * certainty, reference)
         kept = there or (responds and not jumped)
-        against = (0 if jumped else against) + 1 if kept is not tracking else 0
+        if jumped:
+            agreed = against = 0
+        agreed = agreed + 1 if there else 0
+        against = against + 1 if kept is not tracking else 0
+        believed = there and (trusted or agreed >= self.frames)
+        missed = 0 if believed else missed + 1
         if against == self.frames:
-            tracking, against = not tracking, 0
-            status = Status.TRACKING if tracking else Status.LOST
+            against, status = 0, Status.LOST if tracking else Status.TRACKING
         elif not tracking:
             status = Status.SEARCHING
-        missed = 0 if there and tracking else missed + 1
-        learned = there and tracking and self.learns(certainty, reference)
-        return Standing(status, missed, against, reference, seen), there, learned
+        learned = believed and self.learns(certainty, reference)
+        return Standing(status, missed, agreed, against, reference, seen), there, learned
