@@ -54,6 +54,17 @@ def test_what_looks_as_it_did_of_late_is_not_lost_but_searched_for() -> None:
     assert statuses(after([0.2] * 4, LOST, (3,), responses=[0.1, 0.18, 0.18, 0.18])) == "ssss"
 
 
+def test_who_was_missed_for_long_is_learned_only_after_three_frames_that_agree() -> None:
+    """Whatever the status: the response kept it."""
+    certainties = [0.2] * 3 + [0.5] * 4
+    told = after(certainties, responses=[0.18] * 7)
+    assert statuses(told) == "ttttttt"
+    assert [learned for _, _, learned in told] == [False] * 5 + [True] * 2
+    assert [learned for _, _, learned in after(certainties[1:], responses=[0.18] * 6)] == (
+        [False] * 2 + [True] * 4
+    )
+
+
 def test_a_jump_asks_for_more_and_begins_anew_to_count() -> None:
     assert [there for _, there, _ in after([0.3, 0.36], LOST, jumps=(0, 1))] == [False, True]
     assert statuses(after([0.5, 0.5, 0.5, 0.5, 0.5], LOST, jumps=(2,))) == "sssst"
