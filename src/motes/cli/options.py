@@ -351,6 +351,33 @@ def undisturbed() -> Iterator[None]:
         handler(*interrupts[-1])
 
 
+@contextlib.contextmanager
+def remembered() -> Iterator[Callable[[], None]]:
+    """Let Ctrl-C raise as ever; yield a check that raises again what was lost.
+
+    Python drops what is raised in a destructor, such as one of the compiler's.
+    """
+    interrupts: list[Any] = []
+    handler: Any = signal.getsignal(signal.SIGINT)
+
+    def note(*interrupt: Any) -> None:
+        interrupts.append(interrupt)
+        handler(*interrupt)
+
+    def check() -> None:
+        if interrupts:
+            raise KeyboardInterrupt
+
+    if not callable(handler):  # interrupts are ignored, as behind nohup
+        yield check
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
 def announce_compiling() -> None:
     """Tell the user why a start takes long, if kernels must be compiled in it."""
     from motes import kernels

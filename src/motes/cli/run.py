@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from typing import Protocol, TypeVar
 
 from motes.ahead import prefetch
-from motes.cli.options import undisturbed
+from motes.cli.options import remembered, undisturbed
 from motes.cli.progress import Progress
 from motes.frame import Frame
 from motes.video import Source
@@ -54,7 +54,7 @@ def run(
     """
     interrupted = False
     try:
-        with contextlib.ExitStack() as opened, prefetch(film) as frames:
+        with remembered() as check, contextlib.ExitStack() as opened, prefetch(film) as frames:
             for output in outputs:
                 opened.enter_context(output)
             making = opened.enter_context(contextlib.closing(steps(frames)))
@@ -66,6 +66,7 @@ def run(
                                 output.write(step)
                             state = note(step)
                         progress.count(state)
+                        check()
                 except KeyboardInterrupt:
                     interrupted = True
     except KeyboardInterrupt:
