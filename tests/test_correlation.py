@@ -26,6 +26,7 @@ from motes.cues.window import (
     grid,
     sectors,
 )
+from motes.errors import ConfigError
 from motes.frame import Frame
 from motes.geometry import Ellipse, iou
 from motes.particle_filter import ParticleFilter
@@ -406,6 +407,15 @@ def test_every_preset_takes_the_learned_cues(name: str) -> None:
     model: Any = tracker.info.models["correlation"]
     assert (model.numerator != learned.numerator).any()
     assert model.place.x > 31
+
+
+def test_what_learns_by_itself_takes_no_strategy() -> None:
+    changes: Any = {"correlation": {}, "adaptation": {"type": "by_cue", "cues": {}}}
+    config: Any = configure(preset("nummiaro"), changes)
+    assert list(config.strategies) == ["color"]
+    changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
+    with pytest.raises(ConfigError, match=r"correlation.*learns at correlation\.rate"):
+        configure(preset("nummiaro"), changes)
 
 
 def test_default_is_what_a_tracker_uses() -> None:

@@ -92,8 +92,8 @@ def imported(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path.name} has a relative import"
             assert node.module is not None
-            if node.module == "motes":
-                names.update(f"motes.{alias.name}" for alias in node.names)
+            if node.module in {"motes", "motes.kernels"}:
+                names.update(f"{node.module}.{alias.name}" for alias in node.names)
             else:
                 names.add(node.module)
     return names

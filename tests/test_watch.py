@@ -18,6 +18,7 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
+from motes.cli.options import remembered
 from motes.cli.run import run
 from motes.cli.watch import table
 from motes.cli.watch_outputs import COLUMNS
@@ -293,3 +294,15 @@ def test_an_interrupt_that_python_drops_is_not_lost(film: str) -> None:
         assert run(source, [], steps, note)
     assert written == [0, 1]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_interrupts_that_are_ignored_stay_so() -> None:
+    """As behind nohup."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with remembered() as check:
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+            check()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
