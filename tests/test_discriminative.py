@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw
 from motes.discriminative import Discriminative
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Box, Ellipse, iou
+from motes.search import Search
 from motes.track import Status, Track
 from motes.tracker import Tracker
 from motes.trust import Standing, Trust
@@ -345,3 +346,21 @@ def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
     assert info.track.ellipse[2:4] == pytest.approx((15, 20))
     assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
     assert after.sizing
+
+
+def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
+    tracker, _ = follow(frames, boxes[0])
+    given, told, step = [], [], Search.step
+
+    def noted(self: Search, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
+        given.append(searchers)
+        told.append(step(self, rng, model, searchers, *rest))
+        return told[-1]
+
+    monkeypatch.setattr(Search, "step", noted)
+    for index in range(8, 12):
+        tracker.update(Frame(index, index * FRAME_INTERVAL, wall(240, 320)))
+    assert len(given) > 1
+    for before, (after, _) in zip(given[1:], told[:-1], strict=True):
+        np.testing.assert_array_equal(before, after)

@@ -512,3 +512,23 @@ def test_what_is_ruled_out() -> None:
     away, far = [[3.1, 1.5, 1.5, 3.0]], [[0.0, 0.69, 0.71, 0.39]]
     costs = rule.recoveries(rule.off(np.array(away), np.array([1.0])), np.array(far))
     np.testing.assert_allclose(costs, [[np.inf, 1.19, np.inf, 1.39]])
+
+
+@pytest.mark.parametrize("own", [0, 1])
+def test_of_two_places_as_near_an_object_is_where_it_looks_like_itself(own: int) -> None:
+    colors = np.array([(200, 30, 30), (30, 30, 200)], np.uint8)
+    places = [Box(30 + shift, 30, 24, 30) for shift in (-8, 8)]
+    still, found = Box(30, 30, 24, 30), list[Detection]()
+    scene = Scene(lambda _: found)
+    pixels = np.full((90, 120, 3), 100, np.uint8)
+    for index in range(6):
+        shown = pixels.copy()
+        shown[30:60, 30:54] = colors[own]
+        found = [Detection(still)]
+        scene.update(Frame(index, index / 25, shown))
+    shown = pixels.copy()
+    shown[30:60, 22:42], shown[30:60, 42:62] = colors
+    found = [Detection(place) for place in places]
+    (track, *_) = scene.update(Frame(6, 6 / 25, shown))
+    assert track.identity == 1
+    assert track.track.ellipse.x == pytest.approx(places[own].x + 11.5)
