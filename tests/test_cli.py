@@ -650,16 +650,14 @@ def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path:
     assert re.search(r"motes: 400 frames, .* wrote \S+r\.csv\.", shown)
 
 
-def test_help_is_quick_and_loads_nothing_heavy() -> None:
+def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from motes.cli import main; main(sys.argv[1:]); "
         "print([name for name in ('numpy', 'numba', 'av', 'PIL') if name in sys.modules])"
     )
     for words in (["--help"], ["track", "--help"], ["histogram", "--help"], ["--version"]):
-        start = time.perf_counter()
         out = subprocess.check_output([sys.executable, "-c", code, *words], text=True)
         assert out.splitlines()[-1] == "[]"
-        assert time.perf_counter() - start < 2
 
 
 def test_help_names_commands_and_exit_codes(go: Go) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,11 +35,11 @@ def gray(index: int) -> NDArray[np.uint8]:
 
 
 def frames(film: Source | Live) -> Iterator[Frame | str]:
-    """Yield what comes, for no more than some seconds."""
+    """Yield what comes, for no more than some time."""
     begun = time.monotonic()
     for news in film:
         yield news
-        assert time.monotonic() - begun < 12, "it goes on for ever"
+        assert time.monotonic() - begun < 120, "it goes on for ever"
 
 
 def words(news: Iterator[Frame | str]) -> str:
@@ -51,12 +53,10 @@ def test_a_stall_is_noticed_and_so_is_the_return() -> None:
         news = frames(film)
         assert isinstance(next(news), Frame)
         stream.stalled.set()
-        begun = time.monotonic()
         said = words(news)
         assert "does not answer" in said
         assert "tried again" in said
         assert "secret" not in said
-        assert time.monotonic() - begun < TIMEOUT + 1
         stream.stalled.clear()
         assert "is back after" in words(news)
         before, after = next(news), next(news)
@@ -70,39 +70,57 @@ def test_a_server_that_goes_away_is_retried_with_growing_pauses() -> None:
     with camera(gray) as stream, open_watched(stream.url) as film:
         news = frames(film)
         next(news)
+        before, begun = stream.connections, time.monotonic()
         stream.hung_up.set()
-        begun = time.monotonic()
         assert "tried again" in words(news)
-        assert time.monotonic() - begun < TIMEOUT + 1
-        before = stream.connections
-        time.sleep(1.2)  # pauses of 0.05, 0.1, 0.2, 0.4 and 0.8 s
-        assert 2 <= stream.connections - before <= 6
+        while stream.connections < before + 4:
+            time.sleep(0.01)
+        assert time.monotonic() - begun > 0.05 + 0.1 + 0.2 + 0.4
         stream.hung_up.clear()
         assert "is back after" in words(news)  # with nothing said in between
 
 
-def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others() -> None:
-    """Pictures tell when they were painted; what the container and the network take, stays."""
-    with camera(gray) as stream, open_watched(stream.url) as film:
-        assert isinstance(film, Live)
-        news = frames(film)
-        for _ in range(20):  # let what came while it was opened pass
-            next(news)
-        indices, ages = [], []
-        dropped = film.dropped
-        for _ in range(6):
-            time.sleep(0.1)  # five frames
+def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Frames have the time at which they came, on the reader's clock."""
+    clock, burst, taken = SimpleNamespace(now=100.0), threading.Semaphore(0), threading.Event()
+    monkeypatch.setattr(live, "time", SimpleNamespace(monotonic=lambda: clock.now))
+
+    class Scripted:
+        name = "camera 0"
+
+        def __enter__(self) -> Scripted:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def __iter__(self) -> Iterator[Frame]:
+            for index in range(100):
+                if index % 5 == 0:
+                    taken.set()  # all of the last burst
+                    burst.acquire()
+                clock.now += 0.04
+                yield Frame(index, index / 25, gray(index))
+
+    with Live("0", Scripted()) as film:  # type: ignore[arg-type]
+        news = iter(film)
+        taken.wait()
+        for count in range(1, 7):
+            taken.clear()
+            burst.release()
+            taken.wait()
             frame = next(news)
             assert isinstance(frame, Frame)
-            indices.append(frame.index)
-            ages.append(time.monotonic() - film._origin - frame.time)
-        assert max(ages) < 2 / 50
-        lost = indices[-1] - indices[0] - 5
-        assert 12 < lost <= film.dropped - dropped
+            assert frame.pixels[0, 0, 0] == gray(5 * count - 1)[0, 0, 0]
+            assert frame.index == 5 * count - 1
+            assert film.dropped == 4 * count
+            assert frame.time == pytest.approx(clock.now - 100.0, abs=1e-9)
 
 
 def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
     """Drivers may hang where FFmpeg's timeout does not reach."""
+    noticed = threading.Event()
 
     class Silent:
         name = "camera 0"
@@ -114,16 +132,15 @@ def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
 
         def __iter__(self) -> Iterator[Frame]:
             yield Frame(0, 0.0, gray(0))
-            time.sleep(TIMEOUT + 1.2)
+            noticed.wait()
             yield Frame(1, 0.0, gray(0))
 
-    begun = time.monotonic()
     with Live("0", Silent()) as film:  # type: ignore[arg-type]
         news = frames(film)
         assert isinstance(next(news), Frame)
         assert words(news).startswith("camera 0 sends no pictures")
-        assert time.monotonic() - begun < TIMEOUT + 1
-        assert words(news).startswith("camera 0 is back after 0.")
+        noticed.set()
+        assert words(news).startswith("camera 0 is back after ")
 
 
 def test_an_address_that_does_not_answer_yet_is_waited_for() -> None:

@@ -9,7 +9,6 @@ import platform
 import socket
 import tempfile
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -614,22 +613,18 @@ def test_a_server_that_stops_sending_is_noticed(tmp_path: Path, ending: str) -> 
     codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
     path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
     data = path.read_bytes()
-    begun = time.monotonic()
     with server(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
         with pytest.raises(SourceError, match="does not answer") as caught:
             list(source)
         assert source.report.decoded > 20
-    assert time.monotonic() - begun < 4
     assert "secret" not in str(caught.value)
 
 
 @pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("pause", [None, 0.05])
 def test_a_server_that_never_answers_is_noticed(pause: float | None) -> None:
-    begun = time.monotonic()
     with server(b"", 1000, pause) as url:
         assert "does not answer" in error_of(url)
-    assert time.monotonic() - begun < 4
 
 
 def test_a_server_that_is_not_there_is_noticed() -> None:
