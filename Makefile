@@ -32,13 +32,13 @@ accuracy: $(READY)
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
-# TrackEval is what tests compare with; of what it asks for, an OpenCV would overwrite ours.
+# TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[all,dev]'
-	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0
+	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@
 
 clean:

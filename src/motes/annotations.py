@@ -1,137 +1,192 @@
-"""Objects as annotation tools take them: COCO's JSON and CVAT's XML.
+"""Objects in the forms that annotation tools read: COCO's JSON and CVAT's XML.
 
-Both are one document, which is whole only at the end; rows are for whoever reads along. Boxes are
-cut to the picture, whose upper left corner is 0, 0; frames count from 0.
+Both are written piece by piece from a journal. Coordinates are measured from the upper left corner
+of the picture, as these tools do; what is outside of the picture is cut off. Frames count from 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeAlias
-from xml.etree import ElementTree
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+from xml.sax.saxutils import escape, quoteattr
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
-from motes.objects import SceneTrack
+from motes import __version__
+from motes.geometry import area, clipped
+from motes.journal import Head, Journal, Picture, Sighting
 from motes.track import Status
 
-Size: TypeAlias = tuple[int, int]
-"""Width and height of a picture."""
-Corners: TypeAlias = tuple[float, float, float, float]
-"""Left, top, right, bottom."""
-
-DECLARATION = '<?xml version="1.0" encoding="utf-8"?>'
-LABEL = "object"
 SHOWN = (Status.TRACKING, Status.OCCLUDED)
 """Where an object is searched for nobody has seen it, and nothing is annotated."""
+LEAST = 0.01
+"""An object with less of it in the picture, in square pixels, is not annotated."""
 
 
-def coco(frames: Mapping[int, Sequence[SceneTrack]], size: Size) -> str:
-    """Return a COCO document of objects by frame.
+class Corners(NamedTuple):
+    """A box, in pixels."""
 
-    An annotation for each object in each frame, also of hidden ones, with `score`, and with
-    `track_id` and `occluded` among its `attributes`; pictures have the names that CVAT and its like
-    give to the frames of a video.
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+def coco(journal: Journal) -> Iterator[bytes]:
+    """Yield a COCO document: `info`, `licenses`, `categories`, `images` and `annotations`.
+
+    An image for each frame, with its `frame` and `time`. Its `file_name` is that of the image if
+    the source is a folder of images; else the one that CVAT gives to the frame of a video. An
+    annotation for each object in each frame, also of hidden ones: `segmentation` and `area` of the
+    ellipse, the `bbox` around it, `score`, and `track_id` and `occluded` among its `attributes`.
     """
-    width, height = size
-    images = [
-        {"id": index + 1, "file_name": f"frame_{index:06d}.png", "width": width, "height": height}
-        for index in frames
-    ]
-    annotations: list[dict[str, object]] = []
-    for index, tracks in frames.items():
-        for each in tracks:
-            corners = _within(each, size)
+    head = journal.head
+    about = {
+        "description": f"Objects in {head.source}, as motes followed them",
+        "version": __version__,
+        "video": head.source,
+    }
+    yield b'{"info": ' + msgspec.json.encode(about) + b',\n"licenses": [],\n"categories": '
+    yield msgspec.json.encode([{"id": 1, "name": head.label, "supercategory": ""}])
+    yield b',\n"images": ['
+    yield from _listed(_image(picture, head) for picture in journal)
+    yield b'],\n"annotations": ['
+    yield from _listed(_annotations(journal))
+    yield b"]}\n"
+
+
+def _listed(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
+    for index, item in enumerate(items):
+        yield (b",\n" if index else b"\n") + msgspec.json.encode(item)
+
+
+def _image(picture: Picture, head: Head) -> dict[str, object]:
+    return {
+        "id": picture.frame + 1,
+        "file_name": picture.file or f"frame_{picture.frame:06d}.png",
+        "width": head.width,
+        "height": head.height,
+        "frame": picture.frame,
+        "time": round(picture.time, 6),
+    }
+
+
+def _annotations(journal: Journal) -> Iterator[dict[str, object]]:
+    number = 0
+    for picture in journal:
+        for each in picture.objects:
+            corners = _visible(each, journal.head)
             if corners is None:
                 continue
-            left, top, right, bottom = corners
-            box = [left, top, round(right - left, 2), round(bottom - top, 2)]
-            annotations.append(
-                {
-                    "id": len(annotations) + 1,
-                    "image_id": index + 1,
-                    "category_id": 1,
-                    "bbox": box,
-                    "area": round(box[2] * box[3], 2),
-                    "iscrowd": 0,
-                    "score": round(each.track.confidence, 5),
-                    "attributes": {
-                        "track_id": each.identity,
-                        "occluded": each.track.status is Status.OCCLUDED,
-                    },
-                }
-            )
-    categories = [{"id": 1, "name": LABEL}]
-    return msgspec.json.encode(
-        {"images": images, "annotations": annotations, "categories": categories}
-    ).decode()
+            number += 1
+            outline = _outline(each, journal.head)
+            yield {
+                "id": number,
+                "image_id": picture.frame + 1,
+                "category_id": 1,
+                "bbox": [
+                    corners.left,
+                    corners.top,
+                    round(corners.right - corners.left, 2),
+                    round(corners.bottom - corners.top, 2),
+                ],
+                "segmentation": [outline.ravel().round(2).tolist()],
+                "area": round(area(outline), 2),
+                "iscrowd": 0,
+                "score": round(each.confidence, 5),
+                "attributes": {
+                    "track_id": each.identity,
+                    "occluded": each.status is Status.OCCLUDED,
+                },
+            }
 
 
-def cvat(frames: Mapping[int, Sequence[SceneTrack]], size: Size) -> str:
-    """Return a CVAT document (for video, 1.1) of objects by frame: a track for each.
+def cvat(journal: Journal) -> Iterator[bytes]:
+    """Yield a CVAT document (for video, 1.1): a track for each object.
 
     Every box is a keyframe. In the first frame without the object a box that is `outside` ends it,
     as CVAT would draw it on otherwise.
     """
-    root = ElementTree.Element("annotations")
-    _text(root, "version", "1.1")
-    task = ElementTree.SubElement(ElementTree.SubElement(root, "meta"), "task")
-    _text(task, "size", max(frames, default=-1) + 1)
-    _text(task, "mode", "interpolation")
-    label = ElementTree.SubElement(ElementTree.SubElement(task, "labels"), "label")
-    _text(label, "name", LABEL)
-    original = ElementTree.SubElement(task, "original_size")
-    for name, value in zip(("width", "height"), size, strict=True):
-        _text(original, name, value)
-
-    tracks: dict[int, ElementTree.Element] = {}
-    last: dict[int, Corners] = {}
-    for index, here in frames.items():
-        seen: dict[int, tuple[Corners, bool]] = {}
-        for each in here:
-            corners = _within(each, size)
-            if corners is not None:
-                seen[each.identity] = corners, each.track.status is Status.OCCLUDED
-        for who in [who for who in last if who not in seen]:
-            _box(tracks[who], index, last.pop(who), outside=True)
-        for who, (corners, hidden) in seen.items():
-            if who not in tracks:
-                tracks[who] = ElementTree.SubElement(
-                    root, "track", id=str(who), label=LABEL, source="automatic"
-                )
-            _box(tracks[who], index, corners, occluded=hidden)
-            last[who] = corners
-    ElementTree.indent(root)
-    return f"{DECLARATION}\n{ElementTree.tostring(root, encoding='unicode')}\n"
-
-
-def _box(
-    track: ElementTree.Element,
-    frame: int,
-    corners: Corners,
-    *,
-    outside: bool = False,
-    occluded: bool = False,
-) -> None:
-    places = dict(zip(("xtl", "ytl", "xbr", "ybr"), map(str, corners), strict=True))
-    flags = {"outside": outside, "occluded": occluded, "keyframe": True}
-    texts = {name: str(int(flag)) for name, flag in flags.items()}
-    ElementTree.SubElement(track, "box", {"frame": str(frame), **texts, **places, "z_order": "0"})
+    head, end = journal.head, 0
+    spans: dict[int, tuple[int, int]] = {}
+    for offset, picture in journal.pictures():
+        end = picture.frame + 1
+        for each in picture.objects:
+            if each.status in SHOWN:
+                spans[each.identity] = spans.get(each.identity, (offset, 0))[0], offset
+    yield f"""\
+<?xml version="1.0" encoding="utf-8"?>
+<annotations>
+  <version>1.1</version>
+  <meta>
+    <task>
+      <size>{end}</size>
+      <mode>interpolation</mode>
+      <labels>
+        <label>
+          <name>{escape(head.label)}</name>
+        </label>
+      </labels>
+      <original_size>
+        <width>{head.width}</width>
+        <height>{head.height}</height>
+      </original_size>
+    </task>
+  </meta>
+""".encode()
+    for identity, (first, last) in spans.items():
+        yield from _track(journal, identity, first, last)
+    yield b"</annotations>\n"
 
 
-def _text(parent: ElementTree.Element, name: str, value: object) -> None:
-    ElementTree.SubElement(parent, name).text = str(value)
+def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[bytes]:
+    """Yield the track of an object that is in pictures from one offset to another."""
+    begun, hidden = False, False
+    shown: Corners | None = None
+    for offset, picture in journal.pictures(first):
+        before, shown = shown, None
+        for each in picture.objects:
+            if each.identity == identity:
+                shown, hidden = _visible(each, journal.head), each.status is Status.OCCLUDED
+        if shown and not begun:
+            label = quoteattr(journal.head.label)
+            yield f'  <track id="{identity}" label={label} source="automatic">\n'.encode()
+            begun = True
+        if shown:
+            yield _box(picture.frame, shown, occluded=hidden)
+        elif before:
+            yield _box(picture.frame, before, outside=True)
+        if offset > last:
+            break
+    if begun:
+        yield b"  </track>\n"
 
 
-def _within(each: SceneTrack, size: Size) -> Corners | None:
-    """Return an object's corners in the picture; None where it is not in it, or not seen."""
-    if each.track.status not in SHOWN:
+def _box(frame: int, corners: Corners, *, outside: bool = False, occluded: bool = False) -> bytes:
+    return (
+        f'    <box frame="{frame}" outside="{outside:d}" occluded="{occluded:d}" keyframe="1" '
+        f'xtl="{corners.left}" ytl="{corners.top}" xbr="{corners.right}" ybr="{corners.bottom}" '
+        f'z_order="0"/>\n'
+    ).encode()
+
+
+def _visible(each: Sighting, head: Head) -> Corners | None:
+    """Return the box of an object in the picture; None where it is not in it, or not seen."""
+    if each.status not in SHOWN:
         return None
-    box = each.track.box
-    left, right = _cut((box.x, box.x + box.width), size[0])
-    top, bottom = _cut((box.y, box.y + box.height), size[1])
-    return (left, top, right, bottom) if left < right and top < bottom else None
+    x, y, width, height = each.box
+    whole = Corners(round(x, 2), round(y, 2), round(x + width, 2), round(y + height, 2))
+    left, right = (min(max(end, 0.0), head.width) for end in (whole.left, whole.right))
+    top, bottom = (min(max(end, 0.0), head.height) for end in (whole.top, whole.bottom))
+    cut = Corners(left, top, right, bottom)
+    if left >= right or top >= bottom:
+        return None
+    # A box may be in the picture with a corner alone, which the ellipse does not fill.
+    return cut if cut == whole or area(_outline(each, head)) >= LEAST else None
 
 
-def _cut(ends: Iterable[float], most: int) -> list[float]:
-    return [round(min(max(end, 0.0), most), 2) for end in ends]
+def _outline(each: Sighting, head: Head) -> NDArray[np.float64]:
+    # Of the pixel at 0, the center is at 0 in an ellipse, at 0.5 where its corner is at 0.
+    return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)

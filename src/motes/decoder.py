@@ -186,6 +186,10 @@ class Decoder:
             raise SourceError(f"{self._name} {what}; {REMEDY}")
         return streams[0]
 
+    def file_of(self, index: int) -> str | None:
+        """Return None: pictures of a video are in no file of their own."""
+        return None
+
     def close(self) -> None:
         """Let go of the file or connection."""
         self._container.close()

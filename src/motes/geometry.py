@@ -64,6 +64,32 @@ class Ellipse(NamedTuple):
         return np.stack([self.x + u * cos - v * sin, self.y + u * sin + v * cos], axis=1)
 
 
+def clipped(corners: NDArray[np.float64], width: float, height: float) -> NDArray[np.float64]:
+    """Return the part of a convex polygon between 0, 0 and width, height.
+
+    Corners (n, 2) are in order, here and there; there are none if no part is. After Sutherland and
+    Hodgman, Reentrant polygon clipping, 1974.
+    """
+    if len(corners) and (corners.min(0) >= 0).all() and (corners.max(0) <= (width, height)).all():
+        return corners  # as almost always, and quickly
+    for axis, sign, limit in ((0, 1, 0.0), (0, -1, width), (1, 1, 0.0), (1, -1, height)):
+        depth = sign * (corners[:, axis] - limit)
+        following = np.roll(depth, -1)
+        crosses = (depth < 0) != (following < 0)
+        share = np.divide(depth, depth - following, out=np.zeros_like(depth), where=crosses)
+        cuts = corners + share[:, None] * (np.roll(corners, -1, axis=0) - corners)
+        cuts[:, axis] = limit  # but for rounding, it is
+        corners = np.stack([corners, cuts], axis=1)[np.stack([depth >= 0, crosses], axis=1)]
+    return corners
+
+
+def area(corners: NDArray[np.float64]) -> float:
+    """Return the area of a polygon of corners (n, 2) in order."""
+    x, y = corners.T
+    twice = x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1:] @ y[:1] - y[-1:] @ x[:1]
+    return float(abs(twice) / 2)
+
+
 def as_ellipse(region: Sequence[float]) -> Ellipse:
     """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
 

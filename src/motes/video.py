@@ -48,6 +48,9 @@ class _Reader(Protocol):
     def pictures(self, report: Report) -> Iterator[Stamped]:
         """Yield the pictures in order; only those whose pixels are asked for are converted."""
 
+    def file_of(self, index: int) -> str | None:
+        """Return the file of a picture that has one of its own."""
+
     def close(self) -> None: ...
 
 
@@ -139,6 +142,10 @@ class Source:
         """Let go of the file, camera or connection; there are no frames after that."""
         self._frames = iter(())
         self._reader.close()
+
+    def file_of(self, index: int) -> str | None:
+        """Return the name of a frame's image file in the folder of all images; None for a video."""
+        return self._reader.file_of(index)
 
 
 def open_source(
@@ -279,12 +286,16 @@ class _Images:
         if not self._paths:
             endings = ", ".join(sorted(IMAGE_ENDINGS))
             raise SourceError(f"There are no images in {name}; they would end in {endings}.")
+        self._folder = os.path.commonpath({os.path.dirname(path) for path in self._paths})
         self.count = len(self._paths)
         self.duration = len(self._paths) * FRAME_INTERVAL
 
     def pictures(self, report: Report) -> Iterator[Stamped]:
         for index, path in enumerate(self._paths):
             yield index * FRAME_INTERVAL, partial(read_image, path)
+
+    def file_of(self, index: int) -> str | None:
+        return Path(os.path.relpath(self._paths[index], self._folder or ".")).as_posix()
 
     def close(self) -> None:
         pass

@@ -138,6 +138,13 @@ FirstPixel = Annotated[
         "default as the layout has it.",
     ),
 ]
+Label = Annotated[
+    str | None,
+    Parameter(
+        group=OUTPUT,
+        help="Name of the objects' class in a .json or .xml document. [default: object]",
+    ),
+]
 Overwrite = Annotated[
     bool,
     Parameter(group=OUTPUT, negative=(), show_default=False, help="Replace what is there already."),
@@ -316,6 +323,26 @@ def check_not_source(source: str, *outputs: Path | None) -> None:
         raise ConfigError(f"{source} is the source and cannot be an output; choose another name.")
     if len(set(paths)) < len(paths):
         raise ConfigError("Two outputs have the same name; give each its own.")
+
+
+def check_label(label: str | None, output: str | None) -> None:
+    """Check the class that a user names for the objects of an output.
+
+    Raises
+    ------
+    ConfigError
+        If no tool would take the name, or the output has no classes.
+    """
+    from motes.documents import is_document
+
+    if label is None:
+        return
+    if output is None or not is_document(output):
+        raise ConfigError(
+            "--label is for documents, which end in .json or .xml; rows have no class: omit it."
+        )
+    if not (label.strip() and label.isprintable()):
+        raise ConfigError(f"--label is {label!r}; give a name in letters that can be printed.")
 
 
 def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:

@@ -80,20 +80,18 @@ class Rows:
 class AsObjects:
     """The target as one of several objects, in a form that only these have."""
 
-    def __init__(self, path: str, *, overwrite: bool) -> None:
-        self._inner = objects_output(path, overwrite)
-        self._begun = False
+    def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
+        self._inner = objects_output(path, film, overwrite=overwrite, label=label)
 
     def write(self, step: Step) -> None:
         """Add a frame."""
         tracks = [SceneTrack(1, step.track)] if step.track else []
         self._inner.write(Moment(step.frame, tracks, ()))
-        self._begun = True
 
     @property
     def result(self) -> str | None:
-        """The file."""
-        return self._inner.name if self._begun else None
+        """The file, or what there is instead."""
+        return self._inner.result
 
     def __enter__(self) -> Self:
         self._inner.__enter__()

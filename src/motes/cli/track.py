@@ -20,10 +20,12 @@ from motes.cli.options import (
     ConfigFile,
     DumpConfig,
     Ellipse,
+    Label,
     Overwrite,
     Preset,
     Settings,
     announce_compiling,
+    check_label,
     check_not_source,
     default_output,
     load_target,
@@ -86,13 +88,14 @@ def track(
             group=OUTPUT,
             allow_leading_hyphen=True,
             help="Rows, one for each frame: a .csv or .jsonl file, or - for standard output; or "
-            "as the MOTChallenge (.txt), COCO (.json) or CVAT (.xml) have it.",
+            "in the form of the MOTChallenge (.txt), COCO (.json) or CVAT (.xml).",
         ),
     ] = None,
     format: Annotated[  # noqa: A002
         Literal["csv", "jsonl"] | None,
         Parameter(group=OUTPUT, help="Form of the rows, whatever the file's ending."),
     ] = None,
+    label: Label = None,
     overlay: Annotated[
         Path | None, Parameter(group=OUTPUT, help="Annotated video: .mp4, .mkv, .mov or .m4v.")
     ] = None,
@@ -161,6 +164,7 @@ def track(
     if output is None and overlay is None and figures is None:
         output = default_output(source)
     check_not_source(source, Path(output) if output else None, overlay)
+    check_label(label, output if format is None else None)
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
@@ -171,7 +175,7 @@ def track(
         from motes.trackers import Trackers
 
         with open_source(source, start=start, end=end, stride=stride) as film:
-            files = open_outputs(film, stride, output, format, overlay, overwrite=overwrite)
+            files = open_outputs(film, stride, output, format, label, overlay, overwrite=overwrite)
             return track_several(film, Trackers(tracking, seed), boxes, files)
 
     from motes.cli.outputs import AsObjects, Figures, Overlay, Rows
@@ -194,7 +198,7 @@ def track(
         if output is not None and rows:
             outputs.append(Rows(output, format, overwrite=overwrite, resume=resume))
         elif output is not None:
-            outputs.append(AsObjects(output, overwrite=overwrite))
+            outputs.append(AsObjects(output, film, label, overwrite=overwrite))
         return _run(film, tracker, begin, outputs, quiet=output == "-")
 
 

@@ -24,6 +24,7 @@ def open_outputs(
     stride: int,
     output: str | None,
     form: Form | None,
+    label: str | None,
     overlay: Path | None,
     *,
     overwrite: bool,
@@ -33,7 +34,7 @@ def open_outputs(
     if overlay is not None:
         outputs.append(Overlay(overlay, film, stride, Places(), overwrite=overwrite))
     if output is not None:
-        outputs.append(objects_output(output, overwrite, form))
+        outputs.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
     return outputs
 
 
@@ -99,7 +100,7 @@ def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interru
     if not tally.frames:
         return
     parts = ["interrupted after " * interrupted + str(tally)]
-    written = [output.name for output in outputs if output.name != "-"]
+    written = [output.result for output in outputs if output.result is not None]
     if written:
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:

@@ -17,9 +17,11 @@ from motes.cli.options import (
     OUTPUT,
     ConfigFile,
     DumpConfig,
+    Label,
     Overwrite,
     Settings,
     announce_compiling,
+    check_label,
     check_not_source,
     check_settings,
     default_output,
@@ -113,10 +115,11 @@ def watch(
             name=["--output", "-o"],
             group=OUTPUT,
             allow_leading_hyphen=True,
-            help="Each object in each frame: rows as .csv, .jsonl, .txt as the MOTChallenge has "
-            "it, or - for standard output; or a document as COCO (.json) or CVAT (.xml) has it.",
+            help="Each object in each frame: rows as .csv, .jsonl, .txt in the form of the "
+            "MOTChallenge, or - for standard output; or a document of COCO (.json) or CVAT (.xml).",
         ),
     ] = None,
+    label: Label = None,
     events: Annotated[
         str | None,
         Parameter(
@@ -160,7 +163,7 @@ def watch(
             "detector": finder, "like": like, "line": line, "zone": zone, "dwell": dwell,
             "places": places, "start": start, "end": end, "stride": stride != 1, "events": events,
             "overlay": overlay, "preset": preset != "nummiaro:adaptive", "scale": scale,
-            "config": config, "dump-config": dump_config, **settings,
+            "config": config, "dump-config": dump_config, "label": label, **settings,
         }  # fmt: skip
         for option, value in single.items():
             if value:
@@ -182,7 +185,13 @@ def watch(
         output = default_output(source)
     if output == events == "-":
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
+    from motes.documents import is_document
+    from motes.journal import journal_of
+
+    check_label(label, output)
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
+    if output is not None and is_document(output):
+        files.append(journal_of(output))
     check_not_source(source, overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
@@ -199,7 +208,7 @@ def watch(
         if events is not None:
             outputs.append(Events(events, overwrite))
         if output is not None:
-            outputs.append(objects_output(output, overwrite))
+            outputs.append(objects_output(output, film, overwrite=overwrite, label=label))
         return _run(film, scene, counting, outputs)
 
 
@@ -334,7 +343,7 @@ def _summarize(
         + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone",
         f"each followed by {tracker.particles} particles and {' and '.join(tracker.cues)}",
     ]
-    written = [output.name for output in outputs if output.name != "-"]
+    written = [output.result for output in outputs if output.result is not None]
     if written:
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import sys
 from collections import deque
 from collections.abc import Sequence
@@ -11,11 +13,12 @@ from typing import TYPE_CHECKING, BinaryIO, Literal, Protocol, Self
 
 import msgspec
 
-from motes.annotations import coco, cvat
 from motes.counting import Event, Places
+from motes.documents import DOCUMENTS, is_document, write_document
 from motes.errors import ConfigError, FormatError
 from motes.formats import check_writable
 from motes.frame import FRAME_INTERVAL, Frame
+from motes.journal import Head, Journal, JournalWriter, Picture, Sighting, journal_of, sightings
 from motes.objects import SceneTrack
 from motes.scene_overlay import Point, draw_scene
 from motes.track import Status
@@ -26,8 +29,9 @@ if TYPE_CHECKING:
 
 Form = Literal["mot", "csv", "jsonl"]
 FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
-DOCUMENTS = {".json": coco, ".xml": cvat}
-"""By ending: what a user names as an output is rows or a document."""
+"""By ending: what a user names as an output is rows, or one of `DOCUMENTS`."""
+LABEL = "object"
+"""The class of all objects, if none is named."""
 COLUMNS = (
     "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "behind",
 )  # fmt: skip
@@ -47,10 +51,13 @@ class Moment:
 class Output(Protocol):
     """Takes moments; ends as a context manager."""
 
-    name: str
-
     def write(self, moment: Moment) -> None:
         """Add a frame."""
+        ...
+
+    @property
+    def result(self) -> str | None:
+        """What there is of it in the end, for people; None for nothing."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -82,6 +89,11 @@ class Lines:
         except OSError as error:
             raise self._failure(error) from error
 
+    @property
+    def result(self) -> str | None:
+        """The file."""
+        return self.name if self._file is not None and self.name != "-" else None
+
     def _failure(self, error: OSError) -> FormatError:
         return FormatError(
             f"{self.name} cannot be written: {error.strerror}; make room, or choose another place. "
@@ -109,7 +121,9 @@ class Lines:
             self._file.close()
 
 
-def objects_output(name: str, overwrite: bool, form: Form | None = None) -> Output:
+def objects_output(
+    name: str, film: Source, *, overwrite: bool, form: Form | None = None, label: str | None = None
+) -> Output:
     """Return what writes all objects of each frame, in the form that a name's ending asks for.
 
     Raises
@@ -119,22 +133,26 @@ def objects_output(name: str, overwrite: bool, form: Form | None = None) -> Outp
     FormatError
         If a file is there and must not be overwritten, or cannot be made.
     """
-    if form is not None:
-        return Rows(name, form, overwrite)
+    if form is None and is_document(name):
+        return Annotations(name, film, label or LABEL, overwrite)
+    return Rows(name, form or form_of(name), overwrite)
+
+
+def form_of(name: str) -> Form:
+    """Return the form of rows that a name's ending asks for; raise a ConfigError if none."""
     ending = ".csv" if name == "-" else Path(name).suffix.lower()
-    if ending in DOCUMENTS:
-        return Annotations(name, overwrite)
-    if ending in FORMS:
-        return Rows(name, FORMS[ending], overwrite)
-    raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
+    if ending not in FORMS:
+        raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
+    return FORMS[ending]
 
 
 class Rows(Lines):
     """A row for each object in each frame.
 
-    As CSV and JSON Lines with `COLUMNS`, of all objects. As the MOTChallenge has it, frames and
-    pixels counted from 1, of those that are seen: frame, identity, x, y, width, height, confidence,
-    -1, -1, -1.
+    As CSV and JSON Lines with `COLUMNS`, of all objects. In the form of the MOTChallenge, frames
+    and pixels counted from 1, of those that are seen: frame, identity, x, y, width, height,
+    confidence, class 1, visibility 1, -1. An object that is hidden has no row there: results have
+    no place to say so, and whoever measures them would take the foreseen box for a seen one.
     """
 
     def __init__(self, name: str, form: Form, overwrite: bool) -> None:
@@ -144,27 +162,30 @@ class Rows(Lines):
 
     def write(self, moment: Moment) -> None:
         """Add a frame's rows."""
+        self.add(Picture(moment.frame.index, moment.frame.time, sightings(moment.tracks)))
+
+    def add(self, picture: Picture) -> None:
+        """Add a frame's rows."""
         if self._form == "csv" and not self._begun:
             self.put([",".join(COLUMNS)])
         self._begun = True
         if self._form == "mot":
-            seen = [each for each in moment.tracks if each.track.status is Status.TRACKING]
-            self.put([_mot(each) for each in seen])
+            seen = [each for each in picture.objects if each.status is Status.TRACKING]
+            self.put([_mot(picture, each) for each in seen])
         else:
-            self.put([_row(each, self._form) for each in moment.tracks])
+            self.put([_row(picture, each, self._form) for each in picture.objects])
 
 
-def _mot(each: SceneTrack) -> str:
-    (x, y, width, height), track = each.track.box, each.track
+def _mot(picture: Picture, each: Sighting) -> str:
+    x, y, width, height = each.box
     box = f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
-    return f"{track.frame + 1},{each.identity},{box},{track.confidence:.4f},-1,-1,-1"
+    return f"{picture.frame + 1},{each.identity},{box},{each.confidence:.4f},1,1,-1"
 
 
-def _row(each: SceneTrack, form: Form) -> str:
-    track = each.track
+def _row(picture: Picture, each: Sighting, form: Form) -> str:
     values = [
-        track.frame, round(track.time, 6), each.identity,
-        *(round(value, 3) for value in track.box), round(track.confidence, 5), track.status,
+        picture.frame, round(picture.time, 6), each.identity,
+        *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
         each.behind,
     ]  # fmt: skip
     if form == "csv":
@@ -173,28 +194,75 @@ def _row(each: SceneTrack, form: Form) -> str:
 
 
 class Annotations:
-    """A document for annotation tools, written at the end, also if the run is cut short."""
+    """A document for annotation tools, made at the end, also of a run that is cut short.
 
-    def __init__(self, name: str, overwrite: bool) -> None:
+    Until then there is a journal beside it; it stays where no document can be made of it.
+    """
+
+    def __init__(self, name: str, film: Source, label: str, overwrite: bool) -> None:
         check_writable(name, overwrite)
-        self.name = name
-        self._frames: dict[int, Sequence[SceneTrack]] = {}
-        self._size = (0, 0)
+        self.path, self.rows = Path(name), journal_of(name)
+        if os.path.lexists(self.rows):
+            raise FormatError(
+                f"{self.rows} exists: rows of a run that was cut off, or is not yet done. Make its "
+                f"document with {self._remedy}, then remove it; or choose another name."
+            )
+        self._film, self._label = film, label
+        self._journal: JournalWriter | None = None
+        self._failed = self._done = False
 
     def write(self, moment: Moment) -> None:
         """Keep a frame's objects for the end."""
-        self._size = moment.frame.width, moment.frame.height
-        self._frames[moment.frame.index] = moment.tracks
+        frame = moment.frame
+        file = self._film.file_of(frame.index)
+        objects = sightings(moment.tracks)
+        try:
+            if self._journal is None:
+                head = Head(_text(self._film.name), frame.width, frame.height, self._label)
+                self._journal = JournalWriter(self.rows, head)
+            name = None if file is None else _text(file)
+            self._journal.add(Picture(frame.index, frame.time, objects, name))
+        except OSError as error:
+            self._failed = True
+            raise self._failure(error) from error
+
+    @property
+    def result(self) -> str | None:
+        """The document, or the rows that are there instead."""
+        if self._done:
+            return str(self.path)
+        return None if self._journal is None else f"{self.rows}, but not {self.path}"
+
+    @property
+    def _remedy(self) -> str:
+        return f"motes convert {shlex.quote(str(self.rows))} -o {shlex.quote(str(self.path))}"
+
+    def _failure(self, error: OSError) -> FormatError:
+        advice = "make room, or choose another place."
+        if self._journal is not None:
+            advice = f"its rows are kept in {self.rows}. Make room, then: {self._remedy}"
+        return FormatError(f"{self.path} cannot be written: {error.strerror}; {advice}")
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        from motes.evaluate.results import write_text
+        if self._journal is None:
+            return
+        self._journal.close()
+        if self._failed:
+            return
+        try:
+            write_document(self.path, Journal(self.rows))
+        except OSError as error:
+            raise self._failure(error) from error
+        self._done = True
+        self.rows.unlink(missing_ok=True)
 
-        if self._frames:
-            document = DOCUMENTS[Path(self.name).suffix.lower()]
-            write_text(Path(self.name), document(self._frames, self._size))
+
+def _text(name: str) -> str:
+    """Return the name of a file without what is no text in it."""
+    return name.encode(errors="backslashreplace").decode()
 
 
 class Events(Lines):
@@ -229,6 +297,11 @@ class Overlay:
         if self._start is None:
             self._start = moment.frame.time
         self._writer.write(pixels, moment.frame.time - self._start)
+
+    @property
+    def result(self) -> str | None:
+        """The video."""
+        return self.name
 
     def __enter__(self) -> Self:
         self._writer.__enter__()

@@ -1,0 +1,63 @@
+"""`motes convert`: rows of a document that was not made, into a file of any form."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli import DONE
+from motes.cli.options import OUTPUT, Overwrite, check_not_source, say
+from motes.errors import FormatError
+
+app = App(name="convert", help_format="plaintext")
+
+
+@app.default
+def convert(
+    rows: Path,
+    /,
+    *,
+    output: Annotated[
+        Path,
+        Parameter(
+            name=["--output", "-o"],
+            group=OUTPUT,
+            help="A document of COCO (.json) or CVAT (.xml), or rows: .csv, .jsonl or .txt.",
+        ),
+    ],
+    overwrite: Overwrite = False,
+) -> int:
+    """Make a document, or another file, of the rows of a run that could not finish it.
+
+    While motes track and motes watch run with -o NAME.json or NAME.xml, the objects of each frame
+    are in NAME.json.rows.jsonl or NAME.xml.rows.jsonl. Where a run is killed, or finds the disk
+    full, that file stays. This command makes the document of it, and leaves it as it is.
+
+    Parameters
+    ----------
+    rows
+        A file whose name ends in .rows.jsonl.
+    """
+    from motes.cli.watch_outputs import Rows, form_of
+    from motes.documents import is_document, write_document
+    from motes.formats import check_writable
+    from motes.journal import Journal
+
+    check_not_source(str(rows), output)
+    journal = Journal(rows)
+    if is_document(output.name):
+        check_writable(output, overwrite)
+        try:
+            write_document(output, journal)
+        except OSError as error:
+            raise FormatError(
+                f"{output} cannot be written: {error.strerror}; make room, or choose another place."
+            ) from error
+    else:
+        with Rows(str(output), form_of(str(output)), overwrite) as lines:
+            for picture in journal:
+                lines.add(picture)
+    say(f"wrote {output}, of the {sum(1 for _ in journal)} frames in {rows}.")
+    return DONE
