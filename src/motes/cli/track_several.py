@@ -99,7 +99,7 @@ def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interru
     if not tally.frames:
         return
     parts = ["interrupted after " * interrupted + str(tally)]
-    written = [output.name for output in outputs if output.name != "-"]
+    written = [output.result for output in outputs if output.result is not None]
     if written:
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:

@@ -25,6 +25,7 @@ from motes.cli.options import (
     default_output,
     named,
     numbers_of,
+    point_out_leftovers,
     read_text,
     say,
 )
@@ -184,6 +185,7 @@ def watch(
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     check_not_source(source, overlay, *files)
+    point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting
@@ -334,7 +336,7 @@ def _summarize(
         + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone",
         f"each followed by {tracker.particles} particles and {' and '.join(tracker.cues)}",
     ]
-    written = [output.name for output in outputs if output.name != "-"]
+    written = [output.result for output in outputs if output.result is not None]
     if written:
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections import deque
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import msgspec
 from motes.annotations import coco, cvat
 from motes.counting import Event, Places
 from motes.errors import ConfigError, FormatError
+from motes.files import open_rows
 from motes.formats import check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.objects import SceneTrack
@@ -47,10 +49,13 @@ class Moment:
 class Output(Protocol):
     """Takes moments; ends as a context manager."""
 
-    name: str
-
     def write(self, moment: Moment) -> None:
         """Add a frame."""
+        ...
+
+    @property
+    def result(self) -> str | None:
+        """What there is of it in the end, for people; None for nothing."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -66,6 +71,7 @@ class Lines:
 
     def __init__(self, name: str, overwrite: bool) -> None:
         self.name = name
+        self._overwrite = overwrite
         self._file: BinaryIO | None = None
         if name != "-":
             check_writable(name, overwrite)
@@ -82,6 +88,11 @@ class Lines:
         except OSError as error:
             raise self._failure(error) from error
 
+    @property
+    def result(self) -> str | None:
+        """The file."""
+        return self.name if self._file is not None and self.name != "-" else None
+
     def _failure(self, error: OSError) -> FormatError:
         return FormatError(
             f"{self.name} cannot be written: {error.strerror}; make room, or choose another place. "
@@ -91,9 +102,10 @@ class Lines:
     def _open(self) -> BinaryIO:
         screen = self.name == "-"
         try:
-            file: BinaryIO = open(  # noqa: SIM115  (closed by __exit__)
-                sys.stdout.fileno() if screen else self.name, "wb", buffering=0, closefd=not screen
-            )
+            if screen:
+                file: BinaryIO = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
+            else:
+                file = open_rows(self.name, self._overwrite)
         except OSError as error:
             raise self._failure(error) from error
         self._file = file
@@ -178,6 +190,7 @@ class Annotations:
     def __init__(self, name: str, overwrite: bool) -> None:
         check_writable(name, overwrite)
         self.name = name
+        self._written = False
         self._frames: dict[int, Sequence[SceneTrack]] = {}
         self._size = (0, 0)
 
@@ -195,6 +208,12 @@ class Annotations:
         if self._frames:
             document = DOCUMENTS[Path(self.name).suffix.lower()]
             write_text(Path(self.name), document(self._frames, self._size))
+            self._written = True
+
+    @property
+    def result(self) -> str | None:
+        """The file, once it is whole."""
+        return self.name if self._written else None
 
 
 class Events(Lines):
@@ -205,6 +224,13 @@ class Events(Lines):
         self.put([event.json() for event in moment.events])
 
 
+def film(writer: VideoWriter) -> str | None:
+    """Return what there is of a video in the end, for people; None for nothing."""
+    if writer.result is None:
+        return None
+    return f"{writer.result}" + " (unfinished)" * (writer.result != writer.path)
+
+
 class Overlay:
     """An annotated video."""
 
@@ -212,7 +238,6 @@ class Overlay:
         self, path: Path, source: Source, stride: int, places: Places, *, overwrite: bool
     ) -> None:
         check_writable(path, overwrite)
-        self.name = str(path)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._places = places
         self._trails: dict[int, deque[Point]] = {}
@@ -229,6 +254,11 @@ class Overlay:
         if self._start is None:
             self._start = moment.frame.time
         self._writer.write(pixels, moment.frame.time - self._start)
+
+    @property
+    def result(self) -> str | None:
+        """The video, or what an error left of it."""
+        return film(self._writer)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()
