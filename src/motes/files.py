@@ -54,6 +54,13 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     return open(_followed(path), "wb" if overwrite else "xb", buffering=0)
 
 
+def write_all(file: BinaryIO, data: bytes | memoryview) -> None:
+    """Write all of `data` into an unbuffered file, which may take it piece by piece."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
 def write_whole(path: str | Path, data: bytes) -> None:
     """Write a file, or leave what was there before if that fails, as on a full disk."""
     if is_special(path):
@@ -121,9 +128,7 @@ class PartialFile:
 
     def _put(self, place: int, data: bytes | memoryview) -> None:
         self._file.seek(place)
-        rest = memoryview(data)
-        while rest:
-            rest = rest[self._file.write(rest) :]
+        write_all(self._file, data)
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Go to another place for the next `write`, at most to the end; return it."""

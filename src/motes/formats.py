@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import BinaryIO, Literal, Self
 
 from motes.errors import ConfigError, FormatError
-from motes.files import open_rows
+from motes.files import open_rows, write_all
 from motes.track import Status, Track
 
 Form = Literal["csv", "jsonl"]
@@ -204,10 +204,8 @@ class TrackWriter:
 
     def _write(self, line: bytes) -> None:
         assert self._file is not None
-        rest = memoryview(line)
         try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
+            write_all(self._file, line)
         except OSError:
             with contextlib.suppress(OSError):  # leave whole rows, where that is possible
                 self._file.truncate(self._size)

@@ -15,7 +15,7 @@ import msgspec
 from motes.annotations import coco, cvat
 from motes.counting import Event, Places
 from motes.errors import ConfigError, FormatError
-from motes.files import open_rows
+from motes.files import open_rows, write_all
 from motes.formats import check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.objects import SceneTrack
@@ -79,10 +79,8 @@ class Lines:
     def put(self, lines: Sequence[str]) -> None:
         """Write lines; raise a FormatError if that fails."""
         file = self._file or self._open()
-        rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
-            while rest:
-                rest = rest[file.write(rest) :]
+            write_all(file, "".join(line + "\n" for line in lines).encode())
         except BrokenPipeError:  # whoever reads has seen enough
             raise
         except OSError as error:
