@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.follow import Companion, Step
-from motes.cli.watch_outputs import Moment, film, objects_output
+from motes.cli.watch_outputs import Moment, film_state, objects_output
 from motes.errors import FormatError
 from motes.formats import Form, TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL
@@ -130,7 +130,7 @@ class Overlay:
     @property
     def result(self) -> str | None:
         """The video, or what an error left of it."""
-        return film(self._writer)
+        return film_state(self._writer)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()

@@ -222,7 +222,7 @@ class Events(Lines):
         self.put([event.json() for event in moment.events])
 
 
-def film(writer: VideoWriter) -> str | None:
+def film_state(writer: VideoWriter) -> str | None:
     """Return what there is of a video in the end, for people; None for nothing."""
     if writer.result is None:
         return None
@@ -256,7 +256,7 @@ class Overlay:
     @property
     def result(self) -> str | None:
         """The video, or what an error left of it."""
-        return film(self._writer)
+        return film_state(self._writer)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()
