@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 import arena
 from arena import tracks
-from disks import fill
 from motes.config import to_toml
 from motes.errors import ConfigError, FormatError, MotesError
 from motes.evaluate.contestants import Answer
@@ -808,13 +807,12 @@ def test_a_time_limit_of_years(dataset: tuple[list[Entry], list[Sequence]], tmp_
     assert steps[-1].errors == {}
 
 
-def test_a_full_disk(
-    dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
     first, second = (item.path(tmp_path) for item in jobs[0].passes)
-    fill(monkeypatch, second.name)
+    first.parent.mkdir(parents=True)
+    second.symlink_to("/dev/full")
     with pytest.raises(FormatError, match=r"ope-1\.csv cannot be written: No space.*make room"):
         list(run(jobs, tmp_path, workers=1, time_limit=60))
     assert len(load_trace(first).frames) == arena.FRAMES
-    assert not second.exists()
+    assert sorted(first.parent.iterdir()) == [first, second]
