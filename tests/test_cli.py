@@ -430,7 +430,7 @@ SINGLE_TYPES = ("type",)
         ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),
         ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),
         ("track FILM --init BOX --overlay FILM --overwrite", 2, "is the source"),
-        ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same name; give each"),
+        ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same file; give each"),
         ("track FILM --init BOX --figures empty.mp4", 5, "empty.mp4 is not a folder; choose"),
         ("track FILM --init BOX --resume -o -", 2, "cannot be resumed; write the rows to a file"),
         ("track FILM --init BOX --resume --overlay o.mp4", 2, "name it with -o"),

@@ -15,6 +15,7 @@ import motes
 ROOM = Path(motes.__file__).parent
 ORDER = [
     "errors",
+    "files",
     "config",
     "ahead",
     "geometry",

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from disks import fill
 from motes.cues.color import Color
 from motes.errors import ConfigError, FormatError
 from motes.frame import Frame
@@ -31,7 +32,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.Mon
     path = tmp_path / "target.json"
     target().save(path)
     before = path.read_bytes()
-    (tmp_path / "target.json.partial").symlink_to("/dev/full")
+    fill(monkeypatch, "target.json")
     with pytest.raises(FormatError, match="No space left"):
         target().save(path)
     assert [found.name for found in tmp_path.iterdir()] == ["target.json"]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from disks import fill
 from motes import synthetic
 from motes.cues.color import Color
 from motes.detection import Detection
@@ -899,12 +900,14 @@ def test_what_is_no_configuration_is_refused(config: Any) -> None:
         Tracker(config)
 
 
-def test_a_full_disk_leaves_the_tracker_saved_before(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_tracker_saved_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     tracker = Tracker(CONFIGS["nummiaro"])
     tracker.init(FRAMES[0], TARGET)
     tracker.save(tmp_path / "saved")
     before = (tmp_path / "saved").read_bytes()
-    (tmp_path / "saved.partial").symlink_to("/dev/full")
+    fill(monkeypatch, "saved")
     with pytest.raises(FormatError, match="No space left"):
         tracker.save(tmp_path / "saved")
     assert (tmp_path / "saved").read_bytes() == before

@@ -17,7 +17,9 @@ import pytest
 from numpy.typing import NDArray
 
 from clips import picture
+from disks import fill
 from motes.errors import ConfigError, FormatError
+from motes.files import PartialFile, leftovers
 from motes.video import open_source
 from motes.writer import ENDINGS, VideoWriter
 
@@ -33,7 +35,7 @@ from motes.writer import VideoWriter
     return subprocess.run(
         [sys.executable, "-c", head + textwrap.dedent(script)],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
         capture_output=True,
         text=True,
         check=False,
@@ -189,36 +191,87 @@ def test_after_an_exception_the_partial_file_stays(
         for index in range(30):
             writer.write(picture(index))
         raise kind
-    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
-    with open_source(writer.partial) as source:
+    with open_source(left(tmp_path)) as source:
         assert len(list(source)) == 30
         assert source.report.problems is None
 
 
-def test_a_killed_program_leaves_nearly_everything(tmp_path: Path) -> None:
+def left(folder: Path) -> Path:
+    """Return the one file in a folder, which is a partial one."""
+    (path,) = folder.iterdir()
+    target = path.name.partition(".partial-")[0]
+    assert leftovers(folder / target) == [path]
+    assert path.suffix == Path(target).suffix
+    return path
+
+
+@pytest.mark.parametrize("ending", [".mkv", ".mp4"])
+def test_any_number_of_pictures_makes_a_film(tmp_path: Path, ending: str) -> None:
+    """Seven once made none."""
+    rates = (7.5, 24000 / 1001, 25, 60)
+    for count in range(1, 41):
+        fps = rates[count % len(rates)]
+        path = tmp_path / f"{count}{ending}"
+        with VideoWriter(path, fps) as writer:
+            for index in range(count):
+                writer.write(picture(index, 32 + count, 24))
+        with open_source(path) as source:
+            times = [frame.time for frame in source]
+        assert source.report.problems is None
+        assert times == pytest.approx([index / fps for index in range(count)], abs=0.0011)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_killed_program_leaves_all_but_the_last_picture(tmp_path: Path, ending: str) -> None:
     result = run(
         tmp_path,
-        """
-        writer = VideoWriter("out.mp4", 25)
-        for index in range(200):
+        f"""
+        writer = VideoWriter("out{ending}", 25)
+        for index in range(50):
             writer.write(picture(index))
         os.kill(os.getpid(), signal.SIGKILL)
         """,
     )
-    assert result.returncode == -signal.SIGKILL
-    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
-    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
-        assert len(list(source)) >= 175  # 25 are a second
+    assert result.returncode == -signal.SIGKILL, result.stderr
+    with open_source(left(tmp_path)) as source:
+        times = [frame.time for frame in source]
+    assert source.report.problems is None
+    assert len(times) >= 48
+    assert times == pytest.approx([index / 25 for index in range(len(times))])
 
 
-def test_a_full_disk_is_one_clear_error(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_film_can_be_read_at_any_moment_of_its_end(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever is killed while the file is finished leaves it as after one of these writings."""
+    writer = VideoWriter(tmp_path / f"out{ending}", 25)
+    for index in range(30):
+        writer.write(picture(index))
+    put, counts = PartialFile._put, []
+
+    def looking(self: PartialFile, place: int, data: bytes | memoryview) -> None:
+        put(self, place, data)
+        with open_source(self.path) as source:
+            counts.append(len(list(source)))
+        assert source.report.problems is None
+
+    monkeypatch.setattr(PartialFile, "_put", looking)
+    writer.close()
+    assert len(counts) > 2
+    assert min(counts) >= 29
+    assert counts[-1] == 30
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_full_disk_is_one_clear_error(tmp_path: Path, ending: str) -> None:
     result = run(
         tmp_path,
-        """
-        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+        f"""
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
         written = 0
         try:
-            with VideoWriter("out.mp4", 25) as writer:
+            with VideoWriter("out{ending}", 25) as writer:
                 for index in range(1000):
                     writer.write(noise(index))
                     written += 1
@@ -227,30 +280,30 @@ def test_a_full_disk_is_one_clear_error(tmp_path: Path) -> None:
         print(written)
         """,
     )
+    assert result.stderr == ""
     message, written = result.stdout.splitlines()
     assert os.strerror(errno.EFBIG) in message
     assert "make room" in message
-    assert "out.mp4.partial.mkv" in message
-    assert result.stderr == ""
-    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
-    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
+    assert f"is in {left(tmp_path).name}." in message
+    with open_source(left(tmp_path)) as source:
         kept = len(list(source))
+    assert source.report.problems is None
     assert kept > 10
-    assert kept >= int(written) - 25
+    assert kept >= int(written) - 2
 
 
-def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(
+    tmp_path: Path, ending: str
+) -> None:
     result = run(
         tmp_path,
-        """
-        writer = VideoWriter("out.mp4", 25)
+        f"""
+        writer = VideoWriter("out{ending}", 25)
         for index in range(60):
             writer.write(noise(index))
-        finish = writer._finish
-        def finish_then_fill() -> None:
-            finish()
-            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-        writer._finish = finish_then_fill
+        size = writer.result.stat().st_size
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size + 100, size + 100))
         try:
             writer.close()
         except FormatError as error:
@@ -259,6 +312,44 @@ def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(tmp_path: Pa
     )
     assert "make room" in result.stdout, result.stderr
     assert result.stderr == ""
-    assert os.listdir(tmp_path) == ["out.mp4.partial.mkv"]
-    with open_source(tmp_path / "out.mp4.partial.mkv") as source:
-        assert len(list(source)) == 60
+    assert left(tmp_path).name in result.stdout
+    with open_source(left(tmp_path)) as source:
+        assert len(list(source)) >= 59
+    assert source.report.problems is None
+
+
+def test_a_disk_that_is_full_from_the_start_keeps_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fill(monkeypatch, "out.mp4")
+    with pytest.raises(FormatError) as caught, VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        writer.write(picture(0))
+    assert str(caught.value).endswith("make room there.")
+    assert writer.result is None
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_film_does_not_replace_what_appeared(tmp_path: Path) -> None:
+    path = tmp_path / "out.mp4"
+    writer = VideoWriter(path, 25)
+    writer.write(picture(0))
+    path.write_text("precious")
+    with pytest.raises(FormatError, match=r"out\.mp4 appeared .*; the video is in .*partial-"):
+        writer.close()
+    assert path.read_text() == "precious"
+    assert writer.result is not None
+    with open_source(writer.result) as source:
+        assert len(list(source)) == 1
+
+
+def test_others_files_are_left_alone(tmp_path: Path) -> None:
+    """These were the names of partial files once."""
+    names = ["out.mp4.partial.mkv", "out.mp4.partial.mp4"]
+    for name in names:
+        (tmp_path / name).write_text("precious")
+    with VideoWriter(tmp_path / "out.mp4", 25) as writer:
+        writer.write(picture(0))
+    assert sorted(os.listdir(tmp_path)) == ["out.mp4", *names]
+    assert writer.result == tmp_path / "out.mp4"
+    for name in names:
+        assert (tmp_path / name).read_text() == "precious"

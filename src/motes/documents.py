@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from motes.annotations import coco, cvat
+from motes.files import write_whole
 from motes.journal import Journal
 
 DOCUMENTS: dict[str, Callable[[Journal], Iterator[bytes]]] = {".json": coco, ".xml": cvat}
@@ -29,23 +28,4 @@ def write_document(path: Path, journal: Journal) -> None:
     SourceError
         If the journal is damaged.
     """
-    pieces = DOCUMENTS[path.suffix.lower()](journal)
-    path = path.resolve()
-    if path.exists() and not path.is_file():  # a pipe or device must not be replaced
-        with path.open("wb") as file:
-            file.writelines(pieces)
-        return
-    partial = path.with_name(f"{path.name}.{secrets.token_hex(4)}.partial")
-    try:
-        _write(partial, pieces)
-        partial.replace(path)
-    except BaseException:
-        partial.unlink(missing_ok=True)
-        raise
-
-
-def _write(path: Path, pieces: Iterable[bytes]) -> None:
-    with path.open("xb") as file:
-        file.writelines(pieces)
-        file.flush()
-        os.fsync(file.fileno())  # some file systems say only then that they are full
+    write_whole(path, DOCUMENTS[path.suffix.lower()](journal))

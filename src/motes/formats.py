@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import BinaryIO, Literal, Self
 
 from motes.errors import ConfigError, FormatError
+from motes.files import open_rows, write_all
 from motes.track import Status, Track
 
 Form = Literal["csv", "jsonl"]
@@ -125,6 +126,7 @@ class TrackWriter:
         self._file: BinaryIO | None = None
         self._old: BinaryIO | None = None
         self._size = 0
+        self._overwrite = overwrite
         if self._path is None:
             if resume:
                 raise ConfigError("Standard output cannot be resumed; write the rows to a file.")
@@ -192,18 +194,18 @@ class TrackWriter:
             if self._path is None:
                 self._file = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
                 return
+            if mode == "wb":
+                self._file = open_rows(self._path, self._overwrite)
+                return
             self._file = self._path.open(mode, buffering=0)
-            if mode == "r+b":
-                self._file.seek(self._size)
+            self._file.seek(self._size)
         except OSError as error:
             raise self._failure(error) from error
 
     def _write(self, line: bytes) -> None:
         assert self._file is not None
-        rest = memoryview(line)
         try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
+            write_all(self._file, line)
         except OSError:
             with contextlib.suppress(OSError):  # leave whole rows, where that is possible
                 self._file.truncate(self._size)

@@ -14,6 +14,7 @@ from typing import Self
 import msgspec
 
 from motes.errors import SourceError
+from motes.files import write_all
 from motes.geometry import Box, Ellipse
 from motes.objects import SceneTrack
 from motes.track import Status
@@ -91,10 +92,8 @@ class JournalWriter:
 
     def _put(self, line: Head | Picture) -> None:
         data = msgspec.json.encode(line) + b"\n"
-        rest = memoryview(data)
         try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
+            write_all(self._file, data)
         except OSError:
             with contextlib.suppress(OSError):
                 self._file.truncate(self._size)

@@ -14,23 +14,9 @@ from numpy.typing import NDArray
 from motes.config import Config, Count, Positive, from_dict, from_toml
 from motes.cues.color import Color, ColorModel
 from motes.errors import ConfigError, FormatError
+from motes.files import write_whole
 from motes.frame import Frame
 from motes.geometry import Ellipse
-
-
-def write_whole(path: str | Path, data: bytes) -> None:
-    """Write a file, or leave what was there before if that fails, as on a full disk."""
-    path = Path(path).resolve()
-    if path.exists() and not path.is_file():  # a pipe or device must not be replaced
-        path.write_bytes(data)
-        return
-    partial = path.with_name(path.name + ".partial")
-    try:
-        partial.write_bytes(data)
-        partial.replace(path)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
 
 
 class _File(Config, frozen=True, tag="motes_histogram"):

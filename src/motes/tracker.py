@@ -19,13 +19,14 @@ from motes.config import from_dict, to_dict
 from motes.detection import Detector, best
 from motes.discriminative import Discriminative, DiscriminativeState
 from motes.errors import ConfigError, FormatError, SourceError
+from motes.files import write_whole
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
 from motes.geometry import as_ellipse, region_within
 from motes.info import Info
 from motes.meanshift import MeanShift, ShiftState
 from motes.particle_filter import FilterState, ParticleFilter
 from motes.presets import TrackerConfig, preset
-from motes.target import Place, Target, boxes_of, write_whole
+from motes.target import Place, Target, boxes_of
 from motes.track import Status, Track
 
 Picture = Frame | NDArray[Any]

@@ -11,13 +11,24 @@ from typing import Self
 
 import av
 import numpy as np
+from av.container import OutputContainer
 from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from motes.decoder import ONE_THREAD
 from motes.errors import ConfigError, FormatError
+from motes.files import PartialFile
 
-ENDINGS = (".m4v", ".mkv", ".mov", ".mp4")
+# A fragment or cluster for each picture is what a killed program leaves readable. When closed, the
+# fragments become an ordinary film with an index.
+_FRAGMENTS = {"movflags": "hybrid_fragmented+empty_moov+frag_every_frame+default_base_moof"}
+_CONTAINERS = {
+    ".m4v": ("ipod", _FRAGMENTS),
+    ".mkv": ("matroska", {"cluster_time_limit": "1"}),
+    ".mov": ("mov", _FRAGMENTS),
+    ".mp4": ("mp4", _FRAGMENTS),
+}
+ENDINGS = tuple(_CONTAINERS)
 
 _MILLISECOND = Fraction(1, 1000)
 _BT601 = 6  # the matrix, in the numbers of ITU-T H.273, that swscale uses unless told otherwise
@@ -26,16 +37,15 @@ _BT601 = 6  # the matrix, in the numbers of ITU-T H.273, that swscale uses unles
 class VideoWriter:
     """Write RGB pictures as H.264 video; use it as a context manager.
 
-    The pictures go to `<name>.partial.mkv` beside the target. When all is well in the end, that
-    file becomes the target, in the container that the target's ending names (.m4v, .mkv, .mov or
-    .mp4). If the program is killed, or an exception passes through the `with`, the partial file
-    stays, and can be watched up to within a second of that moment; the target is untouched.
+    The pictures go to a partial file beside the target, which in the end becomes the target (see
+    `motes.files`). If the program is killed, or an exception passes through the `with`, the
+    partial file stays, and has all pictures but the last one or two; the target is untouched.
     Without a picture there is no file at all.
 
     Parameters
     ----------
     path
-        The target.
+        The target; its ending names the container: .m4v, .mkv, .mov or .mp4.
     fps
         Nominal frames per second; pictures without a time of their own follow each other at this
         rate.
@@ -52,7 +62,6 @@ class VideoWriter:
 
     def __init__(self, path: str | Path, fps: float, overwrite: bool = False) -> None:
         self.path = Path(path)
-        self.partial = self.path.with_name(self.path.name + ".partial.mkv")
         if self.path.suffix.lower() not in ENDINGS:
             raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
         if not (math.isfinite(fps) and fps > 0):
@@ -62,10 +71,13 @@ class VideoWriter:
             raise FormatError(f"There is no folder {folder} for {self.path.name}; make it first.")
         if not os.access(folder, os.W_OK):
             raise FormatError(f"Nothing can be written to {folder}; choose another folder.")
-        if self.path.is_dir() or (self.path.exists() and not overwrite):
+        if self.path.exists() and not (overwrite and self.path.is_file()):
             raise FormatError(f"{path} exists; choose another name, or allow it to be overwritten.")
         self._fps = fps
-        self._shape: tuple[int, ...] | None = None
+        self._overwrite = overwrite
+        self._file: PartialFile | None = None
+        self._container: OutputContainer | None = None
+        self._shape: tuple[int, ...] = ()
         self._frames = 0
         self._last = -1
         self._reformatter = VideoReformatter()
@@ -91,9 +103,9 @@ class VideoWriter:
             raise FormatError(
                 f"A picture is uint8 (height, width, 3); got {pixels.dtype} {pixels.shape}."
             )
-        if self._shape is None:
-            self._open(pixels.shape[0], pixels.shape[1])
+        if self._container is None:
             self._shape = pixels.shape
+            self._container = self._begin(pixels.shape[0], pixels.shape[1])
         if pixels.shape != self._shape:
             raise FormatError(
                 f"Picture {self._frames} of {self.path.name} has shape {pixels.shape}, those "
@@ -109,32 +121,44 @@ class VideoWriter:
         frame.pts, frame.time_base = self._last, _MILLISECOND
         try:
             self._container.mux(self._stream.encode(frame))
-        except av.FFmpegError as error:
+        except (av.FFmpegError, OSError) as error:
+            if not self._frames:
+                self._give_up()
             raise self._failure(error) from error
         self._frames += 1
 
-    def _open(self, height: int, width: int) -> None:
-        # A cluster is what a killed program leaves readable: many small ones, each written at once.
-        options = {"cluster_time_limit": "200", "flush_packets": "1"}
+    def _begin(self, height: int, width: int) -> OutputContainer:
+        form, muxing = _CONTAINERS[self.path.suffix.lower()]
         try:
-            self._container = av.open(_local(self.partial), "w", format="matroska", options=options)
-            # B-frames would hold back pictures and shuffle the times on their way to the target.
-            self._stream = self._container.add_stream(
-                "libx264",
-                rate=Fraction(self._fps).limit_denominator(1001),
-                options={"preset": "veryfast", "crf": "20", "bf": "0"},
-            )
-            self._stream.width, self._stream.height = width + width % 2, height + height % 2
-            self._stream.pix_fmt = "yuv420p"
-            self._stream.codec_context.time_base = _MILLISECOND
-            self._stream.codec_context.colorspace = _BT601
-        except av.FFmpegError as error:
+            self._file = PartialFile(self.path, self.path.suffix)
+        except OSError as error:
             raise self._failure(error) from error
+        options = {**muxing, "flush_packets": "1"}
+        container = av.open(self._file, "w", format=form, options=options)
+        # Tuned so, the encoder holds back no picture. It then gives still parts more bits than it
+        # would with a look ahead; crf 22 looks as good as 20 does with one.
+        self._stream = container.add_stream(
+            "libx264",
+            rate=Fraction(self._fps).limit_denominator(1001),
+            options={"preset": "veryfast", "crf": "22", "tune": "zerolatency"},
+        )
+        self._stream.width, self._stream.height = width + width % 2, height + height % 2
+        self._stream.pix_fmt = "yuv420p"
+        self._stream.codec_context.time_base = _MILLISECOND
+        self._stream.codec_context.colorspace = _BT601
+        return container
+
+    @property
+    def result(self) -> Path | None:
+        """The file that holds the pictures: the target once it is whole, a partial one before."""
+        if self._file is None:
+            return None
+        return self.path if self._file.whole else self._file.path
 
     def _failure(self, error: av.FFmpegError | OSError) -> FormatError:
+        kept = f" What there is so far is in {self.result}." if self.result else ""
         return FormatError(
-            f"{self.path} cannot be written: {error.strerror}; make room there. "
-            f"What there is so far is in {self.partial}."
+            f"{self.path} cannot be written: {error.strerror}; make room there.{kept}"
         )
 
     def close(self) -> None:
@@ -145,42 +169,35 @@ class VideoWriter:
         FormatError
             If that cannot be written; the partial file stays.
         """
-        if self._shape is None:
-            return
-        self._shape = None
         try:
-            self._finish()
-            if self.path.suffix.lower() == ".mkv":
-                os.replace(self.partial, self.path)
-            else:
-                self._remux()
+            self._finish(named=True)
+        except FileExistsError as error:
+            raise FormatError(
+                f"{self.path} appeared while it was written; the video is in {self.result}."
+            ) from error
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
-    def _finish(self) -> None:
-        try:
-            self._container.mux(self._stream.encode(None))
-        finally:
-            self._container.close()
+    def _finish(self, *, named: bool) -> None:
+        container, self._container = self._container, None
+        if container is None or self._file is None:
+            return
+        with contextlib.closing(self._file):
+            try:
+                container.mux(self._stream.encode(None))
+            finally:
+                container.close()
+            self._file.settle()
+            if named:
+                self._file.finish(overwrite=self._overwrite)
 
-    def _remux(self) -> None:
-        """Copy the packets from the partial file to the target's container."""
-        unnamed = self.path.with_name(self.path.name + ".partial" + self.path.suffix)
-        try:
-            with (
-                av.open(_local(self.partial)) as partial,
-                av.open(_local(unnamed), "w", options={"movflags": "+faststart"}) as whole,
-            ):
-                video = partial.streams.video[0]
-                stream = whole.add_stream_from_template(video)
-                for packet in partial.demux(video):
-                    if packet.dts is not None:  # the last one is empty
-                        packet.stream = stream
-                        whole.mux(packet)
-            os.replace(unnamed, self.path)
-        finally:
-            unnamed.unlink(missing_ok=True)
-        self.partial.unlink()
+    def _give_up(self) -> None:
+        """Leave the partial file as whole as can be; without a picture, none."""
+        with contextlib.suppress(av.FFmpegError, OSError):
+            self._finish(named=False)
+        if self._file is not None and not self._frames:
+            self._file.drop()
+            self._file = None
 
     def __enter__(self) -> Self:
         return self
@@ -188,12 +205,5 @@ class VideoWriter:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self.close()
-        elif self._shape is not None:
-            # The exception on its way says more than one that would follow from it.
-            with contextlib.suppress(av.FFmpegError):
-                self._finish()
-
-
-def _local(path: Path) -> str:
-    """Return a file's name for FFmpeg, which would take one with a colon for an address."""
-    return f"file:{path}"
+        else:  # the exception on its way says more than one that would follow from it
+            self._give_up()

@@ -20,6 +20,7 @@ from motes.cli.options import (
     Settings,
     announce_compiling,
     check_not_source,
+    point_out_leftovers,
     region_of,
     say,
     tracker_config,
@@ -62,6 +63,7 @@ def histogram(
     if region is None or (init and ellipse):
         raise ConfigError("Where is the target? Give either --init x,y,width,height or --ellipse.")
     check_not_source(source, output)
+    point_out_leftovers(output)
 
     from motes.formats import check_writable
     from motes.geometry import region_within

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import inspect
+import itertools
 import os
 import re
 import signal
@@ -18,6 +19,7 @@ from urllib.parse import urlsplit
 from cyclopts import Group, Parameter, Token
 
 from motes.errors import ConfigError, FormatError, SourceError
+from motes.files import leftovers, same_file
 
 if TYPE_CHECKING:
     from motes.presets import TrackerConfig
@@ -311,18 +313,25 @@ def default_output(source: str) -> str:
 
 
 def check_not_source(source: str, *outputs: Path | None) -> None:
-    """Check that no two of these are the same file.
+    """Check that no two of these are the same file, by its name or by a link.
 
     Raises
     ------
     ConfigError
         If an output is the source, or another output.
     """
-    paths = [os.path.realpath(path) for path in outputs if path is not None]
-    if os.path.realpath(source) in paths:
+    paths = [path for path in outputs if path is not None]
+    if any(same_file(source, path) for path in paths):
         raise ConfigError(f"{source} is the source and cannot be an output; choose another name.")
-    if len(set(paths)) < len(paths):
-        raise ConfigError("Two outputs have the same name; give each its own.")
+    if any(same_file(*pair) for pair in itertools.combinations(paths, 2)):
+        raise ConfigError("Two outputs are the same file; give each its own.")
+
+
+def point_out_leftovers(*outputs: Path | None) -> None:
+    """Name the partial files that runs with the same outputs have left."""
+    for path in outputs:
+        for left in leftovers(path) if path is not None else []:
+            say(f"{left} is an unfinished {path} of a run that was cut short, or still goes on.")
 
 
 def check_label(label: str | None, output: str | None) -> None:
@@ -363,6 +372,7 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
         ) from None
     for name in files:
         check_writable(out / name, overwrite)
+        point_out_leftovers(out / name)
 
 
 @contextlib.contextmanager

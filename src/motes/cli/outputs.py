@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.follow import Companion, Step
-from motes.cli.watch_outputs import Moment, objects_output
+from motes.cli.watch_outputs import Moment, film_state, objects_output
 from motes.errors import FormatError
 from motes.formats import Form, TrackWriter, check_writable
 from motes.frame import FRAME_INTERVAL
@@ -109,7 +109,6 @@ class Overlay:
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
         self._start: float | None = None
-        self._complete = False
 
     def write(self, step: Step) -> None:
         """Add a picture."""
@@ -130,9 +129,8 @@ class Overlay:
 
     @property
     def result(self) -> str | None:
-        """The video, or what an interruption left of it."""
-        path = self._writer.path if self._complete else self._writer.partial
-        return str(path) if self._start is not None else None
+        """The video, or what an error left of it."""
+        return film_state(self._writer)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()
@@ -140,7 +138,6 @@ class Overlay:
 
     def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
         self._writer.__exit__(kind, *rest)
-        self._complete = kind is None
 
 
 class Figures:

@@ -31,6 +31,7 @@ from motes.cli.options import (
     load_target,
     named,
     numbers_of,
+    point_out_leftovers,
     read_text,
     say,
     tracker_config,
@@ -163,8 +164,10 @@ def track(
         raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
     if output is None and overlay is None and figures is None:
         output = default_output(source)
-    check_not_source(source, Path(output) if output else None, overlay)
     check_label(label, output if format is None else None)
+    where = Path(output) if output else None
+    check_not_source(source, where, overlay, figures)
+    point_out_leftovers(where, overlay)
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 

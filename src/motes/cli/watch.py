@@ -27,6 +27,7 @@ from motes.cli.options import (
     default_output,
     named,
     numbers_of,
+    point_out_leftovers,
     read_text,
     say,
 )
@@ -193,6 +194,7 @@ def watch(
     if output is not None and is_document(output):
         files.append(journal_of(output))
     check_not_source(source, overlay, *files)
+    point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.counting import Counting

@@ -16,6 +16,7 @@ import msgspec
 from motes.counting import Event, Places
 from motes.documents import DOCUMENTS, is_document, write_document
 from motes.errors import ConfigError, FormatError
+from motes.files import open_rows, write_all
 from motes.formats import check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.journal import Head, Journal, JournalWriter, Picture, Sighting, journal_of, sightings
@@ -73,6 +74,7 @@ class Lines:
 
     def __init__(self, name: str, overwrite: bool) -> None:
         self.name = name
+        self._overwrite = overwrite
         self._file: BinaryIO | None = None
         if name != "-":
             check_writable(name, overwrite)
@@ -80,10 +82,8 @@ class Lines:
     def put(self, lines: Sequence[str]) -> None:
         """Write lines; raise a FormatError if that fails."""
         file = self._file or self._open()
-        rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
-            while rest:
-                rest = rest[file.write(rest) :]
+            write_all(file, "".join(line + "\n" for line in lines).encode())
         except BrokenPipeError:  # whoever reads has seen enough
             raise
         except OSError as error:
@@ -103,9 +103,10 @@ class Lines:
     def _open(self) -> BinaryIO:
         screen = self.name == "-"
         try:
-            file: BinaryIO = open(  # noqa: SIM115  (closed by __exit__)
-                sys.stdout.fileno() if screen else self.name, "wb", buffering=0, closefd=not screen
-            )
+            if screen:
+                file: BinaryIO = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
+            else:
+                file = open_rows(self.name, self._overwrite)
         except OSError as error:
             raise self._failure(error) from error
         self._file = file
@@ -273,6 +274,13 @@ class Events(Lines):
         self.put([event.json() for event in moment.events])
 
 
+def film_state(writer: VideoWriter) -> str | None:
+    """Return what there is of a video in the end, for people; None for nothing."""
+    if writer.result is None:
+        return None
+    return f"{writer.result}" + " (unfinished)" * (writer.result != writer.path)
+
+
 class Overlay:
     """An annotated video."""
 
@@ -280,7 +288,6 @@ class Overlay:
         self, path: Path, source: Source, stride: int, places: Places, *, overwrite: bool
     ) -> None:
         check_writable(path, overwrite)
-        self.name = str(path)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._places = places
         self._trails: dict[int, deque[Point]] = {}
@@ -300,8 +307,8 @@ class Overlay:
 
     @property
     def result(self) -> str | None:
-        """The video."""
-        return self.name
+        """The video, or what an error left of it."""
+        return film_state(self._writer)
 
     def __enter__(self) -> Self:
         self._writer.__enter__()

@@ -16,7 +16,7 @@ from motes.evaluate.entries import Entry
 from motes.evaluate.runs import Job
 from motes.evaluate.sequences import printable
 from motes.evaluate.views import LONGEST
-from motes.target import write_whole
+from motes.files import PARTIAL, leftovers, write_whole
 
 
 class Record(Config, frozen=True):
@@ -152,10 +152,11 @@ def _clear(out: Path) -> None:
     """Remove what an evaluation wrote, and nothing else."""
     tracks = [
         path
-        for ending in (".csv", ".txt", ".csv.partial", ".txt.partial")
+        for ending in (".csv", ".txt", f".csv{PARTIAL}", f".txt{PARTIAL}")
         for path in out.glob(f"tracks/*/*/*{ending}")
     ]
-    for path in [*(out / name for name in FILES), *tracks]:
+    summaries = [path for name in FILES for path in (out / name, *leftovers(out / name))]
+    for path in [*summaries, *tracks]:
         path.unlink(missing_ok=True)
     for folder in [*out.glob("tracks/*/*/"), *out.glob("tracks/*/"), out / "tracks"]:
         with contextlib.suppress(OSError):  # somebody has put something there

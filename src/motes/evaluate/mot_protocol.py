@@ -16,8 +16,8 @@ from motes.errors import FormatError
 from motes.evaluate.mot_contestants import Follower, Info
 from motes.evaluate.mot_rows import UNKNOWN, Rows, read_rows, rows_of, write_rows
 from motes.evaluate.mot_sequences import Crowd
+from motes.files import write_whole
 from motes.frame import Frame
-from motes.target import write_whole
 
 COLUMNS = ("frame", "objects", "seconds")
 """Of the file beside the rows: frames from 0, how many objects were said, in what time."""

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from motes.errors import FormatError
 from motes.evaluate.sequences import read_text
+from motes.files import write_whole
 from motes.geometry import Box
-from motes.target import write_whole
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -25,9 +25,9 @@ from motes.errors import FormatError
 from motes.evaluate.contestants import UNKNOWN, Contestant, Position
 from motes.evaluate.mot_sequences import Crowd
 from motes.evaluate.sequences import Sequence
+from motes.files import write_whole
 from motes.frame import Frame
 from motes.geometry import Box, Ellipse, iou
-from motes.target import write_whole
 
 Floats = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from motes.evaluate import metrics
 from motes.evaluate.protocols import FAILED, SKIPPED, STARTED, TRACKED, Trace, load_trace
 from motes.evaluate.runs import Job, Pass
 from motes.evaluate.sequences import Sequence
+from motes.files import write_whole
 from motes.geometry import iou
-from motes.target import write_whole
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -1,0 +1,185 @@
+"""Files that are whole or not there: a file gets its name when all of it is written.
+
+Until then it is beside the target under a name of its own: the target's, a random part, and an
+ending by which players know it, as in `out.mp4.partial-3f9c1a7be2d05846.mp4`. It is made anew, so
+that it replaces no file and follows no link, and only the run that made it removes it. What a
+killed run leaves therefore stays; `leftovers` finds it, and the command line names it when the
+same target is written again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import glob
+import os
+import secrets
+from collections.abc import Iterable
+from pathlib import Path
+from typing import BinaryIO
+
+PARTIAL = ".partial-" + "[0-9a-f]" * 16
+"""Pattern of what follows the target's name in a partial file's."""
+
+
+def leftovers(target: str | Path) -> list[Path]:
+    """Return the partial files of a target, of runs that were killed or still go on."""
+    path = _followed(target)
+    return sorted(path.parent.glob(glob.escape(path.name) + PARTIAL + "*"))
+
+
+def _followed(path: str | Path) -> Path:
+    return Path(os.path.realpath(path) if os.path.islink(path) else path)
+
+
+def same_file(one: str | Path, other: str | Path) -> bool:
+    """Return whether two names mean the same file, also by a link; they need not be there."""
+    try:
+        return os.path.samefile(one, other)
+    except OSError:
+        return os.path.realpath(one) == os.path.realpath(other)
+
+
+def is_special(path: str | Path) -> bool:
+    """Return whether a pipe, a device or the like is there, which must not be replaced."""
+    return os.path.exists(path) and not os.path.isfile(path)
+
+
+def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
+    """Open a file that grows row by row, unbuffered; raise an OSError if it appeared meanwhile.
+
+    A link's target may be missing, as may any file; with `overwrite`, what is there is emptied.
+    """
+    if is_special(path):
+        return open(path, "wb", buffering=0)
+    return open(_followed(path), "wb" if overwrite else "xb", buffering=0)
+
+
+def write_all(file: BinaryIO, data: bytes | memoryview) -> None:
+    """Write all of `data` into an unbuffered file, which may take it piece by piece."""
+    rest = memoryview(data)
+    while rest:
+        rest = rest[file.write(rest) :]
+
+
+def write_whole(path: str | Path, data: bytes | Iterable[bytes]) -> None:
+    """Write a file, or leave what was there before if that fails, as on a full disk.
+
+    Of pieces, no more than one megabyte is in memory at a time.
+    """
+    pieces = [data] if isinstance(data, bytes) else data
+    if is_special(path):
+        with open(path, "wb") as file:
+            file.writelines(pieces)
+        return
+    partial = PartialFile(path)
+    try:
+        waiting = bytearray()
+        for piece in pieces:
+            waiting += piece
+            if len(waiting) > 1 << 20:
+                partial.write(waiting)
+                waiting.clear()
+        partial.write(waiting)
+        partial.finish(overwrite=True)
+    except BaseException:
+        partial.drop()
+        raise
+
+
+class PartialFile:
+    """A new file beside its target, which becomes the target in the end.
+
+    Whatever is appended is in it at once. Changes of what is already there wait for the end, so
+    that a program killed at any moment leaves a file that only lacks its end.
+
+    Parameters
+    ----------
+    target
+        Name of the file in the end; of a link, what it leads to is meant.
+    ending
+        What the partial file's name ends with.
+
+    Attributes
+    ----------
+    path
+        The partial file.
+    whole
+        Whether it has become the target.
+
+    Raises
+    ------
+    OSError
+        Here and from all methods, if the file system refuses.
+    """
+
+    def __init__(self, target: str | Path, ending: str = "") -> None:
+        self._target = _followed(target)
+        name = f"{self._target.name}.partial-{secrets.token_hex(8)}{ending}"
+        self.path = self._target.with_name(name)
+        self.whole = False
+        self._file = self.path.open("xb", buffering=0)
+        self._size = self._place = 0
+        self._changes: list[tuple[int, bytes]] = []
+
+    def write(self, data: bytes | bytearray | memoryview) -> int:
+        """Write all of `data` where `seek` went; what fails to be appended leaves no trace."""
+        view = memoryview(data)
+        old = max(self._size - self._place, 0)
+        if old:
+            self._changes.append((self._place, bytes(view[:old])))
+        try:
+            self._put(self._size, view[old:])
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._file.truncate(self._size)
+            raise
+        self._size += len(view[old:])
+        self._place += len(view)
+        return len(view)
+
+    def _put(self, place: int, data: bytes | memoryview) -> None:
+        self._file.seek(place)
+        write_all(self._file, data)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Go to another place for the next `write`, at most to the end; return it."""
+        start = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._size}[whence]
+        self._place = start + offset
+        return self._place
+
+    def tell(self) -> int:
+        """Return the place of the next `write`."""
+        return self._place
+
+    def settle(self) -> None:
+        """Make the changes that waited."""
+        for place, data in self._changes:
+            self._put(place, data)
+        self._changes.clear()
+
+    def close(self) -> None:
+        """Close the file as it is, a partial one unless it is finished."""
+        self._file.close()
+
+    def finish(self, *, overwrite: bool) -> None:
+        """Make the changes that waited, and the file the target.
+
+        Raises
+        ------
+        FileExistsError
+            If there is one that must not be overwritten.
+        """
+        self.settle()
+        os.fsync(self._file.fileno())  # some file systems say only then that they are full
+        self.close()
+        if not overwrite and self._target.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(self._target))
+        self.path.replace(self._target)
+        self.whole = True
+
+    def drop(self) -> None:
+        """Remove the partial file, if it has not become the target."""
+        self.close()
+        if not self.whole:
+            self.path.unlink(missing_ok=True)
