@@ -19,6 +19,7 @@ ORDER = [
     "ahead",
     "geometry",
     "frame",
+    "state",
     "track",
     "kernels",
     "sampling",
