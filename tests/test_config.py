@@ -342,3 +342,10 @@ def test_extreme_but_allowed_values_work() -> None:
     usual = Calibration(middle=0.3, width=0.1)
     for d in np.linspace(0, 1, 11):
         assert usual.probability(d) == pytest.approx(1 / (1 + math.exp((d - 0.3) / 0.1)))
+
+
+def test_deep_toml_is_refused() -> None:
+    deep = "[" * 5000 + "]" * 5000
+    with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
+        from_toml(f"x = {deep}", "this file")
+    assert from_flag("x", deep) == {"x": deep}

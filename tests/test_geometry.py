@@ -154,3 +154,8 @@ def test_overlap_broadcasts() -> None:
     rows = np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1]])
     np.testing.assert_allclose(iou(rows, (0, 0, 4, 4)), [1, 1 / 3, 0])
     assert iou(rows[:, None], rows[None]).shape == (3, 3)
+
+
+def test_a_region_of_numbers_beyond_all_floats() -> None:
+    with pytest.raises(ConfigError, match="A region is x,y,width,height"):
+        as_ellipse([10**400, 0, 5, 5])

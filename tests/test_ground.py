@@ -89,3 +89,10 @@ def test_speed_does_not_depend_on_the_distance() -> None:
 def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         Ground(**values)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("ground", ["homography", "points"])
+def test_numbers_of_no_ground(ground: str) -> None:
+    values = [1e300, *[1.0] * 8] if ground == "homography" else [[1e300, 0, 0, 0]] * 4
+    with pytest.raises(ConfigError, match=f"{ground}.*<= 1000000000000000.0"):
+        Places.parse(f"[ground]\n{ground} = {values}")

@@ -20,6 +20,7 @@ ORDER = [
     "ahead",
     "geometry",
     "frame",
+    "state",
     "track",
     "kernels",
     "sampling",

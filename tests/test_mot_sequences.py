@@ -248,3 +248,18 @@ def test_real_sequences(data: Path) -> None:
         "TUD-Stadtmitte": (179, 25, 1156),
     }
     assert [len(crowd.detections.ids) for crowd in crowds if crowd.detections] == [1433, 322, 1129]
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("1,1,1e300,2,3,4,1,1,1", "1e300 is too large a number"),
+        ("1,1e300,1,2,3,4,1,1,1", "1e300 is too large a number"),
+        ("1,1,1,2,0,4,1,1,1", "an object of 0x4 pixels has no area"),
+        ("1,1,1,2,3,-4,1,1,1", "an object of 3x-4 pixels has no area"),
+    ],
+)
+def test_truth_of_no_picture_is_refused(row: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "gt.txt").write_text(f"1,7,1,2,3,4,1,1,1\n{row}\n")
+    with pytest.raises(FormatError, match=f"gt.txt, line 2: {message}"):
+        read_rows(tmp_path / "gt.txt", 9, "truth")

@@ -16,7 +16,7 @@ from PIL import Image
 
 import arena
 from motes import Tracker, open_source
-from motes.errors import ConfigError, SourceError
+from motes.errors import ConfigError, FormatError, SourceError
 from motes.evaluate.regions import ABSENT, Region, read_mask, read_regions
 from motes.evaluate.sequences import Problem, Sequence, load_dataset
 from motes.formats import TrackWriter
@@ -641,3 +641,11 @@ def test_real_polygons_agree_with_their_boxes(data: Path) -> None:
     for polygon, box in zip(polygons, boxes, strict=True):
         assert polygon.box == box.box
         np.testing.assert_allclose(polygon.ellipse, box.ellipse, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "row", ["1e300,0,5,5", "0,0,-1e300,5", "m0,0,1e200,2,3", "1e16,0,9,0,9,9,0,9"]
+)
+def test_numbers_of_no_picture_are_refused(row: str) -> None:
+    with pytest.raises(FormatError, match=r"line 2: .* is too large a number"):
+        read_regions(f"1,2,3,4\n{row}\n")

@@ -186,3 +186,18 @@ def test_a_file_that_is_no_text(tmp_path: Path) -> None:
 def test_sizes_keep_their_angle() -> None:
     learned = Target.learn(Color(), FRAME, Ellipse(40, 30, 9, 5, math.pi / 3))
     assert learned.size == Ellipse(0, 0, 9, 5, math.pi / 3)
+
+
+@pytest.mark.parametrize("side", ["1e-300", "0.9"])
+def test_a_place_has_a_least_size(side: str, tmp_path: Path) -> None:
+    (tmp_path / "places.toml").write_text(f"[[place]]\nbox = [0, 0, {side}, {side}]\n")
+    with pytest.raises(ConfigError, match=r"place\[0\].box\[2\]: Expected `float` >= 1"):
+        load_places(tmp_path / "places.toml")
+    with pytest.raises(ConfigError, match="outside the frame"):
+        Place(box=(99.5, 0, 9, 9)).boxes(Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8)))
+
+
+def test_deep_histograms_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "deep").write_bytes(b"[" * 100_000)
+    with pytest.raises(FormatError, match="deep is not a histogram file"):
+        Target.load(tmp_path / "deep")

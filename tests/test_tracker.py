@@ -310,6 +310,7 @@ def test_nothing_works_before_a_target(name: str, tmp_path: Path) -> None:
     tracker = Tracker(CONFIGS[name])
     for call in (
         lambda: tracker.update(FRAMES[0]),
+        lambda: tracker.reinit(FRAMES[0], TARGET),
         lambda: tracker.correct(TARGET),
         lambda: tracker.save(tmp_path / "state"),
     ):

@@ -68,3 +68,20 @@ def test_a_frame_s_planes_are_shared(threads: int) -> None:
         frames[1].planes.clear()
         trackers.update(frames[1])
     assert len(frames[1].planes) == 1
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_nothing_goes_on_after_close(threads: int) -> None:
+    with Trackers(threads=threads) as trackers:
+        trackers.init(CLIP[0], REGIONS)
+    with pytest.raises(ConfigError, match="are closed; make new ones"):
+        trackers.update(CLIP[1])
+    with pytest.raises(ConfigError, match="are closed; make new ones"):
+        trackers.init(CLIP[0], REGIONS)
+
+
+def test_regions_may_be_an_array() -> None:
+    assert len(Trackers("nummiaro").init(CLIP[0], np.array(REGIONS))) == 3  # type: ignore[arg-type]
+    for regions in (None, np.empty((0, 4))):
+        with pytest.raises(ConfigError, match="nothing to follow"):
+            Trackers().init(CLIP[0], regions)  # type: ignore[arg-type]

@@ -17,6 +17,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.config import Config, Count, NonNegative, Share
+from motes.state import NotNegative
 
 Floats = NDArray[np.float64]
 
@@ -35,9 +36,9 @@ class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
         from another's.
     """
 
-    squares: tuple[float, ...] = ()
-    noise: float | None = None
-    variance: float = 0.0
+    squares: tuple[NonNegative, ...] = ()
+    noise: NonNegative | None = None
+    variance: NonNegative = 0.0
 
 
 class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
@@ -54,8 +55,8 @@ class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
     """
 
     frames: int
-    mean: Floats
-    squares: Floats
+    mean: NotNegative
+    squares: NotNegative
 
 
 Memory = KalmanMemory | GaussianMemory

@@ -17,10 +17,11 @@ from msgspec import Meta
 
 from motes.errors import ConfigError
 
-Positive = Annotated[float, Meta(gt=0)]
-NonNegative = Annotated[float, Meta(ge=0)]
+Positive = Annotated[float, Meta(gt=0, le=1e9)]
+NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
 Share = Annotated[float, Meta(ge=0, le=1)]
-Count = Annotated[int, Meta(ge=1)]
+Count = Annotated[int, Meta(ge=1, le=1_000_000_000)]
+Particles = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -144,6 +145,8 @@ def from_toml(text: str, name: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{name} is not valid TOML: {error}.") from None
+    except RecursionError:
+        raise ConfigError(f"{name} is nested too deeply.") from None
 
 
 def to_toml(config: Config) -> str:
@@ -168,7 +171,7 @@ def from_flag(key: str, text: str) -> dict[str, Any]:
     The text is read as a TOML value; `8,8,8` is a list, and what is no TOML value is a string.
     """
     value: Any = text
-    with contextlib.suppress(tomllib.TOMLDecodeError):
+    with contextlib.suppress(tomllib.TOMLDecodeError, RecursionError):
         value = tomllib.loads(
             f"value = [{text}]" if re.match(r"[^\[].*,", text) else f"value = {text}"
         )["value"]

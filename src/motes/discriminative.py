@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from msgspec.structs import replace
@@ -30,6 +31,7 @@ from motes.look import Known, Look, Looking
 from motes.presence import Calibration
 from motes.resampling import Weights
 from motes.search import LooksModel, Search, limits
+from motes.state import ELLIPSES, SAME, Array, check, middle_of, rows
 from motes.track import Status, Track
 from motes.trust import Standing, Trust
 
@@ -74,15 +76,15 @@ class DiscriminativeState(Known, frozen=True, eq=False):
         Whether the target is tracked, and how surely it was.
     """
 
-    time: float
+    time: Annotated[float, SAME]
     ellipse: Ellipse
     shape: Ellipse
     sizes: SizeModel
     looks: LooksModel
     border: Floats
-    searchers: Floats
+    searchers: Annotated[Floats, ELLIPSES]
     sizing: bool
-    factors: Floats
+    factors: Annotated[Floats, Array(least=1e-6)]
     standing: Standing
 
 
@@ -181,6 +183,14 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
             standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0, against=0),
         )
         return state, self._put(state, frame)
+
+    def check(self, state: DiscriminativeState, frame: Frame) -> None:
+        """Raise a ValueError if a state is none that may be after a frame; see `motes.state`."""
+        middle = middle_of(frame, state.correlation.a, state.correlation.b)
+        fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
+        searchers = rows(np.zeros(5), state.searchers) if len(state.searchers) else NOBODY
+        factors = rows(1.0, state.factors)
+        check(state, replace(fresh, searchers=searchers, factors=factors), "state")
 
     def _turn(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look

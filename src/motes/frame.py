@@ -21,6 +21,11 @@ class Frame:
 
     Pixels may be given in any form that `as_rgb` takes. `planes` holds what cues have computed from
     them, each under a key of its own, for as long as the frame lives.
+
+    Raises
+    ------
+    SourceError
+        If the index is no whole number, the time no number, or the pixels no image.
     """
 
     index: int
@@ -29,6 +34,10 @@ class Frame:
     planes: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.index, int | np.integer):
+            raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
+        if not isinstance(self.time, float | int | np.floating | np.integer):
+            raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
         object.__setattr__(self, "pixels", as_rgb(self.pixels))
 
     @property

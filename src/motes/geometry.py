@@ -16,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from motes.errors import ConfigError
 
+FARTHEST = 1e15
+"""No coordinate or size that anybody writes down is larger; whole numbers up to it are exact."""
+
 
 class Box(NamedTuple):
     """An axis-parallel box: first pixel's x and y, width and height, in pixels."""
@@ -100,7 +103,7 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
     """
     try:
         values = [float(value) for value in region]
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ConfigError(
             f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."
         ) from error

@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from motes.config import Config, Positive
 from motes.errors import ConfigError
+from motes.geometry import FARTHEST
 
 Point: TypeAlias = tuple[float, float]
+Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
+Pair = tuple[Number, Number, Number, Number]
 
 DEGENERATE = 1e-9
 """Points on one line leave a homography undetermined: its second smallest singular value is 0."""
@@ -38,10 +41,8 @@ class Ground(Config, frozen=True):
     """
 
     scale: Positive | None = None
-    homography: Annotated[tuple[float, ...], Meta(min_length=9, max_length=9)] | None = None
-    points: Annotated[tuple[tuple[float, float, float, float], ...], Meta(min_length=4)] | None = (
-        None
-    )
+    homography: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)] | None = None
+    points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.config import Config, Count, Positive, Share
@@ -22,6 +24,7 @@ from motes.info import Info
 from motes.motion import LONGEST_INTERVAL
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.sampling import EveryPixel
+from motes.state import LEAST_HALF, SAME, check, middle_of
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
@@ -80,11 +83,11 @@ class ShiftState:
         Where the tracker is, and for how many frames in a row the appearance rule has failed.
     """
 
-    time: float
+    time: Annotated[float, SAME]
     ellipse: Ellipse
     model: ColorModel
     background: Background
-    unit: float
+    unit: Annotated[float, Meta(ge=LEAST_HALF)]
     mean: Floats
     covariance: Floats
     status: Status
@@ -129,21 +132,10 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     ) -> tuple[ShiftState, Info]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
         model = self.color.learn(frame, region)
-        unit = math.sqrt(region.a * region.b)
-        state = ShiftState(
-            time=frame.time,
-            ellipse=region,
-            model=model,
-            background=self.presence.background(
-                self.color, model, frame, region, target_in_frame=True
-            ),
-            unit=unit,
-            mean=np.array([[region.x, region.y], [0.0, 0.0]]),
-            covariance=np.diag([0.0, unit**2]),
-            status=Status.TRACKING,
-            missed=0,
+        background = self.presence.background(
+            self.color, model, frame, region, target_in_frame=True
         )
-        return self._observe(state, frame, region)
+        return self._observe(_begun(frame, region, model, background), frame, region)
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
@@ -158,7 +150,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         found = [
             self._climb(state.model, frame, start._replace(a=start.a * size, b=start.b * size))
             for size in (1.0, 1 - self.scale, 1 + self.scale)
-            if min(start.a, start.b) * size >= 1
+            if size >= 1 or min(start.a, start.b) * size >= 1
         ]
         distances = self.color.distances(state.model, frame, np.array(found))
         ellipse = found[int(np.argmin(distances))]
@@ -179,6 +171,12 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             missed=0,
         )
         return self._observe(state, frame, region)
+
+    def check(self, state: ShiftState, frame: Frame) -> None:
+        """Raise a ValueError if a state is none that may be after a frame; see `motes.state`."""
+        middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
+        model = self.color.learn(frame, middle)
+        check(state, _begun(frame, middle, model, Background(0.0, 0.0)), "state")
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
         """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
@@ -229,3 +227,19 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             {"color": 1.0},
         )
         return replace(state, ellipse=ellipse, status=status, missed=missed), info
+
+
+def _begun(frame: Frame, region: Ellipse, model: ColorModel, background: Background) -> ShiftState:
+    """Return the state at the start."""
+    unit = math.sqrt(region.a * region.b)
+    return ShiftState(
+        time=frame.time,
+        ellipse=region,
+        model=model,
+        background=background,
+        unit=unit,
+        mean=np.array([[region.x, region.y], [0.0, 0.0]]),
+        covariance=np.diag([0.0, unit**2]),
+        status=Status.TRACKING,
+        missed=0,
+    )

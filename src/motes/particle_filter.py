@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.adaptation import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
 from motes.budget import Budget
-from motes.config import Config, Count
+from motes.config import Config, Particles
 from motes.cues import AdaptableCue, Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.correlation import Correlation, CorrelationModel
@@ -35,6 +35,7 @@ from motes.likelihood import Gaussian, Likelihood
 from motes.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
 from motes.presence import AppearanceRule, Background, Calibration
 from motes.resampling import Resampling, Weights
+from motes.state import ELLIPSES, LARGEST, SAME, Array, check, check_numbers, middle_of, rows
 from motes.track import Status, Track
 
 Floats = NDArray[np.float64]
@@ -66,14 +67,14 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
         Where the tracker is, and for how many frames in a row the appearance rule has failed.
     """
 
-    time: float
+    time: Annotated[float, SAME]
     states: Floats
     weights: Weights
     models: dict[str, Model]
     memories: dict[str, Memory]
     backgrounds: dict[str, Background]
     first: Ellipse
-    places: Floats
+    places: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
     status: Status
     missed: int
 
@@ -106,7 +107,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         `correlation` and `posterior` then learn at the cue's own rate.
     """
 
-    particles: Count = 100
+    particles: Particles = 100
     motion: AnyMotion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
@@ -244,6 +245,40 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
+
+    def check(self, state: FilterState, frame: Frame) -> None:
+        """Raise a ValueError if a state is none that may be after a frame; see `motes.state`."""
+        middle = middle_of(frame, *state.first[2:4])
+        models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
+        memories = dict[str, Memory]()
+        for name in filter(self.strategies.get, state.memories):
+            flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
+            memory = self.strategies[name].learn(None, flat, flat, flat).memory
+            if memory is not None:
+                memories[name] = memory
+        [start] = self.motion.initial(np.array([middle]))
+        states = rows(start, state.states)
+        zeros = rows(0.0, states)
+        fresh = FilterState(
+            time=frame.time,
+            states=states,
+            weights=Weights(zeros, zeros, False),
+            models=models,
+            memories=memories,
+            backgrounds=dict.fromkeys(self.cues, Background(0.0, 0.0)),
+            first=middle,
+            places=rows(np.zeros(4), state.places),
+            status=Status.TRACKING,
+            missed=0,
+        )
+        check(state, fresh, "state")
+        # A motion model that multiplies two columns would forgive two wrong signs.
+        [corner] = self.motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
+        least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
+        check_numbers(state.states, "state.states", Array(least))
+        with np.errstate(all="ignore"):
+            ellipses = self.motion.ellipses(state.states)
+        check_numbers(ellipses, "state.states", ELLIPSES)
 
     def _count(self, state: FilterState, affordable: int | None) -> int:
         """Return how many particles the next frame gets."""

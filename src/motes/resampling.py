@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.config import Config, Share
+from motes.state import Array
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -29,8 +30,8 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
         Whether no particle had any weight.
     """
 
-    log: Floats
-    values: Floats
+    log: Annotated[Floats, Array(least=-np.inf)]
+    values: Annotated[Floats, Array(least=0.0, total=1.0)]
     degenerate: bool
 
     @classmethod

@@ -84,7 +84,7 @@ class Target:
             file: _File = from_dict(msgspec.json.decode(Path(path).read_bytes()), _File)
         except OSError as error:
             raise FormatError(f"Cannot read the histogram {path}: {error.strerror}.") from None
-        except (msgspec.DecodeError, ConfigError) as error:
+        except (msgspec.DecodeError, ConfigError, RecursionError) as error:
             raise FormatError(
                 f"{path} is not a histogram file ({error}); make one with `motes histogram`."
             ) from None
@@ -99,6 +99,9 @@ class Target:
         )
 
 
+Side = Annotated[float, Meta(ge=1)]
+
+
 class Place(Config, frozen=True):
     """Where a target may appear: a box, or a border along the frame's edge.
 
@@ -107,13 +110,13 @@ class Place(Config, frozen=True):
     name
         For people.
     box
-        x, y, width, height, in pixels.
+        x, y, width, height, in pixels; at least one wide and high.
     border
         Width in pixels of the strip along all four edges.
     """
 
     name: str = ""
-    box: tuple[float, float, Positive, Positive] | None = None
+    box: tuple[float, float, Side, Side] | None = None
     border: Count | None = None
 
     def boxes(self, frame: Frame) -> list[tuple[float, float, float, float]]:
@@ -122,14 +125,14 @@ class Place(Config, frozen=True):
         Raises
         ------
         ConfigError
-            If the place says neither or both, or lies outside the frame.
+            If the place says neither or both, or less than a pixel of it lies in the frame.
         """
         w, h = frame.width, frame.height
         if self.box is not None and self.border is None:
             x, y, width, height = self.box
             left, top = max(x, 0.0), max(y, 0.0)
             right, bottom = min(x + width, float(w)), min(y + height, float(h))
-            if left >= right or top >= bottom:
+            if min(right - left, bottom - top) < 1:
                 raise ConfigError(f"Place {self.name!r} lies outside the frame of {w}x{h}.")
             return [(left, top, right - left, bottom - top)]
         if self.border is not None and self.box is None:

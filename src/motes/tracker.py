@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self, get_args
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -18,7 +20,7 @@ from motes.budget import Budget, Pace
 from motes.config import from_dict, to_dict
 from motes.detection import Detector, best
 from motes.discriminative import Discriminative, DiscriminativeState
-from motes.errors import ConfigError, FormatError, SourceError
+from motes.errors import ConfigError, FormatError, MotesError, SourceError
 from motes.files import write_whole
 from motes.frame import FRAME_INTERVAL, Frame, as_rgb
 from motes.geometry import as_ellipse, region_within
@@ -26,6 +28,7 @@ from motes.info import Info
 from motes.meanshift import MeanShift, ShiftState
 from motes.particle_filter import FilterState, ParticleFilter
 from motes.presets import TrackerConfig, preset
+from motes.state import LARGEST
 from motes.target import Place, Target, boxes_of
 from motes.track import Status, Track
 
@@ -73,8 +76,8 @@ class Tracker:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
-        if not isinstance(seed, int | np.integer) or seed < 0:
-            raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
+        if not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
+            raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
         self._pace: Pace | None = None
         if fps_target is not None:
             self._pace = Pace(fps_target)
@@ -96,12 +99,19 @@ class Tracker:
             If the region is not one, or does not fit the frame.
         """
         picture = _first(frame)
-        region_within(region, picture.width, picture.height)
+        ellipse = region_within(region, picture.width, picture.height)
         self._restart()
-        return self.reinit(picture, region)
+        return self._take(picture, self.config.init(self._rng, picture, ellipse))
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
-        """Forget the target and follow the object in `region` from here, in the same video."""
+        """Forget the target and follow the object in `region` from here, in the same video.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`, or as `init` does.
+        """
+        self._started()
         picture = self.picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
         return self._take(picture, self.config.init(self._rng, picture, ellipse))
@@ -115,8 +125,7 @@ class Tracker:
         found = best(detector(picture), picture)
         if found is None:
             return None
-        self._restart()
-        return self.reinit(picture, found.box)
+        return self.init(picture, found.box)
 
     def search(
         self,
@@ -228,23 +237,51 @@ class Tracker:
         Raises
         ------
         FormatError
-            If the file cannot be read or is no tracker.
+            If the file cannot be read or is no tracker, or its state is none that the tracker's
+            configuration could have come to.
         """
         try:
             saved = msgspec.msgpack.decode(Path(path).read_bytes())
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
             tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
-            kind: Any = STATES[type(tracker.config)]
-            tracker._state = msgspec.convert(saved["state"], kind, dec_hook=_unpack)
-            tracker._rng.bit_generator.state = json.loads(saved["random"])
-            index, time, pixels = saved["frame"]
-            tracker._frame = Frame(index, time, _unpack(None, pixels))
+            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=_unpack))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
-        except (msgspec.MsgspecError, ConfigError, KeyError, TypeError, ValueError) as error:
-            raise FormatError(f"{path} is not a saved tracker ({error}).") from None
+        except FormatError:
+            raise
+        except UNREADABLE as error:
+            said = " ".join(str(error).split()) or type(error).__name__
+            raise FormatError(f"{path} is not a saved tracker ({said}).") from None
         return tracker
+
+    def _continue(self, saved: _Saved) -> None:
+        """Take over what was saved, of which nothing is believed unseen."""
+        kind: Any = STATES[type(self.config)]
+        state = msgspec.convert(saved.state, kind, dec_hook=_unpack)
+        random = json.loads(saved.random)
+        self._rng.bit_generator.state = random
+        if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
+            raise ValueError("this is no state of random numbers")
+        index, seconds, pixels = saved.frame
+        frame = Frame(index, seconds, pixels)
+        if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
+            raise ValueError("the last frame is none")
+        self.config.check(state, frame)
+        self._state, self._frame = state, frame
+
+    def __copy__(self) -> Self:
+        """Return a tracker that goes on by itself; states and frames never change, and are shared.
+
+        So `copy.copy` and `copy.deepcopy` are one.
+        """
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin._rng, twin._pace = copy.deepcopy((self._rng, self._pace))
+        return twin
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return copy.copy(self)
 
     def _restart(self) -> None:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
@@ -278,6 +315,26 @@ def _first(frame: Picture) -> Frame:
 
 FORMAT = 2
 """Of saved trackers."""
+UNREADABLE = (
+    msgspec.MsgspecError,
+    MotesError,
+    TypeError,
+    ValueError,
+    LookupError,
+    OverflowError,
+    RecursionError,
+    MemoryError,
+)
+"""What reading anything may raise: bytes that are nested, too large, or of another kind."""
+Size = Annotated[int, Meta(ge=0)]
+
+
+class _Saved(msgspec.Struct):
+    """What a file holds beside the configuration; `state` is converted by the kind of tracker."""
+
+    random: str
+    frame: tuple[int, float, NDArray[np.uint8]]
+    state: Any
 
 
 def _pack(value: Any) -> Any:
@@ -286,7 +343,11 @@ def _pack(value: Any) -> Any:
 
 
 def _unpack(kind: Any, value: Any) -> Any:
-    dtype, shape, data = value
+    """Return an array of the type that the state's field says."""
+    dtype = np.dtype(get_args(get_args(kind)[1])[0])
+    name, shape, data = msgspec.convert(value, tuple[str, tuple[Size, ...], bytes])
+    if name != dtype.str:
+        raise ValueError(f"an array is {name}, not {dtype.str}")
     return np.frombuffer(data, dtype).reshape(shape).copy()
 
 

@@ -38,10 +38,11 @@ class Trackers:
     def __init__(
         self, config: str | TrackerConfig = "default", seed: int = 0, threads: int = 1
     ) -> None:
-        if threads < 1:
+        if not isinstance(threads, int) or threads < 1:
             raise ConfigError(f"Objects are divided among 1 or more threads; got {threads}.")
         self._config, self._seed, self._threads = config, seed, threads
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._closed = False
         self.each = []
 
     def init(self, frame: Picture, regions: Sequence[Sequence[float]]) -> list[Track]:
@@ -50,9 +51,10 @@ class Trackers:
         Raises
         ------
         ConfigError
-            If there is no region, or one is none or does not fit the frame.
+            If there is no region, or one is none or does not fit the frame; or after `close`.
         """
-        if not regions:
+        self._opened()
+        if not hasattr(regions, "__len__") or not len(regions):
             raise ConfigError("There is nothing to follow; give at least one region.")
         picture = frame if isinstance(frame, Frame) else Frame(0, 0.0, frame)
         each = [Tracker(self._config, self._seed + i) for i in range(len(regions))]
@@ -65,9 +67,12 @@ class Trackers:
 
         Raises
         ------
+        ConfigError
+            Before `init` or after `close`.
         SourceError
             If the frame's size has changed, or its time is not after the last one's.
         """
+        self._opened()
         if not self.each:
             raise ConfigError("There are no targets yet; call init first.")
         picture = self.each[0].picture(frame)
@@ -80,9 +85,14 @@ class Trackers:
         return [track for tracks in done for track in tracks]
 
     def close(self) -> None:
-        """Let go of the threads."""
+        """Let go of the threads; nothing is followed from then on."""
+        self._closed = True
         if self._pool is not None:
             self._pool.shutdown()
+
+    def _opened(self) -> None:
+        if self._closed:
+            raise ConfigError("These trackers are closed; make new ones.")
 
     def __enter__(self) -> Self:
         return self

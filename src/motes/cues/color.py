@@ -20,6 +20,7 @@ from motes.cues.histograms import HistogramCue
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.state import NotNegative
 
 Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
@@ -38,8 +39,8 @@ class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
         (m,), the histogram of the first frame, from which adaptation may not stray too far.
     """
 
-    histogram: Floats
-    anchor: Floats
+    histogram: NotNegative
+    anchor: NotNegative
 
     @cached_property
     def roots(self) -> Floats:

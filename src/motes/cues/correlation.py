@@ -8,6 +8,7 @@ estimation for robust visual tracking, BMVC 2014, equations 3 to 5).
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -21,6 +22,7 @@ from motes.cues.ridge import Spectra, filtered, gaussian, taught
 from motes.cues.window import CELL, Grid, Singles, features, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
+from motes.state import SAME, NotNegativeSingles
 
 Floats = NDArray[np.float64]
 
@@ -44,11 +46,11 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
     """
 
     numerator: Spectra
-    power: Singles
+    power: NotNegativeSingles
     first_numerator: Spectra
-    first_power: Singles
-    a: float
-    b: float
+    first_power: NotNegativeSingles
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
     place: Ellipse
 
     @property

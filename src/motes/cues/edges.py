@@ -19,6 +19,7 @@ from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.state import NotNegative
 
 Floats = NDArray[np.float64]
 
@@ -37,8 +38,8 @@ class EdgesModel(msgspec.Struct, frozen=True, eq=False, tag="edges"):
         (k + 1,), the histogram of the first frame, from which adaptation may not stray too far.
     """
 
-    histogram: Floats
-    anchor: Floats
+    histogram: NotNegative
+    anchor: NotNegative
 
 
 class Edges(HistogramCue, frozen=True):

@@ -20,6 +20,7 @@ from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.state import NotNegative
 
 Floats = NDArray[np.float64]
 
@@ -43,8 +44,8 @@ class HogModel(msgspec.Struct, frozen=True, eq=False, tag="hog"):
         (m,), the histogram of the first frame, from which adaptation may not stray too far.
     """
 
-    histogram: Floats
-    anchor: Floats
+    histogram: NotNegative
+    anchor: NotNegative
 
 
 @dataclass(frozen=True, slots=True, eq=False)

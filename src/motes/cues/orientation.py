@@ -23,6 +23,7 @@ from motes.cues.planes import Plane, blocks, plane_over
 from motes.frame import Frame
 from motes.geometry import Ellipse
 from motes.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.state import NotNegative
 
 Floats = NDArray[np.float64]
 Taps = NDArray[np.float32]
@@ -31,6 +32,8 @@ FINEST = 0.7
 """Pixels: a derivative of a narrower Gaussian is no longer one, sampled at pixels."""
 COARSEST = 0.9
 """Blocks: what `FINEST` is for pixels, where there is a choice."""
+WIDEST = 1000.0
+"""Pixels: the filters of a wider Gaussian would need more memory than pictures do."""
 HYSTERESIS = 0.1
 """The filters' scale changes when it is off by more than this share."""
 
@@ -50,9 +53,9 @@ class OrientationModel(msgspec.Struct, frozen=True, eq=False, tag="orientation")
         T: certainties up to this are left out.
     """
 
-    histogram: Floats
-    anchor: Floats
-    scale: float
+    histogram: NotNegative
+    anchor: NotNegative
+    scale: Annotated[float, Meta(ge=FINEST, le=WIDEST)]
     threshold: float
 
 
@@ -111,7 +114,7 @@ class Orientation(Config, frozen=True):
     bins: Annotated[int, Meta(ge=4, le=180)] = 36
     form: Literal["rotated", "fourier"] = "rotated"
     scale: Annotated[float, Meta(gt=0, le=1)] = 0.05
-    window: Annotated[float, Meta(gt=0, le=8)] = 1.0
+    window: Annotated[float, Meta(ge=0.01, le=8)] = 1.0
     scale_selection: bool = True
     kept: Share = 0.5
     kernel: Profile = "epanechnikov"
@@ -151,7 +154,7 @@ class Orientation(Config, frozen=True):
         return msgspec.structs.replace(model, scale=scale, threshold=threshold)
 
     def _scale(self, ellipse: Ellipse) -> float:
-        return max(FINEST, self.scale * math.sqrt(ellipse.a * ellipse.b))
+        return min(max(FINEST, self.scale * math.sqrt(ellipse.a * ellipse.b)), WIDEST)
 
     def _threshold(self, frame: Frame, scale: float, ellipse: Ellipse) -> float:
         """Return T, above which the share `kept` of the ellipse's pixels lies."""

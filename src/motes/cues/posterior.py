@@ -6,6 +6,8 @@ surroundings (Bertinetto et al., Staple, CVPR 2016, section 3.4).
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import msgspec
 import numpy as np
 from msgspec.structs import replace
@@ -16,6 +18,7 @@ from motes.config import Config, Share
 from motes.cues.window import Grid, Singles, grid
 from motes.frame import Frame
 from motes.geometry import Ellipse
+from motes.state import SAME, NotNegativeSingles
 
 Floats = NDArray[np.float64]
 
@@ -41,10 +44,10 @@ class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
         Where the target was when the model was last settled: where `distances` looks first.
     """
 
-    inside: Singles
-    outside: Singles
-    a: float
-    b: float
+    inside: NotNegativeSingles
+    outside: NotNegativeSingles
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
     place: Ellipse
 
     @property

@@ -6,9 +6,11 @@ Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 201
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import fft
@@ -18,6 +20,7 @@ from motes.cues.ridge import Spectra, filtered, gaussian, taught
 from motes.cues.window import CELL, Singles, cut, features
 from motes.frame import Frame
 from motes.geometry import Ellipse
+from motes.state import SAME, NotNegativeSingles
 
 SIDE = 32
 """Mean side of a target in samples; a smaller one has as many as it has pixels."""
@@ -37,9 +40,9 @@ class SizeModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
     """
 
     numerator: Spectra
-    power: Singles
-    rows: int
-    columns: int
+    power: NotNegativeSingles
+    rows: Annotated[int, SAME]
+    columns: Annotated[int, SAME]
 
 
 class Sizes(Config, frozen=True):
@@ -57,8 +60,8 @@ class Sizes(Config, frozen=True):
         Share of a frame in what is learned.
     """
 
-    count: int = 13
-    step: Positive = 1.06
+    count: Annotated[int, Meta(ge=1, le=33)] = 13
+    step: Annotated[float, Meta(gt=1, le=2)] = 1.06
     sharpness: Positive = 0.7
     ridge: NonNegative = 0.01
     rate: Share = 0.02

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from motes.errors import FormatError
 from motes.evaluate.sequences import read_text
 from motes.files import write_whole
-from motes.geometry import Box
+from motes.geometry import FARTHEST, Box
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -37,6 +37,9 @@ UNKNOWN = -1
 """Class of a box that has none, and identity of a detection."""
 DIGITS = 9
 """Of results after the point: enough to be read back as they were, but for rounding."""
+
+AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
+"""What is said of rows that must have an area."""
 
 _NEEDED = 7
 
@@ -105,7 +108,7 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
         How many there are in the video.
     kind
         What it holds. In truth and results, an identity is in a frame once; only truth has classes;
-        detections have an area.
+        objects and detections have an area, results need none.
 
     Raises
     ------
@@ -129,8 +132,8 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
                 raise ValueError(
                     f"frame {frame:.0f} has the identity {identity:.0f} already in line {first}"
                 )
-            if kind == "detections" and not (width > 0 and height > 0):
-                raise ValueError(f"a detection of {width:g}x{height:g} pixels has no area")
+            if kind in AREAS and not (width > 0 and height > 0):
+                raise ValueError(f"{AREAS[kind]} of {width:g}x{height:g} pixels has no area")
         except ValueError as error:
             raise FormatError(f"{name}, line {number}: {error}") from None
         lines.append(row)
@@ -163,6 +166,8 @@ def _number(field: str) -> float:
         raise ValueError(f"{field[:20]!r} is no number") from None
     if not math.isfinite(value):
         raise ValueError(f"{field[:20]} is not finite")
+    if abs(value) > FARTHEST:
+        raise ValueError(f"{field[:20]} is too large a number")
     return value
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motes.errors import FormatError
-from motes.geometry import Box, Ellipse
+from motes.geometry import FARTHEST, Box, Ellipse
 from motes.track import Status
 
 
@@ -80,7 +80,7 @@ def read_regions(text: str) -> list[Region]:
                 tracks[frame] = region
             else:
                 regions.append(_row(line))
-        except (ValueError, msgspec.DecodeError) as error:
+        except (ValueError, msgspec.DecodeError, RecursionError) as error:
             raise FormatError(f"line {number}: {error}") from None
     if tracks:
         return [tracks.get(frame, ABSENT) for frame in range(max(tracks) + 1)]
@@ -131,9 +131,12 @@ def _row(row: str) -> Region:
 
 def _number(field: str) -> float:
     try:
-        return float(field)
+        value = float(field)
     except ValueError:
         raise ValueError(f"{field[:20]!r} is no number") from None
+    if FARTHEST < abs(value) < math.inf:
+        raise ValueError(f"{field[:20]} is too large a number")
+    return value
 
 
 def _track(line: str, columns: list[str] | None) -> tuple[int, Region]:
