@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Pixels = NDArray[np.uint8]
-Codec = Literal["libx264", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg2video", "wrapped_avframe"]
+Codec = Literal[
+    "libx264", "libvpx", "ffv1", "qtrle", "mjpeg", "mpeg4", "mpeg2video", "wrapped_avframe"
+]  # fmt: skip
 
 
 def picture(index: int, width: int = 64, height: int = 48) -> Pixels:
@@ -79,10 +81,15 @@ def damage(path: Path, flips: int = 200, seed: int = 0) -> Path:
 
 def turn(path: Path, degrees: int) -> Path:
     """Return a copy of an MP4 with a mark to show it turned clockwise by so many degrees."""
+    cos, sin = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
+    return mark(path, cos, sin, -sin, cos)
+
+
+def mark(path: Path, a: int, b: int, c: int, d: int) -> Path:
+    """Return a copy of an MP4 with a mark to show (x, y) at (a x + c y, b x + d y)."""
     data = bytearray(path.read_bytes())
     matrix = data.index(b"tkhd") + 4 + 40  # in a version 0 header
-    cos, sin = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees]
-    fixed = [cos << 16, sin << 16, 0, -sin << 16, cos << 16, 0, 0, 0, 1 << 30]
+    fixed = [a << 16, b << 16, 0, c << 16, d << 16, 0, 0, 0, 1 << 30]
     data[matrix : matrix + 36] = struct.pack(">9i", *fixed)
     return _copy(path, bytes(data))
 

@@ -10,6 +10,7 @@ import socket
 import tempfile
 import threading
 from collections.abc import Iterator
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -27,6 +28,7 @@ from clips import (
     clip,
     cut,
     damage,
+    mark,
     noise,
     packets,
     picture,
@@ -127,10 +129,34 @@ def test_the_selection_of_a_video_keeps_index_and_time(whole: Path) -> None:
     assert report.problems is None  # not reading to the end is no truncation
 
 
-@pytest.mark.parametrize("selection", [{"start": -1}, {"stride": 0}, {"stride": -2}, {"end": 0}])
-def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, int]) -> None:
-    with pytest.raises(ConfigError):
+@pytest.mark.parametrize(
+    "selection",
+    [
+        {"start": -1},
+        {"stride": 0},
+        {"stride": -2},
+        {"end": 0},
+        {"end": 10**20},
+        {"end": 2.5},
+        {"end": float("nan")},
+        {"start": True},
+        {"start": "1"},
+        {"start": None},
+        {"start": 10**20},
+        {"stride": 0.5},
+        {"stride": True},
+        {"stride": 2**63},
+    ],
+)
+def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError) as caught:
         open_source(whole, **selection)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_selection_may_be_of_numpys_numbers(whole: Path) -> None:
+    frames, _ = read(whole, start=np.int64(3), end=np.int32(9), stride=np.uint8(2))
+    assert [frame.index for frame in frames] == [3, 5, 7]
 
 
 def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
@@ -182,6 +208,62 @@ def test_rotation_is_honored(tmp_path: Path, degrees: int) -> None:
     for before, after in zip(flat, turned, strict=True):
         assert np.array_equal(np.rot90(before.pixels, -degrees // 90), after.pixels)
         assert after.pixels.flags.c_contiguous
+
+
+@pytest.mark.parametrize("matrix", [(-1, 0, 0, 1), (1, 0, 0, -1), (0, 1, 1, 0), (0, -1, -1, 0)])
+def test_a_mirrored_video_is_shown_as_players_do(
+    tmp_path: Path, matrix: tuple[int, int, int, int]
+) -> None:
+    path = clip(tmp_path / "flat.mp4", 2)
+    flat, _ = read(path)
+    shown, _ = read(mark(path, *matrix))
+    a, b, c, d = matrix
+    y, x = np.mgrid[:48, :64]
+    across, down = a * x + c * y, b * x + d * y
+    across, down = across - across.min(), down - down.min()
+    for before, after in zip(flat, shown, strict=True):
+        assert np.array_equal(after.pixels[down, across], before.pixels)
+
+
+def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None:
+    """FFmpeg attaches data that PyAV does not know, and then tells no more than the angle."""
+    image = Image.fromarray(picture(0))
+    exif = image.getexif()
+    for orientation in (1, 3, 6, 8):
+        exif[0x0112] = orientation
+        image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
+        (tmp_path / "turned.bin").write_bytes((tmp_path / "turned.jpg").read_bytes())
+        frames, _ = read(tmp_path / "turned.bin")
+        error = np.abs(frames[0].pixels.astype(int) - read_image(tmp_path / "turned.jpg"))
+        assert error.mean() < 4
+
+
+@pytest.mark.parametrize(
+    ("aspect", "said"), [(Fraction(2), "2.00 times as wide"), (Fraction(16, 15), None)]
+)
+def test_pixels_that_are_not_square_are_left_so_and_said(
+    tmp_path: Path, aspect: Fraction, said: str | None
+) -> None:
+    path = tmp_path / "wide.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.codec_context.sample_aspect_ratio = aspect
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(picture(0), format="rgb24")))
+        container.mux(stream.encode(None))
+    frames, report = read(path)
+    assert frames[0].pixels.shape == (48, 64, 3)
+    assert report.aspect == pytest.approx(float(aspect))
+    assert report.problems is None if said is None else said in (report.problems or "")
+
+
+@pytest.mark.parametrize("fps", [10, 50])
+def test_a_raw_stream_without_times_has_the_rate_that_it_says(tmp_path: Path, fps: int) -> None:
+    with open_source(clip(tmp_path / "raw.h264", 30, fps=fps)) as source:
+        assert source.fps == fps
+        frames = list(source)
+    assert [frame.time for frame in frames] == pytest.approx([i / fps for i in range(30)])
+    assert source.report.retimed == 30
 
 
 @pytest.mark.parametrize(
@@ -257,6 +339,13 @@ def test_a_cut_file_that_ends_without_error_is_noticed(
         assert report.truncated
         assert report.ended == pytest.approx(len(frames) / 25, abs=0.05)
         assert report.expected == pytest.approx(60 / 25, abs=0.05)
+
+
+def test_a_cut_is_noticed_where_only_the_first_picture_is_left(tmp_path: Path) -> None:
+    frames, report = read(cut(clip(tmp_path / "short.mkv", 12), 0.75))
+    assert len(frames) == 1
+    assert report.truncated
+    assert (report.ended, report.expected) == pytest.approx((0.04, 0.48))
 
 
 def test_sound_that_outlasts_the_pictures_is_no_truncation(tmp_path: Path) -> None:

@@ -6,20 +6,27 @@ goes on, and a file that ends before its time is said to be cut off.
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import math
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import av
 import numpy as np
+from av.sidedata.sidedata import Type as SideData
 from av.stream import Disposition
 from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
+from motes.ahead import prefetch
 from motes.errors import SourceError
 from motes.frame import FRAME_INTERVAL, as_rgb
+from motes.pace import Pace
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -35,7 +42,14 @@ MAX_BAD_PACKETS = 64
 OPEN_TIMEOUT = 5.0
 READ_TIMEOUT = 5.0
 """Seconds that a camera or server may take to answer, and to send the next packet."""
+BACKLOG = 2000
+"""So many packets of a live source are received before they are asked for: a minute or so."""
 REMEDY = "give a video, an image, or a folder of images."
+
+ASPECT = 1.25
+"""Pixels that are wider, or higher, than that are said to be: round objects look no longer so."""
+LIVE_FORMATS = ("hls", "mpjpeg", "rtsp")
+"""FFmpeg's names for what has no end unless it says how long it is."""
 
 # Starting threads for each picture costs more than they save; PyAV 16 never starts any.
 ONE_THREAD: dict[str, Any] = {"threads": 1} if int(av.__version__.split(".")[0]) >= 17 else {}
@@ -58,6 +72,13 @@ class Report:
         before plus the nominal interval.
     ended, expected
         Where the source ended and where its header says it ends, seconds, if it was cut off.
+    left_out
+        Pictures after the first one in animated files among other images.
+    drops
+        How often a live source ended or failed, and was to be opened again.
+    aspect
+        How many times as wide as high the pixels are, 1 if that is not known; frames are given
+        as they are stored.
     """
 
     decoded: int = 0
@@ -66,6 +87,9 @@ class Report:
     retimed: int = 0
     ended: float | None = None
     expected: float | None = None
+    left_out: int = 0
+    drops: int = 0
+    aspect: float = 1.0
 
     @property
     def truncated(self) -> bool:
@@ -84,6 +108,14 @@ class Report:
             parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
         if self.retimed:
             parts.append(f"{self.retimed} missing or wrong time stamp(s) replaced")
+        if self.left_out:
+            parts.append(
+                f"{self.left_out} picture(s) left out, those after the first in an animated file"
+            )
+        if self.drops:
+            parts.append(f"dropped {self.drops} time(s)")
+        if not 1 / ASPECT < self.aspect < ASPECT:
+            parts.append(f"pixels are {self.aspect:.2f} times as wide as high, and left so")
         return "; ".join(parts) or None
 
 
@@ -112,12 +144,14 @@ class Decoder:
     count
         Estimate of how many pictures there are, None if unknown.
     live
-        Whether pictures come at the pace of a camera, without an end.
+        Whether pictures may come at the pace of a camera, without an end: nothing tells how long
+        the source is.
 
     Raises
     ------
     SourceError
-        Here, if there is no video to read; later, if it ends in an error or is too damaged.
+        Here, if there is no video to read; later, if it ends in an error or is too damaged, or if
+        it is live and ends.
     """
 
     def __init__(
@@ -131,18 +165,29 @@ class Decoder:
         remote: bool = False,
     ) -> None:
         self._name, self._advice, self._remote = name, advice, remote
+        self._pace = Pace()
         self._container = self._open(address, form, options)
         self._stream = self._best_stream()
         # Several threads are faster, but no two readings of a damaged file would be the same.
         self._stream.thread_type = "NONE"
         self._reformatter = VideoReformatter()
         self._bad_in_row = 0
+        self._reached = 0.0
 
-        self.fps = _rate(self._stream)
-        # Without a start there are no time stamps, and the duration is guessed from the bit rate.
-        length, begin = self._container.duration, self._container.start_time
-        self.duration = length / av.time_base if length and begin is not None else None
-        self.live = remote and self.duration is None
+        kind = self._container.format.name
+        # It sends JPEGs without times, so they count from when they come.
+        self._untimed = remote and kind == "mpjpeg"
+        self._camera = form is not None or kind in LIVE_FORMATS
+        self._unsized = remote and self._container.size <= 0
+        self._failed: av.FFmpegError | None = None
+        self.fps = None if self._untimed else _rate(self._stream)
+        # Without a start there are no time stamps, and the duration is guessed from the bit rate;
+        # but Matroska, cut off after its first picture, still has it in its header.
+        length: int | None = self._container.duration
+        begin: int | None = self._container.start_time
+        known = begin is not None or "matroska" in kind
+        self.duration = length / av.time_base if length and known else None
+        self.live = self.duration is None and (self._unsized or (remote and self._camera))
         self.count = self._stream.frames or None
         if self.count is None and self.duration and self.fps:
             self.count = round(self.duration * self.fps)
@@ -194,28 +239,55 @@ class Decoder:
         """Let go of the file or connection."""
         self._container.close()
 
-    def pictures(self, report: Report) -> Iterator[Stamped]:
-        """Yield the pictures in order, and count in `report` what could not be read."""
-        reached = 0.0
-        for packet in self._packets(report):
-            if packet.pts is not None and packet.time_base:
-                # Any stream counts: sound may well go on where the pictures end.
-                stop = (packet.pts + (packet.duration or 0)) * packet.time_base
-                reached = max(reached, float(stop))
-            if packet.stream.index != self._stream.index:
-                continue
-            try:
-                frames = packet.decode()
-            except av.FFmpegError as error:
-                self._bad(report, error)
-                continue
-            for frame in frames:
-                self._bad_in_row = 0
-                report.damaged += frame.is_corrupt
-                yield frame.time, partial(self._pixels, frame)
+    @property
+    def recorded(self) -> bool:
+        """Whether the source has an end, as far as is known: see `Pace` for what does not say."""
+        return not self.live or (not self._camera and self._pace.recorded)
+
+    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
+        """Yield the pictures in order, and count in `report` what could not be read.
+
+        Close this iterator before the decoder: a thread may be reading.
+        """
+        report.aspect = float(self._stream.codec_context.sample_aspect_ratio or 1)
+        packets = self._packets(report)
+        with prefetch(packets, BACKLOG) if self.live else contextlib.nullcontext(packets) as ready:
+            for packet in ready:
+                if packet.stream.index == self._stream.index:
+                    yield from self._decoded(packet, report)
+                else:  # it counts as well: sound may go on where the pictures end
+                    self._reach(packet)
+        if self._failed is not None:
+            yield from self._decoded(None, report)  # what the decoder still holds back
+            # Where an answer over HTTP does not say how long it is, its end is no failure.
+            if not (self._unsized and self._failed.errno == errno.EIO):
+                raise self._failure(self._failed) from self._failed
+        if not self.recorded:
+            raise SourceError(f"{self._name} ended.")
         tolerance = 2 / self.fps if self.fps else 2 * FRAME_INTERVAL
-        if self.duration is not None and reached < self.duration - tolerance:
-            report.ended, report.expected = reached, self.duration
+        if self.duration is not None and self._reached < self.duration - tolerance:
+            report.ended, report.expected = self._reached, self.duration
+
+    def _reach(self, part: Packet[Any] | VideoFrame) -> None:
+        """Note how far the source goes."""
+        if part.pts is not None and part.time_base:
+            stop = (part.pts + (part.duration or 0)) * part.time_base
+            self._reached = max(self._reached, float(stop))
+
+    def _decoded(self, packet: Packet[Any] | None, report: Report) -> Iterator[Stamped]:
+        """Yield the pictures that a packet completes; None stands for the end."""
+        try:
+            frames = packet.decode() if packet is not None else self._stream.decode(None)
+        except av.FFmpegError as error:
+            self._bad(report, error)
+            return
+        for frame in frames:
+            self._bad_in_row = 0
+            report.damaged += frame.is_corrupt
+            if packet is None:  # which would have said in what its time is
+                frame.time_base = self._stream.time_base
+            self._reach(frame)
+            yield frame.time, partial(self._pixels, frame)
 
     def _packets(self, report: Report) -> Iterator[Packet[Any]]:
         """Yield the packets of all streams, going on after damaged ones."""
@@ -226,12 +298,19 @@ class Decoder:
             except (StopIteration, IndexError):
                 # PyAV trips in the end over streams that turned up in a damaged file on the way.
                 return
-            except av.error.InvalidDataError as error:
+            except (av.error.InvalidDataError, av.error.BlockingIOError) as error:
                 self._bad(report, error)
                 demux = self._container.demux()
                 continue
             except av.FFmpegError as error:
-                raise self._failure(error) from error
+                self._failed = error
+                return
+            if packet.stream.index == self._stream.index and packet.size and packet.time_base:
+                stamp = None if packet.dts is None else float(packet.dts * packet.time_base)
+                passed = self._pace.note(stamp)
+                if self._untimed:
+                    packet.time_base = Fraction(1, 1000)
+                    packet.pts = packet.dts = round(passed * 1000)
             yield packet
 
     def _bad(self, report: Report, error: Exception) -> None:
@@ -259,7 +338,7 @@ class Decoder:
         pixels = converted.to_ndarray()
         if converted is frame:  # its memory is the decoder's, which may still need it
             pixels = pixels.copy()
-        return as_rgb(np.rot90(pixels, round(frame.rotation / 90)))
+        return as_rgb(_upright(np.asarray(pixels, np.uint8), _display_matrix(frame)))
 
 
 def camera(number: int) -> Decoder:
@@ -280,9 +359,33 @@ def camera(number: int) -> Decoder:
     return Decoder(address, name, advice, form=form, options=options, remote=True)
 
 
+def _display_matrix(frame: VideoFrame) -> NDArray[np.int32]:
+    """Return how a picture is shown, (2, 2): what is at (x, y) is shown at (x, y) @ matrix."""
+    try:
+        side_data: Mapping[Any, Any] = frame.side_data
+    except ValueError:  # beside a kind that PyAV does not know, it tells only the angle
+        cos, sin = round(math.cos(angle := math.radians(-frame.rotation))), round(math.sin(angle))
+        return np.array([[cos, sin], [-sin, cos]], np.int32)
+    found = side_data.get(SideData.DISPLAYMATRIX)
+    if found is None:
+        return np.eye(2, dtype=np.int32)
+    return np.frombuffer(bytes(found), np.int32).reshape(3, 3)[:2, :2]
+
+
+def _upright(pixels: NDArray[np.uint8], matrix: NDArray[np.int32]) -> NDArray[np.uint8]:
+    """Return a picture turned and mirrored by a display matrix, to the nearest 90 degrees."""
+    across, along = matrix.diagonal().tolist(), matrix[::-1].diagonal().tolist()
+    if abs(along[1]) > abs(across[0]):
+        pixels, across = pixels.swapaxes(0, 1), along
+    if across[0] < 0:
+        pixels = pixels[:, ::-1]
+    return pixels[::-1] if across[1] < 0 else pixels
+
+
 def _rate(stream: VideoStream) -> float | None:
     """Return the nominal rate: the round one that FFmpeg guesses, if it agrees with the average."""
     guessed, average = stream.guessed_rate, stream.average_rate
-    if guessed and average and abs(guessed / average - 1) > 0.05:
+    timed = stream.start_time is not None  # otherwise the average is FFmpeg's default
+    if guessed and average and timed and abs(guessed / average - 1) > 0.05:
         guessed = average
     return float(guessed) if guessed else None

@@ -11,10 +11,9 @@ from typing import Self
 from motes import decoder
 from motes.errors import MotesError, SourceError
 from motes.frame import Frame
+from motes.reconnect import AGAIN, FIRST_PAUSE, LONGEST_PAUSE
 from motes.video import Source, is_remote, open_source
 
-FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
-"""Seconds until a source that failed is opened again; each pause is twice the one before."""
 GRACE = 0.5
 """Seconds for which FFmpeg may be late to say that nothing comes."""
 
@@ -30,11 +29,12 @@ DRIFT = 0.01
 
 
 class Live:
-    """An iterator over the newest frames of a live source, without an end, and over its troubles.
+    """An iterator over the newest frames of a live source, and over its troubles.
 
     A thread reads. Frames that come while the last one is still being worked on take each other's
     place, and those that had to go are counted. Where the source fails, that is said once, in
-    words, and it is opened again after growing pauses.
+    words, and it is opened again after growing pauses. It has no end, unless the source turns out
+    to be a recording; see `open_source`.
 
     Parameters
     ----------
@@ -68,17 +68,18 @@ class Live:
         """When the source last gave a frame, or was opened; None while it is not open."""
         self._trouble: float | None = None
         """Since when there is none."""
-        self._closed = threading.Event()
+        self._closed, self._ended = threading.Event(), threading.Event()
         if film is None:
             self._fail(trouble)
         threading.Thread(target=self._read, name="live", daemon=True).start()
 
     def __iter__(self) -> Iterator[Frame | str]:
         while not self._closed.is_set():
+            ended = self._ended.is_set()
             with self._news:
                 limit = decoder.READ_TIMEOUT + GRACE
                 self._news.wait_for(lambda: self._said or self._frame is not None, LOOK)
-                if self._since is not None and time.monotonic() - self._since > limit:
+                if not ended and self._since is not None and time.monotonic() - self._since > limit:
                     self._fail(f"{self._source_name} sends no pictures.")
                 if self._said:
                     news: Frame | str | None = self._said.popleft()
@@ -86,6 +87,8 @@ class Live:
                     news, self._frame = self._frame, None
             if news is not None:
                 yield news
+            elif ended:
+                return
 
     @property
     def _source_name(self) -> str:
@@ -95,7 +98,6 @@ class Live:
         """Read the source, again and again."""
         pause = FIRST_PAUSE
         while not self._closed.is_set():
-            why = ""
             try:
                 if self._film is None:
                     self._film = open_source(self._source)
@@ -107,7 +109,8 @@ class Live:
                         pause = FIRST_PAUSE
                         if self._closed.is_set():
                             return
-                why = f"{self._film.name} ended."
+                self._ended.set()
+                return
             except MotesError as error:
                 why = str(error)
             self._film = None
@@ -146,7 +149,7 @@ class Live:
         """Say what is wrong, unless that is known."""
         if self._trouble is None:
             self._trouble = time.monotonic()
-            self._said.append(f"{why} It is tried again, with growing pauses.")
+            self._said.append(f"{why} {AGAIN}")
 
     def __enter__(self) -> Self:
         return self

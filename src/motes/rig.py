@@ -28,9 +28,10 @@ from motes.errors import MotesError
 from motes.frame import Frame
 from motes.geometry import Box
 from motes.handover import GAP, Camera, Handover, Report, Rig, Sighting
-from motes.live import LONGEST_PAUSE, Live, open_watched
+from motes.live import Live, open_watched
 from motes.objects import SceneTrack
 from motes.processes import cause, deaf
+from motes.reconnect import LONGEST_PAUSE
 from motes.scene import Scene
 from motes.track import Status
 from motes.watching import named_detector

@@ -54,7 +54,13 @@ def run(
     """
     interrupted = False
     try:
-        with remembered() as check, contextlib.ExitStack() as opened, prefetch(film) as frames:
+        with (
+            remembered() as check,
+            contextlib.ExitStack() as opened,
+            prefetch(film) as frames,
+            contextlib.ExitStack() as reading,
+        ):
+            reading.callback(film.stop)
             for output in outputs:
                 opened.enter_context(output)
             making = opened.enter_context(contextlib.closing(steps(frames)))

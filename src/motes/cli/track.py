@@ -177,7 +177,7 @@ def track(
         from motes.cli.track_several import open_outputs, track_several
         from motes.trackers import Trackers
 
-        with open_source(source, start=start, end=end, stride=stride) as film:
+        with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
             files = open_outputs(film, stride, output, format, label, overlay, overwrite=overwrite)
             return track_several(film, Trackers(tracking, seed), boxes, files)
 
@@ -190,7 +190,7 @@ def track(
     if resume and not rows:
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
 
-    with open_source(source, start=start, end=end, stride=stride) as film:
+    with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
         if resume and film.live:
             raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
         outputs: list[Output] = []

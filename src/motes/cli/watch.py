@@ -203,7 +203,7 @@ def watch(
 
     counting = Counting(where)
     scene = Scene(watching.detector.detector(), watching, seed)
-    with open_source(source, start=start, end=end, stride=stride) as film:
+    with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
         outputs: list[Output] = []
         if overlay is not None:
             outputs.append(Overlay(overlay, film, stride, where, overwrite=overwrite))

@@ -1,0 +1,1 @@
+"""Inputs damaged at random, the same for the same seed."""
