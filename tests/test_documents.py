@@ -216,7 +216,7 @@ def test_what_is_there_already_stays(go: Go) -> None:
         with pytest.raises(FileExistsError):
             JournalWriter(Path(f"{name}.json.rows.jsonl"), Head("film", 1, 1, "object"))
     code, _, error = go("watch FILM -o c.json --events c.json.rows.jsonl")
-    assert (code, "Two outputs have the same name" in error) == (2, True)
+    assert (code, "Two outputs are the same file" in error) == (2, True)
     assert Path("mine").read_text() == "mine"
     assert here() == {"mine", "a.json.rows.jsonl", "b.json.rows.jsonl"}
 
