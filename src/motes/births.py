@@ -8,9 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from motes.association import as_rows, assign
+from motes.assignment import assign_pairs
+from motes.association import as_rows
 from motes.detection import Detection
-from motes.geometry import Box, iou
+from motes.geometry import Box
+from motes.overlaps import overlapping
 
 Sightings: TypeAlias = list[tuple[float, Box]]
 """Times and boxes of detections that may be one object."""
@@ -49,9 +51,9 @@ class Births:
         before = self._candidates
         boxes = as_rows(each.box for each in free)
         latest = as_rows(candidate[-1][1] for candidate in before)
-        overlaps = iou(latest[:, None], boxes) if before and free else np.zeros((0, 0))
-        near = overlaps >= self._overlap
-        history = {j: before[i] for i, j in assign(np.where(near, 1 - overlaps, np.inf))}
+        i, j, overlaps = overlapping(latest, boxes, self._overlap)
+        same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
+        history = {j: before[i] for i, j in same}
         sure = np.quantile(self._scores, self._doubt) if free else 0.0
         out: list[Sightings | None] = [
             None if each.score < sure else [*history.get(j, []), (time, each.box)]
