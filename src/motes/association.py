@@ -38,6 +38,8 @@ class Outcome(StrEnum):
     """It is among the least sure detections so far, which begin no objects."""
     USELESS = "too small, too large or outside"
     """No tracker can start on it."""
+    SURPLUS = "beyond the limit"
+    """It is less sure than the largest number of detections that are taken of a frame."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -18,7 +17,7 @@ Sightings: TypeAlias = list[tuple[float, Box]]
 """Times and boxes of detections that may be one object."""
 
 SCORES = 1000
-"""How sure detections are is judged by so many of the latest."""
+"""How sure detections are is judged by so many of the latest, or all of a frame that has more."""
 
 
 class Births:
@@ -37,11 +36,12 @@ class Births:
     def __init__(self, overlap: float, confirm: int, doubt: float) -> None:
         self._overlap, self._confirm, self._doubt = overlap, confirm, doubt
         self._candidates: list[Sightings] = []
-        self._scores: deque[float] = deque(maxlen=SCORES)
+        self._scores: list[float] = []
 
-    def note(self, found: Iterable[Detection]) -> None:
+    def note(self, found: Sequence[Detection]) -> None:
         """Learn how sure detections are: all those of a frame."""
-        self._scores.extend(each.score for each in found)
+        scores = [*self._scores, *(each.score for each in found)]
+        self._scores = scores[-max(SCORES, len(found)) :]
 
     def update(self, time: float, free: Sequence[Detection]) -> list[Sightings | None]:
         """Return the sightings of what each detection of no object may be, or None if in doubt.

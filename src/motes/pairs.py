@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+FEW = 2**11
+"""Up to this many pairs, a comparison of all takes less time than the sweep."""
+
 
 def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     """Return the pairs of boxes (n, 4) and (m, 4) that share an area.
@@ -28,9 +31,11 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
         (k,) each, indices into the first and the second boxes, sorted by i, then by j.
     """
     i, j = candidates(first, second)
-    low = np.maximum(first[i, 1], second[j, 1])
-    high = np.minimum(first[i, 1] + first[i, 3], second[j, 1] + second[j, 3])
-    i, j = i[low < high], j[low < high]
+    one, other = first[i], second[j]
+    low = np.maximum(one[:, :2], other[:, :2])
+    high = np.minimum(one[:, :2] + one[:, 2:], other[:, :2] + other[:, 2:])
+    met = (low < high).all(axis=1)
+    i, j = i[met], j[met]
     order = np.lexsort((j, i))
     return i[order], j[order]
 
@@ -56,7 +61,13 @@ class _Parts(NamedTuple):
 
 
 def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:
-    """Return the pairs of `meeting`, and others, each once: those that have a strip in common."""
+    """Return the pairs of `meeting`, each once, and some others.
+
+    These others meet from left to right in a strip; where there are few boxes, all pairs.
+    """
+    if len(first) * len(second) <= FEW:
+        i, j = np.indices((len(first), len(second))).reshape(2, -1)
+        return i, j
     both = np.concatenate([first, second])
     if not both[:, 3].any():
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

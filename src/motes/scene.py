@@ -60,7 +60,8 @@ class Scene:
     born, gone
         How many objects there have been, and how many of them are gone.
     remarks
-        What the detector has told about the pictures so far, each once; see `BackgroundDetector`.
+        What the detector has told about the pictures so far, each once (see `BackgroundDetector`);
+        and as `limit`, that there were too many detections.
     """
 
     accounts: list[Account]
@@ -83,6 +84,7 @@ class Scene:
         self.accounts = []
         self.born = self.gone = 0
         self.remarks = {}
+        self._own: dict[str, str] = {}
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are hidden, oldest first.
@@ -125,8 +127,9 @@ class Scene:
 
     def _step(self, picture: Frame, dt: float, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
-        self.accounts, self.remarks = [], found.remarks
+        self.accounts = []
         free = self._sift(picture, found.detections)
+        self.remarks = {**found.remarks, **self._own}
         for thing in self._objects:
             thing.foresee(dt)
         free = self._match(picture, dt, free)
@@ -185,6 +188,12 @@ class Scene:
                 self.accounts.append(Account(each, Outcome.USELESS))
             else:
                 useful.append(each)
+        limit = self.config.limit
+        if len(useful) > limit:
+            text = f"there are {len(useful)} detections; only the {limit} surest are taken"
+            self._own.setdefault("limit", f"Frame {frame.index}: {text}.")
+        self.accounts += [Account(each, Outcome.SURPLUS) for each in useful[limit:]]
+        useful = useful[:limit]
         kept = singles(as_rows(each.box for each in useful), self.config.double)
         doubles = np.delete(np.arange(len(useful)), kept).tolist()
         self.accounts += [Account(useful[i], Outcome.DOUBLE) for i in doubles]
