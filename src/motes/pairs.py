@@ -30,14 +30,22 @@ def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     i, j
         (k,) each, indices into the first and the second boxes, sorted by i, then by j.
     """
+    if len(first) * len(second) <= FEW:
+        i, j = np.nonzero(_met(first[:, None], second))
+        return i, j
     i, j = candidates(first, second)
-    one, other = first[i], second[j]
-    low = np.maximum(one[:, :2], other[:, :2])
-    high = np.minimum(one[:, :2] + one[:, 2:], other[:, :2] + other[:, 2:])
-    met = (low < high).all(axis=1)
+    met = _met(first[i], second[j])
     i, j = i[met], j[met]
     order = np.lexsort((j, i))
     return i[order], j[order]
+
+
+def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
+    """Return which boxes share an area, shapes (..., 4) that broadcast."""
+    low = np.maximum(first[..., :2], second[..., :2])
+    high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
+    met: NDArray[np.bool_] = (low < high).all(axis=-1)
+    return met
 
 
 class _Parts(NamedTuple):
@@ -61,13 +69,7 @@ class _Parts(NamedTuple):
 
 
 def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:
-    """Return the pairs of `meeting`, each once, and some others.
-
-    These others meet from left to right in a strip; where there are few boxes, all pairs.
-    """
-    if len(first) * len(second) <= FEW:
-        i, j = np.indices((len(first), len(second))).reshape(2, -1)
-        return i, j
+    """Return the pairs of `meeting`, each once, and others that meet only from left to right."""
     both = np.concatenate([first, second])
     if not both[:, 3].any():
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

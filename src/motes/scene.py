@@ -274,6 +274,8 @@ class Scene:
     def _covers(self) -> dict[int, list[Object]]:
         """Return, for hidden objects by identity, the objects where one should be."""
         hidden = [thing for thing in self._objects if thing.hidden]
+        if not hidden:
+            return {}
         places, boxes = (as_rows(t.track.box for t in those) for those in (hidden, self._objects))
         i, j, _ = lying(places, boxes, self.config.within)
         return {
