@@ -44,7 +44,7 @@ def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
     """Return which boxes share an area, shapes (..., 4) that broadcast."""
     low = np.maximum(first[..., :2], second[..., :2])
     high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
-    met: NDArray[np.bool_] = (low < high).all(axis=-1)
+    met: NDArray[np.bool_] = np.all(low < high, axis=-1)
     return met
 
 

@@ -256,9 +256,9 @@ class Scene:
         """
         near = [thing for thing in self._objects if not thing.hidden]
         boxes = as_rows(thing.track.box for thing in near)
-        i, j = may_hide(boxes)
-        covered = inside(boxes[i], boxes[j]) > self.config.covered
-        covers = _grouped(i[covered], j[covered])
+        rows, columns = may_hide(boxes)
+        covered = inside(boxes[rows], boxes[columns]) > self.config.covered
+        covers = _grouped(rows[covered], columns[covered])
         for i, thing in enumerate(near):
             if thing.detected:
                 continue
