@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.config import Config, NonNegative, Share
 from motes.detection import Detection
 from motes.geometry import Box
+from motes.pairs import Floats, Integers, meeting
 
-Floats = NDArray[np.float64]
+MARGIN = 1.0
+"""Candidates are looked for so many pixels farther than they may be: rounding must lose none."""
 
 
 class Outcome(StrEnum):
@@ -37,6 +38,8 @@ class Outcome(StrEnum):
     """It is among the least sure detections so far, which begin no objects."""
     USELESS = "too small, too large or outside"
     """No tracker can start on it."""
+    SURPLUS = "beyond the limit"
+    """It is less sure than the largest number of detections that are taken of a frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,16 +75,20 @@ class Association(Config, frozen=True):
     spread: NonNegative = 2.0
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
-        """Return the costs (n, m) of objects that were just seen; infinite where ruled out.
+        """Return the costs (k,) of objects that were just seen; infinite where ruled out.
 
         Parameters
         ----------
         overlaps, distances
-            (n, m), of each object with each detection: intersection over union, and distance of
-            the object's model from what is seen there.
+            (k,), of an object with a detection: intersection over union, and distance of the
+            object's model from what is seen there.
         """
         costs = 1 - overlaps + self.appearance * distances
         return np.where(overlaps >= self.overlap, costs, np.inf)
+
+    def reaches(self, hidden: Floats) -> Floats:
+        """Return how far objects may come up (k,), in half-sizes, hidden for seconds (k,)."""
+        return self.reach + self.spread * hidden
 
     def off(self, away: Floats, hidden: Floats) -> Floats:
         """Return how far off detections are from hidden objects, as a share of their reach.
@@ -89,22 +96,47 @@ class Association(Config, frozen=True):
         Parameters
         ----------
         away
-            (n, m), how far each detection is from where each object should be, in its mean
-            half-sizes.
+            (k,), how far a detection is from where an object should be, in its mean half-sizes.
         hidden
-            (n,), seconds since it was seen.
+            (k,), seconds since it was seen.
         """
-        reach = self.reach + self.spread * hidden[:, None]
-        out: Floats = away / np.maximum(reach, np.finfo(float).tiny)
+        out: Floats = away / np.maximum(self.reaches(hidden), np.finfo(float).tiny)
         return out
 
+    def near(
+        self, places: Floats, hidden: Floats, boxes: Floats
+    ) -> tuple[Integers, Integers, Floats]:
+        """Return which detections hidden objects can reach, and how far off these are.
+
+        Parameters
+        ----------
+        places
+            (n, p, 5), ellipses: where each object may be; the nearest counts. Its own is the first.
+        hidden
+            (n,), seconds since it was seen.
+        boxes
+            (m, 4), of the detections.
+
+        Returns
+        -------
+        i, j, off
+            (k,) each: object and detection, sorted, and how far off, at most 1.
+        """
+        sizes = np.sqrt(places[:, 0, 2] * places[:, 0, 3])
+        reach = self.reaches(hidden) * sizes + MARGIN
+        pairs = [meeting(squares(places[:, p, :2], reach), boxes) for p in range(places.shape[1])]
+        i, j = np.unique(np.hstack(pairs), axis=1)
+        away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
+        off = self.off(np.hypot(away[..., 0], away[..., 1]).min(axis=1) / sizes[i], hidden[i])
+        return i[off <= 1], j[off <= 1], off[off <= 1]
+
     def recoveries(self, off: Floats, distances: Floats) -> Floats:
-        """Return the costs (n, m) of hidden objects; infinite where ruled out.
+        """Return the costs (k,) of hidden objects; infinite where ruled out.
 
         Parameters
         ----------
         off, distances
-            (n, m), how far off each detection is, and how far from each object's model.
+            (k,), how far off a detection is, and how far from the object's model.
         """
         # Half of what comes up is still hidden, so where it should be counts the more for its look.
         near = (off <= 1) & (distances <= self.distance + (1 - self.distance) * (1 - off))
@@ -133,14 +165,17 @@ def as_rows(boxes: Iterable[Box]) -> Floats:
     return np.array(list(boxes), np.float64).reshape(-1, 4)
 
 
+def squares(centers: Floats, half: Floats) -> Floats:
+    """Return the squares (n, 4) around centers (n, 2), from half their sides (n,)."""
+    sides = 2 * half[:, None]
+    return np.hstack([centers - half[:, None], sides, sides])
+
+
 def inside(first: Floats, second: Floats) -> Floats:
-    """Return which share of each box (n, 4) lies inside each other one (m, 4): (n, m)."""
-    low = np.maximum(first[:, None, :2], second[None, :, :2])
-    high = np.minimum(
-        first[:, None, :2] + first[:, None, 2:], second[None, :, :2] + second[None, :, 2:]
-    )
-    areas = first[:, 2:].prod(axis=1)
-    shares: Floats = np.clip(high - low, 0, None).prod(axis=2) / areas[:, None]
+    """Return which share of boxes lies inside others, shapes (..., 4) that broadcast."""
+    low = np.maximum(first[..., :2], second[..., :2])
+    high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
+    shares: Floats = np.clip(high - low, 0, None).prod(axis=-1) / first[..., 2:].prod(axis=-1)
     return shares
 
 
@@ -166,15 +201,22 @@ def divided(places: Floats, blob: Box) -> Floats:
     return out
 
 
-def may_hide(boxes: Floats) -> NDArray[np.bool_]:
-    """Return which objects, in boxes (n, 4), are so near that one may hide the other: (n, n).
+def may_hide(boxes: Floats) -> tuple[Integers, Integers]:
+    """Return which objects, in boxes (n, 4), are so near that one may hide the other.
 
     Zhao and Pei, equations 18 and 19: the squared distance of their centers is less than
     A² + B², where A and B are half the sum of their widths and of their heights. The paper compares
     it with the root of that. Nobody meets itself.
+
+    Returns
+    -------
+    i, j
+        (k,) each, indices of both, each pair in both orders, sorted.
     """
     centers, sizes = boxes[:, :2] + boxes[:, 2:] / 2, boxes[:, 2:]
-    away = centers[:, None] - centers
-    reach = (sizes[:, None] + sizes) / 2
-    met: NDArray[np.bool_] = (away**2).sum(axis=2) < (reach**2).sum(axis=2)
-    return met & ~np.eye(len(boxes), dtype=bool)
+    # The root of A² + B² is at most half the sum of the diagonals.
+    around = squares(centers, np.hypot(sizes[:, 0], sizes[:, 1]) / 2 + MARGIN)
+    i, j = meeting(around, around)
+    away, reach = centers[i] - centers[j], (sizes[i] + sizes[j]) / 2
+    met = ((away**2).sum(axis=1) < (reach**2).sum(axis=1)) & (i != j)
+    return i[met], j[met]

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 
-from motes.association import as_rows, assign
+from motes.assignment import assign_pairs
+from motes.association import as_rows
 from motes.detection import Detection
-from motes.geometry import Box, iou
+from motes.geometry import Box
+from motes.overlaps import overlapping
 
 Sightings: TypeAlias = list[tuple[float, Box]]
 """Times and boxes of detections that may be one object."""
 
 SCORES = 1000
-"""How sure detections are is judged by so many of the latest."""
+"""How sure detections are is judged by so many of the latest, or all of a frame that has more."""
 
 
 class Births:
@@ -35,11 +36,12 @@ class Births:
     def __init__(self, overlap: float, confirm: int, doubt: float) -> None:
         self._overlap, self._confirm, self._doubt = overlap, confirm, doubt
         self._candidates: list[Sightings] = []
-        self._scores: deque[float] = deque(maxlen=SCORES)
+        self._scores: list[float] = []
 
-    def note(self, found: Iterable[Detection]) -> None:
+    def note(self, found: Sequence[Detection]) -> None:
         """Learn how sure detections are: all those of a frame."""
-        self._scores.extend(each.score for each in found)
+        scores = [*self._scores, *(each.score for each in found)]
+        self._scores = scores[-max(SCORES, len(found)) :]
 
     def update(self, time: float, free: Sequence[Detection]) -> list[Sightings | None]:
         """Return the sightings of what each detection of no object may be, or None if in doubt.
@@ -49,9 +51,9 @@ class Births:
         before = self._candidates
         boxes = as_rows(each.box for each in free)
         latest = as_rows(candidate[-1][1] for candidate in before)
-        overlaps = iou(latest[:, None], boxes) if before and free else np.zeros((0, 0))
-        near = overlaps >= self._overlap
-        history = {j: before[i] for i, j in assign(np.where(near, 1 - overlaps, np.inf))}
+        i, j, overlaps = overlapping(latest, boxes, self._overlap)
+        same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
+        history = {j: before[i] for i, j in same}
         sure = np.quantile(self._scores, self._doubt) if free else 0.0
         out: list[Sightings | None] = [
             None if each.score < sure else [*history.get(j, []), (time, each.box)]

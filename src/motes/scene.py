@@ -17,26 +17,18 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.ahead import prefetch
-from motes.association import (
-    Account,
-    Outcome,
-    as_rows,
-    assign,
-    divided,
-    inside,
-    may_hide,
-)
+from motes.assignment import assign_pairs
+from motes.association import Account, Outcome, as_rows, divided, inside, may_hide
 from motes.births import Births
 from motes.detection import Detection, Detector, best
 from motes.errors import ConfigError, SourceError
 from motes.frame import FRAME_INTERVAL, Frame
-from motes.geometry import Box, Ellipse, iou
+from motes.geometry import Box
 from motes.mistaken import edges, mistaken
 from motes.objects import Object, SceneTrack
+from motes.overlaps import holding, largest, lying, nested, overlapping, singles
+from motes.pairs import Floats, Integers
 from motes.scene_config import SceneConfig, scene_config
-
-Floats = NDArray[np.float64]
-
 
 COVERED = 2
 """One that is where another one is seen is waited for so many times as long: it cannot be seen."""
@@ -68,7 +60,8 @@ class Scene:
     born, gone
         How many objects there have been, and how many of them are gone.
     remarks
-        What the detector has told about the pictures so far, each once; see `BackgroundDetector`.
+        What the detector has told about the pictures so far, each once (see `BackgroundDetector`);
+        and as `limit`, that there were too many detections.
     """
 
     accounts: list[Account]
@@ -91,6 +84,7 @@ class Scene:
         self.accounts = []
         self.born = self.gone = 0
         self.remarks = {}
+        self._own: dict[str, str] = {}
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are hidden, oldest first.
@@ -133,8 +127,9 @@ class Scene:
 
     def _step(self, picture: Frame, dt: float, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
-        self.accounts, self.remarks = [], found.remarks
+        self.accounts = []
         free = self._sift(picture, found.detections)
+        self.remarks = {**found.remarks, **self._own}
         for thing in self._objects:
             thing.foresee(dt)
         free = self._match(picture, dt, free)
@@ -193,15 +188,15 @@ class Scene:
                 self.accounts.append(Account(each, Outcome.USELESS))
             else:
                 useful.append(each)
-        boxes = as_rows(each.box for each in useful)
-        shares = inside(boxes, boxes)
-        same = np.maximum(shares, shares.T) > self.config.double
-        kept: list[int] = []
-        for i, each in enumerate(useful):
-            if same[i, kept].any():
-                self.accounts.append(Account(each, Outcome.DOUBLE))
-            else:
-                kept.append(i)
+        limit = self.config.limit
+        if len(useful) > limit:
+            text = f"there are {len(useful)} detections; only the {limit} surest are taken"
+            self._own.setdefault("limit", f"Frame {frame.index}: {text}.")
+        self.accounts += [Account(each, Outcome.SURPLUS) for each in useful[limit:]]
+        useful = useful[:limit]
+        kept = singles(as_rows(each.box for each in useful), self.config.double)
+        doubles = np.delete(np.arange(len(useful)), kept).tolist()
+        self.accounts += [Account(useful[i], Outcome.DOUBLE) for i in doubles]
         sifted = [useful[i] for i in kept]
         self._births.note(sifted)
         return sifted
@@ -213,28 +208,21 @@ class Scene:
             return found
         places = as_rows(thing.place.box for thing in things)
         boxes = as_rows(each.box for each in found)
-        # A detection in which two objects lie, and which is larger than either, is not one of them.
-        shares = inside(places, boxes)
-        within = shares > self.config.within
-        areas = np.where(within, places[:, 2:].prod(axis=1)[:, None], 0).max(axis=0)
-        several = (within.sum(axis=0) > 1) & (
-            boxes[:, 2:].prod(axis=1) > self.config.larger * areas
-        )
-        holder = np.where(within & several, shares, 0.0)
-        held = holder.max(axis=1) > 0
-        taken = set(np.flatnonzero(several).tolist())
-        for j in taken:
+        blobs = holding(places, boxes, self.config.within, self.config.larger)
+        taken, held = set(blobs), [i for mine in blobs.values() for i in mine]
+        for j, mine in blobs.items():
             self.accounts.append(Account(found[j], Outcome.SEVERAL))
-            mine = np.flatnonzero(held & (holder.argmax(axis=1) == j))
-            if not len(mine):  # those in it lie better in another such detection
+            if not mine:  # those in it lie better in another such detection
                 continue
             shared = divided(places[mine], found[j].box)
-            for i, box in zip(mine.tolist(), shared.tolist(), strict=True):
+            for i, box in zip(mine, shared.tolist(), strict=True):
                 self._see(things[i], Box(*box), frame, dt)
-        overlaps = np.where(several | held[:, None], 0, iou(places[:, None], boxes))
-        asked = overlaps >= self.config.association.overlap
-        costs = self.config.association.costs(overlaps, _distances(things, frame, boxes, asked))
-        for i, j in assign(costs):
+        rows, columns, overlaps = overlapping(places, boxes, self.config.association.overlap)
+        free = ~(np.isin(rows, held) | np.isin(columns, list(blobs)))
+        rows, columns, overlaps = rows[free], columns[free], overlaps[free]
+        distances = _distances(things, frame, boxes, rows, columns)
+        costs = self.config.association.costs(overlaps, distances)
+        for i, j in assign_pairs(rows, columns, costs, (len(things), len(found))):
             self._see(things[i], found[j].box, frame, dt)
             self.accounts.append(Account(found[j], Outcome.MATCHED, things[i].identity))
             taken.add(j)
@@ -252,8 +240,9 @@ class Scene:
         """
         near = [thing for thing in self._objects if not thing.hidden]
         pairs = may_hide(as_rows(thing.place.box for thing in near))
-        for thing, others in zip(near, pairs, strict=True):
-            met = bool(others.any())
+        meeting = set(pairs[0].tolist())
+        for i, thing in enumerate(near):
+            met = i in meeting
             thing.look(frame, dt, learn=not met)
             if met and not thing.met:
                 thing.edges = edges(thing, frame)
@@ -267,11 +256,13 @@ class Scene:
         """
         near = [thing for thing in self._objects if not thing.hidden]
         boxes = as_rows(thing.track.box for thing in near)
-        met, covers = may_hide(boxes), inside(boxes, boxes) > self.config.covered
-        for thing, others in zip(near, met & covers, strict=True):
+        rows, columns = may_hide(boxes)
+        covered = inside(boxes[rows], boxes[columns]) > self.config.covered
+        covers = _grouped(rows[covered], columns[covered])
+        for i, thing in enumerate(near):
             if thing.detected:
                 continue
-            thing.behind = _hider(thing, [near[j] for j in np.flatnonzero(others)])
+            thing.behind = _hider(thing, [near[j] for j in covers.get(i, ())])
             alone = frame.time - thing.seen > self.config.alone
             if thing.behind is not None or not thing.recognized or alone:
                 thing.hide()
@@ -280,12 +271,17 @@ class Scene:
             if thing.hidden:
                 thing.coast(frame)
 
-    def _covered(self, thing: Object) -> bool:
-        """Return whether another object is seen where one should be that is hidden."""
-        if not thing.hidden:
-            return False
-        boxes = as_rows(other.track.box for other in self._objects if not other.hidden)
-        return bool((inside(as_rows([thing.track.box]), boxes) > self.config.within).any())
+    def _covers(self) -> dict[int, list[Object]]:
+        """Return, for hidden objects by identity, the objects where one should be."""
+        hidden = [thing for thing in self._objects if thing.hidden]
+        if not hidden:
+            return {}
+        places, boxes = (as_rows(t.track.box for t in those) for those in (hidden, self._objects))
+        i, j, _ = lying(places, boxes, self.config.within)
+        return {
+            hidden[i].identity: [self._objects[j] for j in others]
+            for i, others in _grouped(i, j).items()
+        }
 
     def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
@@ -293,20 +289,20 @@ class Scene:
         if not things or not free:
             return free
         boxes = as_rows(each.box for each in free)
-        centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
         where = {thing.identity: thing.place for thing in self._objects}
-        away = np.empty((len(things), len(free)))
-        for row, thing in zip(away, things, strict=True):
-            size = math.sqrt(thing.place.a * thing.place.b)
-            # Who is hidden may also stop, or turn round, behind what hides it.
-            places = [thing.place, where.get(thing.behind or 0, thing.place)]
-            row[:] = _nearest(centers, places) / size
+        # Who is hidden may also stop, or turn round, behind what hides it.
+        places = np.array(
+            [(thing.place, where.get(thing.behind or 0, thing.place)) for thing in things]
+        )
         hidden = np.array([frame.time - thing.seen for thing in things])
-        off = self.config.association.off(away, hidden)
-        distances = _distances(things, frame, boxes, off <= 1)
+        rows, columns, off = self.config.association.near(places, hidden, boxes)
+        distances = _distances(things, frame, boxes, rows, columns)
+        costs = self.config.association.recoveries(off, distances)
+        pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+        looks = dict(zip(pairs, distances.tolist(), strict=True))
         taken = set()
-        for i, j in assign(self.config.association.recoveries(off, distances)):
-            thing, distance = things[i], float(distances[i, j])
+        for i, j in assign_pairs(rows, columns, costs, (len(things), len(free))):
+            thing, distance = things[i], looks[i, j]
             thing.detect(free[j].box, frame.time)
             sure = self.config.tracker.calibration.probability(distance)
             thing.track = replace(thing.track, distance=distance, confidence=sure)
@@ -320,16 +316,11 @@ class Scene:
         if not things or not free:
             return free
         boxes, seen = as_rows(each.box for each in free), as_rows(t.track.box for t in things)
-        shared = np.maximum(inside(boxes, seen), inside(seen, boxes).T)
-        rest = []
-        for each, row in zip(free, shared, strict=True):
-            if row.max() > self.config.within:
-                self.accounts.append(
-                    Account(each, Outcome.PART, things[int(row.argmax())].identity)
-                )
-            else:
-                rest.append(each)
-        return rest
+        part = largest(*nested(boxes, seen, self.config.within))
+        self.accounts += [
+            Account(free[i], Outcome.PART, things[j].identity) for i, j in part.items()
+        ]
+        return [each for i, each in enumerate(free) if i not in part]
 
     def _bear(self, frame: Frame, free: list[Detection]) -> None:
         """Make objects of what was confirmed often enough, and candidates of the rest."""
@@ -348,12 +339,14 @@ class Scene:
     def _say(self, frame: Frame) -> list[SceneTrack]:
         """Return what there is to say about the objects, and forget those that are gone."""
         said, staying = [], []
+        covers = self._covers()
         for thing in self._objects:
             unseen = frame.time - thing.seen
             leaving = not _within(thing.track.box, frame)
             known = max(thing.seen - thing.since, self.config.least_patience)
             patience = min(self.config.patience, known)
-            patience *= COVERED if self._covered(thing) else 1
+            covered = any(not other.hidden for other in covers.get(thing.identity, []))
+            patience *= COVERED if covered else 1
             if unseen > (self.config.farewell if leaving else patience):
                 thing.lose()
                 self.gone += 1
@@ -365,14 +358,19 @@ class Scene:
 
 
 def _distances(
-    things: Sequence[Object], frame: Frame, boxes: Floats, asked: NDArray[np.bool_]
+    things: Sequence[Object], frame: Frame, boxes: Floats, i: Integers, j: Integers
 ) -> Floats:
-    """Return how far boxes (m, 4) are from the objects' models, (n, m); 1 where not asked."""
-    distances = np.ones(asked.shape)
-    for thing, row, which in zip(things, distances, asked, strict=True):
-        if which.any():
-            row[which] = thing.distances(frame, boxes[which])
+    """Return how far boxes (m, 4) are from the objects' models, for pairs (k,) sorted by object."""
+    distances = np.empty(len(i))
+    for one, which in _grouped(i, np.arange(len(i))).items():
+        distances[which] = things[one].distances(frame, boxes[j[which]])
     return distances
+
+
+def _grouped(i: Integers, j: Integers) -> dict[int, Integers]:
+    """Return for each i all its j; i is sorted."""
+    found, starts = np.unique(i, return_index=True)
+    return dict(zip(found.tolist(), np.split(j, starts[1:]), strict=True)) if len(i) else {}
 
 
 def _hider(thing: Object, near: Sequence[Object]) -> int | None:
@@ -386,13 +384,6 @@ def _hider(thing: Object, near: Sequence[Object]) -> int | None:
 def _touch(one: Object, other: Object) -> bool:
     """Return whether the boxes of two objects overlap."""
     return bool(inside(as_rows([one.track.box]), as_rows([other.track.box])).any())
-
-
-def _nearest(centers: Floats, places: Sequence[Ellipse]) -> Floats:
-    """Return how far points (m, 2) are from the nearest of some places: (m,)."""
-    each = [np.hypot(centers[:, 0] - place.x, centers[:, 1] - place.y) for place in places]
-    nearest: Floats = np.min(each, axis=0)
-    return nearest
 
 
 def _within(box: Box, frame: Frame) -> bool:

@@ -51,6 +51,8 @@ class SceneConfig(Config, frozen=True):
         A box with more than this share of it in another one lies within that.
     larger
         A detection with two objects in it is so many times larger than either.
+    limit
+        No more detections than these, the surest, are taken of one frame.
     """
 
     tracker: ParticleFilter
@@ -67,6 +69,7 @@ class SceneConfig(Config, frozen=True):
     least_patience: NonNegative = 0.4
     within: Share = 0.7
     larger: Annotated[float, Meta(ge=1)] = 1.4
+    limit: Count = 10_000
 
 
 def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:

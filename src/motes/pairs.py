@@ -1,0 +1,110 @@
+"""Which boxes share an area, found without a comparison of all pairs.
+
+All boxes are cut into horizontal strips of their mean height: at most three parts a box, on
+average, whatever their sizes. If two boxes meet in a strip, one of them begins (from the left)
+within the other, and these beginnings are neighbors in a sorted list.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+FEW = 2**11
+"""Up to this many pairs, a comparison of all takes less time than the sweep."""
+
+
+def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
+    """Return the pairs of boxes (n, 4) and (m, 4) that share an area.
+
+    The time and the memory are those of the pairs that meet from left to right in a strip, not of
+    all n m pairs.
+
+    Returns
+    -------
+    i, j
+        (k,) each, indices into the first and the second boxes, sorted by i, then by j.
+    """
+    if len(first) * len(second) <= FEW:
+        i, j = np.nonzero(_met(first[:, None], second))
+        return i, j
+    i, j = candidates(first, second)
+    met = _met(first[i], second[j])
+    i, j = i[met], j[met]
+    order = np.lexsort((j, i))
+    return i[order], j[order]
+
+
+def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
+    """Return which boxes share an area, shapes (..., 4) that broadcast."""
+    low = np.maximum(first[..., :2], second[..., :2])
+    high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
+    met: NDArray[np.bool_] = np.all(low < high, axis=-1)
+    return met
+
+
+class _Parts(NamedTuple):
+    """Parts of boxes in strips, sorted by where they begin.
+
+    Attributes
+    ----------
+    box, top
+        (p,), index of the box, and the first strip that it is in.
+    strip
+        (p,), the part's strip.
+    begin, end
+        (p,), keys that sort by strip, then from left to right.
+    """
+
+    box: Integers
+    top: Integers
+    strip: Integers
+    begin: Integers
+    end: Integers
+
+
+def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:
+    """Return the pairs of `meeting`, each once, and others that meet only from left to right."""
+    both = np.concatenate([first, second])
+    if not both[:, 3].any():
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    height = float(both[:, 3].mean())
+    edges = np.unique([both[:, 0], both[:, 0] + both[:, 2]])
+    one, other = _parts(first, height, edges), _parts(second, height, edges)
+    i, j = _between(other.begin, one.begin, one.end)
+    later, earlier = _between(one.begin, other.begin + 1, other.end)
+    i, j = np.concatenate([i, earlier]), np.concatenate([j, later])
+    # Pairs that have several strips in common count in the first of these.
+    once = one.strip[i] == np.maximum(one.top[i], other.top[j])
+    return one.box[i[once]], other.box[j[once]]
+
+
+def _parts(boxes: Floats, height: float, edges: Floats) -> _Parts:
+    """Return the parts of boxes (n, 4) in strips of a height; edges are all left and right ones."""
+    tops = np.floor(boxes[:, 1] / height).astype(np.int64)
+    counts = np.floor((boxes[:, 1] + boxes[:, 3]) / height).astype(np.int64) - tops + 1
+    box, nth = _ranges(counts)
+    strip = tops[box] + nth
+    left, right = boxes[box, 0], boxes[box, 0] + boxes[box, 2]
+    begin, end = (strip * len(edges) + np.searchsorted(edges, x) for x in (left, right))
+    order = np.argsort(begin, kind="stable")
+    return _Parts(*(each[order] for each in (box, tops[box], strip, begin, end)))
+
+
+def _between(keys: Integers, low: Integers, high: Integers) -> tuple[Integers, Integers]:
+    """Return pairs of an interval, low <= key < high, and a key in it, as indices; keys sorted."""
+    starts = np.searchsorted(keys, low)
+    interval, nth = _ranges(np.maximum(np.searchsorted(keys, high) - starts, 0))
+    return interval, starts[interval] + nth
+
+
+def _ranges(counts: Integers) -> tuple[Integers, Integers]:
+    """Return of [2, 0, 3] the indices [0, 0, 2, 2, 2], and how often each came: [0, 1, 0, 1, 2]."""
+    index = np.repeat(np.arange(len(counts)), counts)
+    before = np.cumsum(counts) - counts
+    return index, np.arange(len(index)) - before[index]
