@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import importlib
 import json
 import os
@@ -23,6 +24,7 @@ import av
 import numba
 import numpy as np
 import pytest
+from numba.core import event
 from PIL import Image
 
 from motes import Tracker, kernels, open_source, synthetic
@@ -33,6 +35,7 @@ from motes.config import to_dict
 from motes.errors import SourceError
 from motes.figures import FIGURES
 from motes.formats import COLUMNS
+from motes.kernels import keeping
 from motes.presets import PRESETS, preset
 from motes.track import Status
 from motes.video import Source
@@ -688,6 +691,13 @@ def test_compiling_is_announced_once(
         "motes: Compiling kernels, once for this machine; later starts are quick.\n"
     )
     assert compile_one() == ""
+    full = OSError(errno.ENOSPC, "No space left on device")
+    event.start_event(keeping.UNKEPT, full)  # type: ignore[no-untyped-call]
+    assert "cannot keep them: No space left on device; make room" in capfd.readouterr().err
+    with monkeypatch.context() as read_only:
+        read_only.setattr("os.access", lambda *_: False)
+        options.announce_compiling()
+    assert "there is no folder to keep them in" in compile_one()
     monkeypatch.setattr(kernels.compiling, "FOLDER", None)
     options.announce_compiling()
     assert "there is no folder to keep them in" in compile_one()
