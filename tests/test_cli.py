@@ -199,6 +199,15 @@ def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
     assert go("track FILM --init -5,10,20,20 --end 2 -o -")[0] == 0
 
 
+def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    code, _, error = go("track FILM --init BOX --figures f/g")
+    assert code == 5
+    assert error == "motes: error: f/g cannot be written: no permission; choose another folder.\n"
+
+
 def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go(
         "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
