@@ -14,7 +14,7 @@ import msgspec
 from motes.annotations import coco, cvat
 from motes.counting import Event, Places
 from motes.errors import ConfigError, FormatError
-from motes.formats import check_writable
+from motes.formats import check_not_deleted, check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.objects import SceneTrack
 from motes.scene_overlay import Point, draw_scene
@@ -73,6 +73,8 @@ class Lines:
     def put(self, lines: Sequence[str]) -> None:
         """Write lines; raise a FormatError if that fails."""
         file = self._file or self._open()
+        if self.name != "-":
+            check_not_deleted(file, self.name)
         rest = memoryview("".join(line + "\n" for line in lines).encode())
         try:
             while rest:
