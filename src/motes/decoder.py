@@ -37,8 +37,11 @@ READ_TIMEOUT = 5.0
 """Seconds that a camera or server may take to answer, and to send the next packet."""
 REMEDY = "give a video, an image, or a folder of images."
 
+_PYAV = int(av.__version__.split(".")[0])
 # Starting threads for each picture costs more than they save; PyAV 16 never starts any.
-ONE_THREAD: dict[str, Any] = {"threads": 1} if int(av.__version__.split(".")[0]) >= 17 else {}
+ONE_THREAD: dict[str, Any] = {"threads": 1} if _PYAV >= 17 else {}
+# A title may be in any encoding; PyAV 19 knows that.
+_ANY_TITLE: dict[str, Any] = {"metadata_errors": "replace"} if _PYAV < 19 else {}
 
 
 @dataclass(slots=True)
@@ -155,8 +158,8 @@ class Decoder:
                 address,
                 format=form,
                 options=options,
-                metadata_errors="replace",
                 timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
+                **_ANY_TITLE,
             )
         except (av.FFmpegError, ValueError) as error:
             raise self._failure(error) from error
