@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import errno
 import importlib
 import json
 import os
@@ -23,6 +24,7 @@ import av
 import numba
 import numpy as np
 import pytest
+from numba.core import event
 from PIL import Image
 
 from motes import Tracker, kernels, open_source, synthetic
@@ -33,6 +35,7 @@ from motes.config import to_dict
 from motes.errors import SourceError
 from motes.figures import FIGURES
 from motes.formats import COLUMNS
+from motes.kernels import keeping
 from motes.presets import PRESETS, preset
 from motes.track import Status
 from motes.video import Source
@@ -194,6 +197,15 @@ def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
 
 def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
     assert go("track FILM --init -5,10,20,20 --end 2 -o -")[0] == 0
+
+
+def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    code, _, error = go("track FILM --init BOX --figures f/g")
+    assert code == 5
+    assert error == "motes: error: f/g cannot be written: no permission; choose another folder.\n"
 
 
 def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
@@ -686,6 +698,13 @@ def test_compiling_is_announced_once(
         "motes: Compiling kernels, once for this machine; later starts are quick.\n"
     )
     assert compile_one() == ""
+    full = OSError(errno.ENOSPC, "No space left on device")
+    event.start_event(keeping.UNKEPT, full)  # type: ignore[no-untyped-call]
+    assert "cannot keep them: No space left on device; make room" in capfd.readouterr().err
+    with monkeypatch.context() as read_only:
+        read_only.setattr("os.access", lambda *_: False)
+        options.announce_compiling()
+    assert "there is no folder to keep them in" in compile_one()
     monkeypatch.setattr(kernels.compiling, "FOLDER", None)
     options.announce_compiling()
     assert "there is no folder to keep them in" in compile_one()

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motes.cli.watch_outputs import Lines
 from motes.errors import ConfigError, FormatError
 from motes.formats import COLUMNS, Form, TrackWriter, check_writable, form_of
 from motes.geometry import Ellipse
@@ -128,6 +129,25 @@ def test_a_place_without_permission_is_refused(
     monkeypatch.setattr("os.access", lambda *_: False)  # root may write anywhere
     with pytest.raises(FormatError, match="no permission; choose another place"):
         check_writable(tmp_path / "r.csv")
+
+
+@pytest.mark.parametrize("another", [True, False])
+def test_a_file_that_is_deleted_meanwhile_is_an_error(tmp_path: Path, another: bool) -> None:
+    """The run would go on and say that it wrote the file. A file that was moved is still there."""
+    path, kept = tmp_path / "r.csv", tmp_path / "kept.csv"
+    with TrackWriter(path) as writer, Lines(str(tmp_path / "lines.csv"), False) as lines:
+        writer.write(*rows(1)[0])
+        lines.put(["1"])
+        path.rename(kept)
+        writer.write(*rows(2)[1])
+        path.with_name("lines.csv").unlink()
+        kept.unlink()
+        if another:
+            path.touch()
+        with pytest.raises(FormatError, match=r"r.csv was deleted while it was written, with all"):
+            writer.write(*rows(3)[2])
+        with pytest.raises(FormatError, match=r"lines.csv was deleted"):
+            lines.put(["2"])
 
 
 def test_a_full_disk_is_one_clear_error() -> None:

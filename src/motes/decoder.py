@@ -51,8 +51,11 @@ ASPECT = 1.25
 LIVE_FORMATS = ("hls", "mpjpeg", "rtsp")
 """FFmpeg's names for what has no end unless it says how long it is."""
 
+_PYAV = int(av.__version__.split(".")[0])
 # Starting threads for each picture costs more than they save; PyAV 16 never starts any.
-ONE_THREAD: dict[str, Any] = {"threads": 1} if int(av.__version__.split(".")[0]) >= 17 else {}
+ONE_THREAD: dict[str, Any] = {"threads": 1} if _PYAV >= 17 else {}
+# A title may be in any encoding; PyAV 19 knows that.
+_ANY_TITLE: dict[str, Any] = {"metadata_errors": "replace"} if _PYAV < 19 else {}
 
 
 @dataclass(slots=True)
@@ -196,12 +199,12 @@ class Decoder:
         self, address: str, form: str | None, options: dict[str, str] | None
     ) -> InputContainer:
         try:
-            container = av.open(
+            container: InputContainer = av.open(
                 address,
                 format=form,
                 options=options,
-                metadata_errors="replace",
                 timeout=(OPEN_TIMEOUT, READ_TIMEOUT) if self._remote else None,
+                **_ANY_TITLE,
             )
         except (av.FFmpegError, ValueError) as error:
             raise self._failure(error) from error

@@ -74,6 +74,20 @@ def check_writable(path: str | Path, overwrite: bool = False) -> None:
         raise FormatError(f"{path} cannot be written: no permission; choose another place.")
 
 
+def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
+    """Check that a file that is being written still has a name.
+
+    Raises
+    ------
+    FormatError
+        If it was deleted, or another one took its name: what goes into it is lost.
+    """
+    opened = os.fstat(file.fileno())
+    if opened.st_nlink or (os.path.exists(path) and os.path.samestat(opened, os.stat(path))):
+        return
+    raise FormatError(f"{path} was deleted while it was written, with all that was in it.")
+
+
 class TrackWriter:
     """Write tracks, a row for each frame; use it as a context manager.
 
@@ -107,8 +121,8 @@ class TrackWriter:
     ConfigError
         If the ending is unknown, or standard output shall be resumed.
     FormatError
-        Here, if the file exists or cannot be written; later, if the disk is full or an existing
-        row differs. Rows written before stay.
+        Here, if the file exists or cannot be written; later, if the disk is full, the file was
+        deleted or an existing row differs. Rows written before stay.
     """
 
     def __init__(
@@ -204,6 +218,8 @@ class TrackWriter:
 
     def _write(self, line: bytes) -> None:
         assert self._file is not None
+        if self._path is not None:
+            check_not_deleted(self._file, self._path)
         try:
             write_all(self._file, line)
         except OSError:

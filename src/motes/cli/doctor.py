@@ -107,6 +107,8 @@ def _cache() -> Iterator[Finding]:
     else:
         kept = len(list(folder.rglob("*.nbc")))
         found = f"kept in {folder} ({kept} compiled)"
+        if not os.access(folder, os.W_OK):
+            found += "; it is read-only: every start compiles what is not there"
     yield Finding("kernels", found)
 
 

@@ -417,9 +417,16 @@ def remembered() -> Iterator[Callable[[], None]]:
 
 def announce_compiling() -> None:
     """Tell the user why a start takes long, if kernels must be compiled in it."""
-    from motes import kernels
+    from motes.kernels import compiling
 
+    folder = compiling.FOLDER
+    writable = folder is not None and os.access(folder, os.W_OK)
     kept = "once for this machine; later starts are quick."
     lost = "there is no folder to keep them in (see motes doctor)."
-    why = kept if kernels.compiling.FOLDER else lost
-    kernels.compiling.when_compiling(lambda: say(f"Compiling kernels, {why}"))
+    why = kept if writable else lost
+    compiling.when_compiling(lambda: say(f"Compiling kernels, {why}"))
+    if writable:
+        advice = "make room there, or every start compiles."
+        compiling.when_unkept(
+            lambda error: say(f"{folder} cannot keep them: {error.strerror}; {advice}")
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from pathlib import Path
 from types import TracebackType
@@ -148,6 +149,9 @@ class Figures:
 
         if folder.exists() and not folder.is_dir():
             raise FormatError(f"{folder} is not a folder; choose another name.")
+        place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        if not os.access(place, os.W_OK):
+            raise FormatError(f"{folder} cannot be written: no permission; choose another folder.")
         self._recorder = Recorder(config)
         there = [name for name in self._recorder.files if (folder / name).exists()]
         if there and not overwrite:

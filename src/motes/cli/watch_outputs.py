@@ -17,7 +17,7 @@ from motes.counting import Event, Places
 from motes.documents import DOCUMENTS, is_document, write_document
 from motes.errors import ConfigError, FormatError
 from motes.files import open_rows, write_all
-from motes.formats import check_writable
+from motes.formats import check_not_deleted, check_writable
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.journal import Head, Journal, JournalWriter, Picture, Sighting, journal_of, sightings
 from motes.objects import SceneTrack
@@ -82,6 +82,8 @@ class Lines:
     def put(self, lines: Sequence[str]) -> None:
         """Write lines; raise a FormatError if that fails."""
         file = self._file or self._open()
+        if self.name != "-":
+            check_not_deleted(file, self.name)
         try:
             write_all(file, "".join(line + "\n" for line in lines).encode())
         except BrokenPipeError:  # whoever reads has seen enough

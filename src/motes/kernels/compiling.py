@@ -1,7 +1,7 @@
 """How loops are compiled, and the folder that keeps them for the next run.
 
-numba compiles a kept kernel anew when the kernel's own file has changed, but does not see a change
-in another file that it calls: so each state of this package's files has a folder of its own.
+A kernel holds the code of those that it calls, from other files too: so each state of this
+package's files has a folder of its own.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
+from motes.kernels.keeping import UNKEPT, Kept
+
 F = TypeVar("F", bound=Callable[..., object])
 
 
 def _folder() -> Path | None:
-    """Return a writable folder for what is compiled from these files; None on a read-only system.
+    """Return a folder for what is compiled from these files; None where none can be made.
 
-    It lies in NUMBA_CACHE_DIR or, where that is not set, in the user's folder of caches.
+    It lies in NUMBA_CACHE_DIR or, where that is not set, in the user's folder of caches. One that
+    is there is good for reading even on a read-only system.
     """
     sources = hashlib.sha256()
     for file in sorted(Path(__file__).parent.glob("*.py")):
@@ -33,7 +36,7 @@ def _folder() -> Path | None:
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None
-    return folder if os.access(folder, os.W_OK) else None
+    return folder
 
 
 def _home() -> Path:
@@ -41,18 +44,15 @@ def _home() -> Path:
 
 
 FOLDER = _folder()
-"""Where compiled kernels are kept for the next run; None where nothing can be written."""
+"""Where compiled kernels are kept for the next run; None where there is no such folder."""
 
 
 def _compiled(function: F, **options: Any) -> F:
     """Return a loop that is compiled on first use, and kept on disk where possible."""
-    config: Any = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(FOLDER)  # asked for here, and not again
-    try:
-        compiled = numba.njit(cache=FOLDER is not None, error_model="numpy", **options)(function)
-        return cast(F, compiled)
-    finally:
-        config.CACHE_DIR = before
+    compiled: Any = numba.njit(error_model="numpy", **options)(function)
+    if FOLDER is not None:
+        compiled._cache = Kept(function, FOLDER)
+    return cast(F, compiled)
 
 
 def kernel(function: F) -> F:
@@ -72,15 +72,25 @@ def unordered(function: F) -> F:
 
 def when_compiling(tell: Callable[[], None]) -> None:
     """Call a function before the next kernel is compiled that no folder keeps, and never again."""
+    _once("numba:compile", lambda _: tell())
+
+
+def when_unkept(tell: Callable[[OSError], None]) -> None:
+    """Call a function with the error of the next kernel that cannot be written, and never again."""
+    _once(UNKEPT, tell)
+
+
+def _once(kind: str, tell: Callable[[Any], None]) -> None:
+    """Call a function with the data of the next event of a kind."""
 
     class Once(event.Listener):
-        def on_start(self, _: event.Event) -> None:
+        def on_start(self, happened: event.Event) -> None:
             stop()
-            tell()
+            tell(happened.data)
 
         def on_end(self, _: event.Event) -> None:
             """Told at the start."""
 
     once = Once()
-    stop = functools.partial(event.unregister, "numba:compile", once)
-    event.register("numba:compile", once)  # type: ignore[no-untyped-call]
+    stop = functools.partial(event.unregister, kind, once)
+    event.register(kind, once)  # type: ignore[no-untyped-call]
