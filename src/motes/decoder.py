@@ -154,7 +154,7 @@ class Decoder:
         self, address: str, form: str | None, options: dict[str, str] | None
     ) -> InputContainer:
         try:
-            container = av.open(
+            container: InputContainer = av.open(
                 address,
                 format=form,
                 options=options,
