@@ -1,0 +1,146 @@
+"""What docs/reliability.md tries that no test has the time for.
+
+    python benchmarks/hazards.py film FILM.mp4 FRAMES
+    python benchmarks/hazards.py memory SECONDS COMMAND ...
+    python benchmarks/hazards.py damage FOLDER empty|half|garbage|flips
+    python benchmarks/hazards.py returns TIMES
+
+`film` renders the demo's clip at 320x240, to and fro. `memory` runs a command and prints, every
+so many seconds, the memory of its process and of its children in MB, and their open handles.
+`damage` damages all kernels that a folder keeps. `returns` is about a camera that goes away and
+comes back.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import random
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+
+PICTURES = 15
+"""Between two absences of the camera."""
+
+
+def film(path: str, frames: str) -> None:
+    """Write a long film in which nothing jumps, but what jumps in the demo."""
+    from motes import synthetic
+    from motes.writer import VideoWriter
+
+    pixels = [frame.pixels for frame, _ in synthetic.demo((320, 240), 300)]
+    around = pixels + pixels[-2:0:-1]
+    with VideoWriter(path, 30) as writer:
+        for index in range(int(frames)):
+            writer.write(around[index % len(around)])
+
+
+def memory(seconds: str, *command: str) -> None:
+    """Watch a command's memory."""
+    program = subprocess.Popen(command)
+    while program.poll() is None:
+        print(*_taken(_family(program.pid)), flush=True)
+        time.sleep(float(seconds))
+    print("exit code", program.returncode)
+
+
+def _taken(processes: Iterable[int]) -> tuple[int, int]:
+    """Return the memory in MB and the open handles of processes."""
+    pages = handles = 0
+    for each in processes:
+        try:
+            pages += int(Path(f"/proc/{each}/statm").read_text().split()[1])
+            handles += len(os.listdir(f"/proc/{each}/fd"))
+        except OSError:  # it has ended
+            continue
+    return pages * os.sysconf("SC_PAGE_SIZE") // 10**6, handles
+
+
+def _family(pid: int) -> Iterator[int]:
+    """Yield a process and all that it started."""
+    yield pid
+    for children in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in children.read_text().split():
+            yield from _family(int(child))
+
+
+def damage(folder: str, how: str) -> None:
+    """Damage all compiled kernels in a folder."""
+    rng = random.Random(0)
+    for file in sorted(Path(folder).rglob("*.nbc")):
+        content = bytearray(file.read_bytes())
+        if how == "empty":
+            content.clear()
+        elif how == "half":
+            del content[len(content) // 2 :]
+        elif how == "garbage":
+            content[:] = rng.randbytes(len(content))
+        elif how == "flips":
+            for _ in range(20):
+                content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+        else:
+            sys.exit(f"{how} is none of empty, half, garbage, flips.")
+        file.write_bytes(content)
+
+
+def returns(times: str) -> None:
+    """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
+    from motes import live
+    from motes.handover import Camera, Handover, Rig
+    from motes.rig import Lookout
+    from motes.scene import Scene
+    from test_rig import red
+
+    live.FIRST_PAUSE = 0.3
+    ours, theirs = multiprocessing.Pipe()
+    away = multiprocessing.Event()
+    multiprocessing.Process(target=_serve, args=(theirs, away), daemon=True).start()
+    seen = Camera("one", "")
+    lookout, handover = Lookout(seen, Scene(red)), Handover(Rig((seen,)))
+    gone = back = pictures = 0
+    identities: set[int] = set()
+    with live.open_watched(ours.recv()) as source:
+        for news in source:
+            if isinstance(news, str):
+                back += "is back" in news
+                away.clear()
+                pictures = 0
+                continue
+            identities |= set(handover.update(lookout.report(news)).values())
+            pictures += 1
+            if pictures == PICTURES and not away.is_set():
+                if gone % 10 == 0:
+                    print(gone, "times:", *_taken([os.getpid()]), flush=True)
+                if gone == int(times):
+                    break
+                gone += 1
+                away.set()
+    print(f"{gone} times gone, {back} times back, identities {sorted(identities)}")
+
+
+def _serve(pipe: Connection, away: Event) -> None:
+    from streams import camera
+    from test_rig import moving
+
+    with camera(moving) as stream:
+        pipe.send(stream.url)
+        while True:
+            if away.is_set():
+                stream.hung_up.set()
+            else:
+                stream.hung_up.clear()
+            time.sleep(0.02)
+
+
+if __name__ == "__main__":
+    actions = {"film": film, "memory": memory, "damage": damage, "returns": returns}
+    if len(sys.argv) < 3 or sys.argv[1] not in actions:
+        sys.exit(__doc__)
+    actions[sys.argv[1]](*sys.argv[2:])  # type: ignore[operator]
