@@ -1,8 +1,32 @@
 """The errors that motes raises; every message says what is wrong and what to do."""
 
+LONGEST = 1200
+"""Characters of a message."""
+
+
+def clear(text: str) -> str:
+    """Return a message as a line for people, whatever it quotes of a damaged file.
+
+    What cannot be shown is escaped; what is too long is cut in the middle.
+    """
+    if not text.isprintable():
+        text = "".join(map(_shown, text))
+    if len(text) <= LONGEST:
+        return text
+    return f"{text[: LONGEST * 3 // 4]} ... {text[-LONGEST // 4 + 5 :]}"
+
+
+def _shown(character: str) -> str:
+    if character.isprintable():
+        return character
+    return " " if character.isspace() else character.encode("unicode_escape").decode()
+
 
 class MotesError(Exception):
     """Base of all errors that motes raises on purpose."""
+
+    def __str__(self) -> str:
+        return clear(super().__str__())
 
 
 class SourceError(MotesError):

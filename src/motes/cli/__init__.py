@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from cyclopts import App, CycloptsError
 
 from motes import __version__
-from motes.errors import FormatError, MotesError, SourceError
+from motes.errors import FormatError, MotesError, SourceError, clear
 
 EXIT_CODES = """\
 Exit codes:
@@ -68,7 +68,7 @@ def main(tokens: Sequence[str] | None = None) -> int:
         if os.environ.get("MOTES_DEBUG"):
             raise
         message, code = _explain(error)
-        print("motes: error:", " ".join(message.split()), file=sys.stderr)
+        print("motes: error:", clear(" ".join(message.split())), file=sys.stderr)
         return code
 
 

@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 
 from cyclopts import Group, Parameter, Token
 
-from motes.errors import ConfigError, FormatError, SourceError
+from motes.errors import ConfigError, FormatError, SourceError, clear
 from motes.files import leftovers, same_file
 
 if TYPE_CHECKING:
@@ -155,7 +155,7 @@ Overwrite = Annotated[
 
 def say(message: str) -> None:
     """Print a line for people."""
-    print(f"motes: {message}", file=sys.stderr)
+    print(f"motes: {clear(message)}", file=sys.stderr)
 
 
 def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
