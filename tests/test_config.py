@@ -253,6 +253,7 @@ def test_merging() -> None:
         ("[8, 8, 4]", [8, 8, 4]),
         ("a file.toml", "a file.toml"),
         ("{type = 'kalman'}", {"type": "kalman"}),
+        pytest.param("1" * 5000, "1" * 5000, id="more digits than Python converts"),
     ],
 )
 def test_flags(text: str, value: Any) -> None:
@@ -349,3 +350,9 @@ def test_deep_toml_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
         from_toml(f"x = {deep}", "this file")
     assert from_flag("x", deep) == {"x": deep}
+
+
+def test_a_value_that_is_no_utf8_is_named() -> None:
+    """Options may be any bytes."""
+    with pytest.raises(ConfigError, match=r"takes texts in UTF-8, got 'caf\\udce9'"):
+        configure(preset("nummiaro"), from_flag("motion.type", "caf\udce9"))

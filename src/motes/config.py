@@ -23,6 +23,10 @@ Share = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1, le=1_000_000_000)]
 Particles = Annotated[int, Meta(ge=1, le=1_000_000)]
 
+DEEPEST = 100
+"""Parts of a dotted key in TOML."""
+_DEEP = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of all configuration: frozen, and checked on construction.
@@ -84,6 +88,8 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
     """
     try:
         return msgspec.convert(values, kind)
+    except UnicodeEncodeError as error:  # of an option, which may be any bytes
+        raise ConfigError(f"Config takes texts in UTF-8, got {error.object!r}.") from None
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
         where = path.rstrip("`").lstrip(".")
@@ -141,12 +147,22 @@ def _keys(kind: Any) -> list[str]:
 
 def from_toml(text: str, name: str) -> dict[str, Any]:
     """Return the values in a TOML text; `name` is what an error calls it."""
+    if _DEEP.search(text):  # whose reading takes time and memory with the square of its length
+        raise ConfigError(f"{name} has a key of more than {DEEPEST} parts.")
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a number of thousands of digits is no TOMLDecodeError
         raise ConfigError(f"{name} is not valid TOML: {error}.") from None
     except RecursionError:
         raise ConfigError(f"{name} is nested too deeply.") from None
+
+
+def from_json(data: bytes) -> Any:
+    """Return the values in a JSON text; raise a ConfigError if it is none."""
+    try:
+        return msgspec.json.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"It is not valid JSON: {error}") from None
 
 
 def to_toml(config: Config) -> str:
@@ -171,7 +187,7 @@ def from_flag(key: str, text: str) -> dict[str, Any]:
     The text is read as a TOML value; `8,8,8` is a list, and what is no TOML value is a string.
     """
     value: Any = text
-    with contextlib.suppress(tomllib.TOMLDecodeError, RecursionError):
+    with contextlib.suppress(ValueError, RecursionError):
         value = tomllib.loads(
             f"value = [{text}]" if re.match(r"[^\[].*,", text) else f"value = {text}"
         )["value"]

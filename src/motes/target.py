@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.config import Config, Count, Positive, from_dict, from_toml
+from motes.config import Config, Count, Positive, from_dict, from_json, from_toml
 from motes.cues.color import Color, ColorModel
 from motes.errors import ConfigError, FormatError
 from motes.files import write_whole
@@ -81,10 +81,10 @@ class Target:
             If the file is missing or is no histogram file.
         """
         try:
-            file: _File = from_dict(msgspec.json.decode(Path(path).read_bytes()), _File)
+            file: _File = from_dict(from_json(Path(path).read_bytes()), _File)
         except OSError as error:
             raise FormatError(f"Cannot read the histogram {path}: {error.strerror}.") from None
-        except (msgspec.DecodeError, ConfigError, RecursionError) as error:
+        except ConfigError as error:
             raise FormatError(
                 f"{path} is not a histogram file ({error}); make one with `motes histogram`."
             ) from None

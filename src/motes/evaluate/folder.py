@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 
 from motes import __version__
-from motes.config import Config, from_dict
+from motes.config import Config, from_dict, from_json
 from motes.errors import ConfigError, FormatError
 from motes.evaluate.entries import Entry
 from motes.evaluate.runs import Job
@@ -109,8 +109,8 @@ def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = F
 def _continued(out: Path, now: Record) -> Record:
     """Return the record of an evaluation that is resumed; raise a FormatError if it is another."""
     try:
-        before: Record = from_dict(msgspec.json.decode((out / RECORD).read_bytes()), Record)
-    except (OSError, msgspec.DecodeError, ConfigError) as error:
+        before: Record = from_dict(from_json((out / RECORD).read_bytes()), Record)
+    except (OSError, ConfigError) as error:
         raise FormatError(
             f"{out} cannot be resumed, as its {RECORD} cannot be read ({error}); replace it with "
             f"--overwrite, or choose another --out."
