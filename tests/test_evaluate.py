@@ -187,7 +187,7 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     trace = Trace(
         np.arange(7, 11),
-        rng.normal(size=(4, 5)) * [[1e-9], [1], [1e12], [np.nan]],
+        rng.uniform(1, 2, (4, 5)) * [[1e-8], [1], [1e8], [np.nan]],
         np.array([0.1, 1.0, np.nan, 1 / 3]),
         np.array([True, False, True, False]),
         np.array([1e-7, 2.0, 0.1 + 0.2, np.nan]),

@@ -393,6 +393,13 @@ def test_bad_tracks(tmp_path: Path, csv: str | None, txt: str | None, error: str
         load_tracks(tmp_path / "a.csv")
 
 
+def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
+    save_tracks(tmp_path / "a.csv", Tracks(rows(), np.zeros(2)))
+    film = Crowd("a", "nowhere", 3, 25.0, rows(), None)
+    with pytest.raises(FormatError, match=r"a\.csv is for 2 frames, but the sequence has 3\."):
+        CrowdOutcome.load(tmp_path / "a.csv", film)
+
+
 def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "folder").touch()
     with pytest.raises(FormatError, match="cannot be written"):

@@ -11,6 +11,7 @@ import pytest
 
 from evaluations import Floats, outcome, sequence, shifted, trace
 from motes.errors import FormatError, SourceError
+from motes.evaluate.protocols import save_trace
 from motes.evaluate.reference import Reference
 from motes.evaluate.results import COLUMNS, Outcome, score, write_results
 from motes.evaluate.sequences import Sequence
@@ -438,3 +439,11 @@ def test_calibration_counts_passes_alike() -> None:
     assert found.calibration("a", "ope").mean == pytest.approx(0.45)
     assert found.reliability("b", "ope") is None
     assert math.isnan(found.calibration("b", "ope").mean)
+
+
+@pytest.mark.parametrize("frames", [19, 21])
+def test_a_track_of_another_length_is_refused(tmp_path: Path, frames: int) -> None:
+    """A file may have been cut at the end of a line."""
+    save_trace(tmp_path / "a.csv", trace(shifted([0.0] * frames)))
+    with pytest.raises(FormatError, match=rf"a\.csv is for {frames} frames, .* has 20\."):
+        Outcome.load(tmp_path / "a.csv", sequence(frames=20))

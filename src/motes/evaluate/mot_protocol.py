@@ -16,6 +16,7 @@ from motes.errors import FormatError
 from motes.evaluate.mot_contestants import Follower, Info
 from motes.evaluate.mot_rows import UNKNOWN, Rows, read_rows, rows_of, write_rows
 from motes.evaluate.mot_sequences import Crowd
+from motes.evaluate.protocols import duration
 from motes.files import write_whole
 from motes.frame import Frame
 
@@ -126,7 +127,7 @@ def load_tracks(path: Path) -> Tracks:
         head, *lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8")))
         if tuple(head) != COLUMNS:
             raise ValueError("its columns are others")
-        seconds = np.array([float(line[2] or "nan") for line in lines])
+        seconds = np.array([duration(line[2]) for line in lines])
         return Tracks(read_rows(path.with_suffix(".txt"), len(seconds), "results"), seconds)
     except OSError as error:
         raise FormatError(f"{error.filename} cannot be read: {error.strerror}.") from None

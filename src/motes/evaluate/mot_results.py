@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from motes.evaluate.mot_metrics import Tally, counted, tally
 from motes.evaluate.mot_protocol import Tracks, load_tracks
 from motes.evaluate.mot_sequences import Crowd
-from motes.evaluate.results import Ended, Scores, digits, row_of, speed, write_table
+from motes.evaluate.results import Ended, Scores, check_length, digits, row_of, speed, write_table
 from motes.evaluate.summaries import Passes
 
 Floats = NDArray[np.float64]
@@ -53,7 +53,12 @@ COMBINED = "COMBINED"
 class CrowdOutcome(Ended[Crowd, Tracks]):
     """What came of a pass that followed many objects."""
 
-    load = staticmethod(load_tracks)
+    @staticmethod
+    def load(path: Path, sequence: Crowd) -> Tracks:
+        """Read tracks of all the sequence's frames."""
+        tracks = load_tracks(path)
+        check_length(path, len(tracks.seconds), sequence.frames)
+        return tracks
 
     @cached_property
     def tally(self) -> Tally:

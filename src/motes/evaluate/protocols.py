@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.errors import FormatError
-from motes.evaluate.contestants import UNKNOWN, Contestant, Position
+from motes.evaluate.contestants import LARGEST, UNKNOWN, Contestant, Position
 from motes.evaluate.mot_sequences import Crowd
 from motes.evaluate.sequences import Sequence
 from motes.files import write_whole
@@ -322,24 +323,57 @@ def load_trace(path: str | Path) -> Trace:
         head, *lines = csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8")))
         if tuple(head) not in (COLUMNS, COLUMNS[: -len(SPREAD)]):
             raise ValueError("its columns are others")
-        if any(len(line) != len(head) for line in lines):
-            raise ValueError("a line has more or fewer columns than the first one")
-        return _trace([_row(line) for line in lines])
+        rows: list[Row] = []
+        for place, line in enumerate(lines, 2):
+            rows.append(_row(line, len(head), place))
+            if rows[-1].frame != rows[0].frame + len(rows) - 1:
+                raise ValueError(f"line {place}: its frames do not follow each other")
+        if not rows or not 0 <= rows[0].frame <= LARGEST:
+            raise ValueError("its first frame is missing")
+        return _trace(rows)
     except OSError as error:
         raise FormatError(f"{path} cannot be read: {error.strerror}.") from None
     except (ValueError, csv.Error) as error:
         raise FormatError(f"{path} is not a track of an evaluation ({error}).") from None
 
 
-def _row(fields: list[str]) -> Row:
-    frame, x, y, a, b, theta, confidence, lost, seconds, event, *spread = fields
-    ellipse = Ellipse(*map(_number, (x, y, a, b, theta)))
-    xx, xy, yy = map(_number, spread) if spread else UNKNOWN
+def _row(fields: list[str], columns: int, line: int) -> Row:
+    """Return a row of a trace; raise a ValueError, with the number of its line, if it is none."""
+    try:
+        if len(fields) != columns:
+            raise ValueError("it has more or fewer columns than the first one")
+        return _of_fields(*fields)
+    except ValueError as error:
+        raise ValueError(f"line {line}: {error}") from None
+
+
+def _of_fields(
+    frame: str, x: str, y: str, a: str, b: str, theta: str,
+    confidence: str, lost: str, seconds: str, event: str, *spread: str,
+) -> Row:  # fmt: skip
+    ellipse = Ellipse(*map(number, (x, y, a, b, theta)))
+    xx, xy, yy = map(number, spread) if spread else UNKNOWN
+    sure, time = number(confidence), duration(seconds)
+    if min(ellipse.a, ellipse.b) < 1 / LARGEST:
+        raise ValueError(f"the ellipse of frame {frame} has no area")
+    if not (math.isnan(sure) or 0 <= round(sure, 9) <= 1):
+        raise ValueError(f"the confidence of frame {frame} is {sure:g}")
     return Row(
-        int(frame), ellipse, _number(confidence), lost == "1", _number(seconds),
-        EVENTS.index(event), (xx, xy, yy),
+        int(frame), ellipse, sure, lost == "1", time, EVENTS.index(event), (xx, xy, yy),
     )  # fmt: skip
 
 
-def _number(field: str) -> float:
-    return float(field) if field else float("nan")
+def number(field: str) -> float:
+    """Return the number in a field of a track, NaN for an empty one; raise a ValueError if none."""
+    value = float(field) if field else math.nan
+    if abs(value) > LARGEST**2:  # which a covariance may be
+        raise ValueError(f"{field} is out of bounds")
+    return value
+
+
+def duration(field: str) -> float:
+    """Return the seconds in a field of a track, NaN for an empty one, as `number` does."""
+    seconds = number(field)
+    if seconds < 0 or 0 < seconds < 1 / LARGEST:
+        raise ValueError(f"a frame takes no {field} s")
+    return seconds

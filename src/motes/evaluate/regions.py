@@ -22,6 +22,9 @@ from motes.errors import FormatError
 from motes.geometry import FARTHEST, Box, Ellipse
 from motes.track import Status
 
+LAST = 10_000_000
+"""No film has a frame beyond; that is four days of it."""
+
 
 class Region(NamedTuple):
     """A target in one frame.
@@ -153,8 +156,8 @@ def _track(line: str, columns: list[str] | None) -> tuple[int, Region]:
     if missing := [name for name in needed if name not in row]:
         raise ValueError(f"a track has the column {missing[0]}")
     frame = _number(str(row["frame"]))
-    if not frame.is_integer():
-        raise ValueError(f"{frame} is no index of a frame")
+    if not frame.is_integer() or frame > LAST:
+        raise ValueError(f"{frame:g} is no index of a frame")
     values = [row[name] for name in Ellipse._fields]
     if row.get("status", Status.TRACKING) != Status.TRACKING or None in values or "" in values:
         return int(frame), ABSENT

@@ -221,7 +221,7 @@ class Ended(ABC, Generic[S, T]):
 
     @staticmethod
     @abstractmethod
-    def load(path: Path) -> T:
+    def load(path: Path, sequence: S) -> T:
         """Read what the tracker said; raise a FormatError if that is not possible."""
 
     @classmethod
@@ -244,16 +244,27 @@ class Ended(ABC, Generic[S, T]):
                 found.append(cls(sequence, item, None, errors[item]))
             elif (path := item.path(out)).exists():
                 try:
-                    found.append(cls(sequence, item, cls.load(path)))
+                    found.append(cls(sequence, item, cls.load(path, sequence)))
                 except FormatError as error:
                     found.append(cls(sequence, item, None, f"{error} Delete it and --resume."))
         return found
 
 
+def check_length(path: Path, found: int, frames: int) -> None:
+    """Check that a track has as many frames as its sequence; raise a FormatError if not."""
+    if found != frames:
+        raise FormatError(f"{path} is for {found} frames, but the sequence has {frames}.")
+
+
 class Outcome(Ended[Sequence, Trace]):
     """What came of a pass that followed one object."""
 
-    load = staticmethod(load_trace)
+    @staticmethod
+    def load(path: Path, sequence: Sequence) -> Trace:
+        """Read a trace, which goes on to the sequence's end."""
+        trace = load_trace(path)
+        check_length(path, int(trace.frames[-1]) + 1, sequence.frames)
+        return trace
 
     @property
     def seconds(self) -> Floats:

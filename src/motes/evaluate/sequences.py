@@ -35,7 +35,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.errors import ConfigError, FormatError, MotesError, SourceError
+from motes.errors import ConfigError, FormatError, MotesError, SourceError, clear
 from motes.evaluate.regions import Region, read_mask, read_regions
 from motes.video import IMAGE_ENDINGS
 
@@ -179,7 +179,9 @@ def gather(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], lis
             names.add(name)
             sequences.append(load())
         except OSError as error:
-            problems.append(Problem(f"sequence {name}", f"{error.filename}: {error.strerror}"))
+            problems.append(
+                Problem(f"sequence {name}", clear(f"{error.filename}: {error.strerror}"))
+            )
         except MotesError as error:
             problems.append(Problem(f"sequence {name}", str(error)))
     return sequences, problems
@@ -261,7 +263,7 @@ def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
     boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)
     ellipses = np.array([region.ellipse for region in regions], np.float64).reshape(-1, 5)
     if (label := place / "absence.label").is_file() and truth.name == "groundtruth.txt":
-        absent = np.array(read_text(label).split()) == "1"
+        absent = np.array([word == "1" for word in read_text(label).split()])
         if absent.size != len(regions):
             raise FormatError(f"{label.name} is for {absent.size} frames, not {len(regions)}")
         boxes[absent] = ellipses[absent] = np.nan
