@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -121,7 +122,8 @@ def _ratios(lines: Sequence[Sequence[str]]) -> dict[Ratio, float]:
             peer = title.removeprefix(TIMES)
             if peer in PEERS and row[0] not in PEERS:
                 with contextlib.suppress(ValueError):  # the line under the head, and gaps
-                    found[row[0], row[1], peer] = float(cell)
+                    if 0 < (ratio := float(cell)) < math.inf:
+                        found[row[0], row[1], peer] = ratio
     return found
 
 
