@@ -11,7 +11,12 @@ TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C
 	nummiaro nummiaro:adaptive mean_shift mean_shift:kalman \
 	cv2:csrt cv2:kcf cv2:mil cv2:mosse cv2:medianflow cv2:camshift
 
-.PHONY: demo test lint bench accuracy clean
+# How long `make fuzz` runs, how often `make kills` kills, and with which random numbers.
+SECONDS := 60
+KILLS := 200
+SEED := 0
+
+.PHONY: demo test lint bench accuracy fuzz kills clean
 
 demo: $(READY)
 	$(BIN)/motes demo --out demo --overwrite
@@ -32,6 +37,12 @@ accuracy: $(READY)
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
+fuzz: $(READY)
+	PYTHONPATH=tests $(BIN)/python -m fuzzing --seconds $(SECONDS) --seed $(SEED)
+
+kills: $(READY)
+	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
+
 # TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
@@ -42,4 +53,4 @@ $(READY): pyproject.toml
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo accuracy
+	rm -rf $(VENV) demo accuracy fuzz

@@ -51,7 +51,9 @@ def clip(
     options: dict[str, str] | None = None,
 ) -> Path:
     """Write a video of `picture` (or `noise`) 0, 1, ...; options go to the encoder."""
-    muxing = {"movflags": "+faststart"} if path.suffix in (".mp4", ".mov") else {}
+    muxing = {"fflags": "+bitexact"}  # else Matroska has a random identity in it
+    if path.suffix in (".mp4", ".mov"):
+        muxing["movflags"] = "+faststart"
     with av.open(str(path), "w", options=muxing) as container:
         stream = container.add_stream(codec, rate=fps, options=options)
         stream.width, stream.height, stream.pix_fmt = width, height, pix_fmt

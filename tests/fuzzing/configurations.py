@@ -1,0 +1,58 @@
+"""Configurations in TOML: of trackers, as `motes evaluate` reads them, and of `motes watch`."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from msgspec.structs import asdict
+
+from motes import presets
+from motes.config import from_dict, from_toml, merge, to_dict, to_toml
+from motes.evaluate.entries import entry
+from motes.scene_config import scene_config
+from motes.watching import WatchConfig
+
+from .outcomes import DefectError, outcome, put
+
+
+def trackers() -> list[bytes]:
+    """Return whole configurations, and a file that changes a little of a preset."""
+    names = ("default", "nummiaro:adaptive", "maggio", "ng_delp", "zhao_pei", "mean_shift")
+    short = b'preset = "maggio"\nparticles = 80\n[color]\nbins = [8, 8, 8] # a comment\n'
+    return [short, *(to_toml(presets.preset(name)).encode() for name in names)]
+
+
+def check_tracker(data: bytes) -> str:
+    """Read the configuration of a tracker; what is read is written and read as the same."""
+
+    def read() -> None:
+        written = entry(str(put("tracker.toml", data))).configuration
+        again = from_dict(from_toml(written, "it"), presets.TrackerConfig)
+        if to_toml(again) != written:
+            raise DefectError(f"A configuration is read as another one: {written}")
+
+    return outcome(read)
+
+
+def scenes() -> list[bytes]:
+    """Return configurations of scenes with several detectors."""
+    whole = to_toml(_scene()).encode()
+    short = b'confirm = 3\n[detector]\ntype = "like"\nbox = [10, 20, 30, 40]\n'
+    return [whole, short, b'[detector]\ntype = "background"\nmethod = "gaussian"\n']
+
+
+def check_scene(data: bytes) -> str:
+    """Read the configuration of a scene; what is read is written and read as the same."""
+
+    def read() -> None:
+        values = from_toml(data.decode(errors="replace"), "this file")
+        config = from_dict(merge(to_dict(_scene()), values), WatchConfig)
+        if from_dict(from_toml(to_toml(config), "it"), WatchConfig) != config:
+            raise DefectError(f"A configuration is read as another one: {config}")
+
+    return outcome(read)
+
+
+@cache
+def _scene() -> WatchConfig:
+    return WatchConfig(**asdict(scene_config("nummiaro:adaptive")))

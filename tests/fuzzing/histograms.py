@@ -1,0 +1,34 @@
+"""Files of `motes histogram`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motes.cues.color import Color
+from motes.frame import Frame
+from motes.geometry import Ellipse
+from motes.target import Target
+
+from .outcomes import check_finite, outcome, put, scratch
+
+
+def seeds() -> list[bytes]:
+    """Return histograms of a colorful ellipse."""
+    pixels = np.arange(48 * 64 * 3, dtype=np.uint8).reshape(48, 64, 3)
+    target = Target.learn(Color(bins=(4, 4, 4)), Frame(0, 0.0, pixels), Ellipse(30, 20, 9, 6, 0.3))
+    path = scratch() / "target.json"
+    target.save(path)
+    return [path.read_bytes()]
+
+
+def check(data: bytes) -> str:
+    """Read a histogram: shares of one."""
+
+    def read() -> None:
+        target = Target.load(put("target.json", data))
+        shares = target.model.histogram
+        check_finite([*shares.tolist(), *target.size, *target.size.box])
+        assert abs(shares.sum() - 1) < 1e-9, shares
+        assert (shares >= 0).all(), shares
+
+    return outcome(read)

@@ -1,0 +1,48 @@
+"""All kinds of input."""
+
+from __future__ import annotations
+
+from . import (
+    configurations,
+    conversations,
+    detections,
+    evaluations,
+    films,
+    histograms,
+    options,
+    places,
+    sequences,
+    states,
+    tables,
+    track_rows,
+)
+from .campaign import Kind
+
+KINDS = (
+    Kind("rows", track_rows.seeds, track_rows.check),
+    Kind("trackers", configurations.trackers, configurations.check_tracker),
+    Kind("scenes", configurations.scenes, configurations.check_scene),
+    Kind("doors", places.doors, places.check_doors),
+    Kind("zones", places.counted, places.check_counted),
+    Kind("rigs", places.rigs, places.check_rig),
+    Kind("histograms", histograms.seeds, histograms.check),
+    Kind("detections", detections.seeds, detections.check_detector),
+    Kind("boxes", detections.seeds, detections.check_rows),
+    Kind("truths", sequences.truths, sequences.check_truth),
+    Kind("lists", sequences.lists, sequences.check_list),
+    Kind("labels", sequences.labels, sequences.check_label),
+    Kind("seqinfo", sequences.information, sequences.check_information),
+    Kind("references", sequences.references, sequences.check_reference),
+    Kind("masks", sequences.masks, sequences.check_mask),
+    Kind("records", evaluations.records, evaluations.check_record),
+    Kind("traces", evaluations.traces, evaluations.check_trace),
+    Kind("tracks", evaluations.tracks, evaluations.check_tracks),
+    Kind("track-rows", detections.seeds, evaluations.check_track_rows),
+    Kind("speeds", tables.seeds, tables.check),
+    Kind("trax", conversations.seeds, conversations.check, block=20),
+    # Kernels may have to be compiled in it.
+    Kind("options", options.seeds, options.check, block=20, limit=120.0),
+    Kind("states", states.seeds, states.check, block=20, limit=120.0, mutate=states.mutate),
+    *films.KINDS,
+)
+"""In the order of a round."""

@@ -1,0 +1,68 @@
+"""Options of the command line: a line for each word of it, the command first."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from motes.cli import DONE, FAULT, NOT_FOUND, PARTIAL, main
+
+from .outcomes import READ, REFUSED, DefectError, check_message, scratch
+
+COMMANDS = ("track", "watch", "histogram", "evaluate")
+
+
+def seeds() -> list[bytes]:
+    """Return valid words."""
+    lines = (
+        "track --init 10,12,20,16 --start 0 --end 4 --stride 1 --seed 3",
+        "track --ellipse 20,20,9,7.5,0.3 --preset nummiaro --fps-target 500",
+        "track --init 10,12,20,16 --init 30,20,9,9 --preset nummiaro",
+        "track --preset nummiaro --particles 80 --color.bins 8,8,8 --motion.noise.size 0.05 "
+        "--likelihood.sigma 0.1 --dump-config",
+        "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.1 --scale 20 --seed 1 --end 3",
+        "watch --like 10,12,20,16 --end 3",
+        "watch --confirm 3 --association.overlap 0.2 --detector.history 200 --dump-config",
+        "histogram --init 10,12,20,16 --frame 1",
+        "evaluate --seeds 2 --workers 1 --time-limit 60 --max-frames 10 --first-pixel 0 --folds 2",
+    )
+    return [line.replace(" ", "\n").encode() for line in lines]
+
+
+def check(data: bytes) -> str:
+    """Run a command: it ends in good order, or says in one line what is wrong."""
+    command, *words = os.fsdecode(data.replace(b"\0", b"")).split("\n")
+    if command not in COMMANDS:
+        command = "track"
+    source = "missing" if command == "evaluate" else str(_pictures())
+    output = ["--out" if command == "evaluate" else "-o", str(_output(command)), "--overwrite"]
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+        code = main([command, source, *words, *output])
+    errors = [line for line in said.getvalue().splitlines() if line.startswith("motes: error: ")]
+    if code == FAULT or len(errors) != (code not in (DONE, PARTIAL)):
+        raise DefectError(f"The command ended with {code}: {said.getvalue()}")
+    for line in errors:
+        check_message(line)
+    return READ if code in (DONE, NOT_FOUND) else REFUSED
+
+
+def _output(command: str) -> Path:
+    return scratch() / ("target.json" if command == "histogram" else "rows.csv")
+
+
+@cache
+def _pictures() -> Path:
+    folder = scratch() / "pictures"
+    folder.mkdir()
+    rng = np.random.default_rng(0)
+    for index in range(4):
+        pixels = rng.integers(0, 256, (48, 64, 3), np.uint8)
+        Image.fromarray(pixels).save(folder / f"{index}.png")
+    return folder

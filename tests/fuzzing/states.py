@@ -1,0 +1,22 @@
+"""Saved trackers, broken in the ways of `broken_states`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from random import Random
+
+import broken_states
+from broken_states import check
+
+__all__ = ["check", "mutate", "seeds"]
+
+
+def seeds() -> list[bytes]:
+    """Return saved trackers of several kinds."""
+    names = ("default", "nummiaro:adaptive", "mean_shift:kalman", "all, by cue")
+    return [broken_states.example(name, "tracking") for name in names]
+
+
+def mutate(rng: Random, saved: Sequence[bytes]) -> bytes:
+    """Return one of the trackers, broken."""
+    return broken_states.mutate(rng, rng.choice(saved))
