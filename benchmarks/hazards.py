@@ -98,7 +98,7 @@ def returns(times: str) -> None:
     from motes.scene import Scene
     from test_rig import red
 
-    live.FIRST_PAUSE = 0.3
+    vars(live)["FIRST_PAUSE"] = 0.3
     ours, theirs = multiprocessing.Pipe()
     away = multiprocessing.Event()
     multiprocessing.Process(target=_serve, args=(theirs, away), daemon=True).start()
