@@ -16,6 +16,7 @@ ROOM = Path(motes.__file__).parent
 ORDER = [
     "errors",
     "config",
+    "interrupts",
     "ahead",
     "geometry",
     "frame",

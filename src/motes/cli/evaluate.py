@@ -11,7 +11,8 @@ from typing import Annotated, Any, Literal, Self
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE, INTERRUPTED, PARTIAL
+from motes import interrupts
+from motes.cli import DONE, PARTIAL
 from motes.cli.options import (
     DATASET,
     OUTPUT,
@@ -213,11 +214,11 @@ def evaluate(
     if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
         announce_compiling()
     errors: dict[Pass, str] = {}
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         _run(jobs, out, processes, time_limit, errors)
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as interrupt:
+        interrupted = interrupt
     # The first tracker first.
     jobs = [job for entry in entries for job in jobs if job.entry is entry]
     title = f"Trackers on {dataset.resolve().name}"
@@ -242,7 +243,7 @@ def evaluate(
     problems = contents.problems(problems, outcomes)
     _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
-        return INTERRUPTED
+        return interrupts.code(interrupted)
     return PARTIAL if problems else DONE
 
 
@@ -375,7 +376,7 @@ def _summarize(
     problems: list[Problem],
     out: Path,
     *,
-    interrupted: bool,
+    interrupted: KeyboardInterrupt | None,
 ) -> None:
     """Print the tables under their titles on standard output, and problems on standard error."""
     for title, table in tables.items():
@@ -389,7 +390,7 @@ def _summarize(
         say(f"{problem.where}: {problem.what}")
     failed = sum(outcome.trace is None for outcome in outcomes)
     say(
-        "interrupted after " * interrupted
+        interrupts.word(interrupted)
         + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )
 

@@ -7,11 +7,9 @@ import difflib
 import inspect
 import os
 import re
-import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import urlsplit
 
@@ -336,46 +334,6 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
         ) from None
     for name in files:
         check_writable(out / name, overwrite)
-
-
-@contextlib.contextmanager
-def undisturbed() -> Iterator[None]:
-    """Let an interrupt by the keyboard wait until what is being written is whole."""
-    interrupts: list[tuple[int, FrameType | None]] = []
-    handler = signal.signal(signal.SIGINT, lambda *interrupt: interrupts.append(interrupt))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    if interrupts and callable(handler):
-        handler(*interrupts[-1])
-
-
-@contextlib.contextmanager
-def remembered() -> Iterator[Callable[[], None]]:
-    """Let Ctrl-C raise as ever; yield a check that raises again what was lost.
-
-    Python drops what is raised in a destructor, such as one of the compiler's.
-    """
-    interrupts: list[Any] = []
-    handler: Any = signal.getsignal(signal.SIGINT)
-
-    def note(*interrupt: Any) -> None:
-        interrupts.append(interrupt)
-        handler(*interrupt)
-
-    def check() -> None:
-        if interrupts:
-            raise KeyboardInterrupt
-
-    if not callable(handler):  # interrupts are ignored, as behind nohup
-        yield check
-        return
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, handler)
 
 
 def announce_compiling() -> None:
