@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.config import Config, Count
+from motes.config import Config, Particles
 from motes.errors import ConfigError
 from motes.geometry import Ellipse
 
@@ -39,8 +39,8 @@ class Budget(Config, frozen=True):
         logarithms for its size.
     """
 
-    least: Count = 50
-    most: Count = 500
+    least: Particles = 50
+    most: Particles = 500
     error: Annotated[float, Meta(gt=0, le=10)] = 0.2
     bin: Annotated[float, Meta(gt=0, le=100)] = 1.0
 

@@ -2,7 +2,8 @@
 
 The exception must not be raised where it is lost. What is raised inside LLVM, which calls back from
 C, or in a destructor, Python drops; what is raised in an import, some libraries turn into another
-error. There the signal is sent again a moment later.
+error. There the signal is sent again a moment later. What a library has caught all the same, loops
+raise again with `check`.
 """
 
 from __future__ import annotations
@@ -61,23 +62,23 @@ class _State:
         """Depth of `undisturbed`."""
         self.waiting: int | None = None
         """A signal that came meanwhile."""
-        self.ending = False
-        """Whether an interrupt has been raised already."""
+        self.sent: Interrupt | None = None
+        """The interrupt that was raised last."""
         self.timer: threading.Timer | None = None
 
     def handle(self, number: int, frame: FrameType | None) -> None:
         """Raise an interrupt, now or later."""
         # A terminal that is closed, or a service's manager, may send its signal twice and means
         # one: only Ctrl-C, pressed again, cuts short what is done at the end.
-        if self.ending and number != signal.SIGINT:
+        if self.sent is not None and number != signal.SIGINT:
             return
         if self.held:
             self.waiting = number
         elif self._fragile(frame):
             self.send_again(number)
         else:
-            self.ending = True
-            raise Interrupt(number)
+            self.sent = Interrupt(number)
+            raise self.sent
 
     def _fragile(self, frame: FrameType | None) -> bool:
         while frame is not None and frame is not self.base:
@@ -95,7 +96,7 @@ class _State:
     def unraisable(self, dropped: UnraisableHookArgs) -> None:
         """Take note of an exception that Python drops."""
         if isinstance(dropped.exc_value, Interrupt):
-            self.ending = False
+            self.sent = None
             self.send_again(dropped.exc_value.number)
         else:
             sys.__unraisablehook__(dropped)
@@ -137,6 +138,12 @@ def raised() -> Iterator[None]:
             _state.timer.cancel()
         sys.unraisablehook = hook
         _state = before
+
+
+def check() -> None:
+    """Raise an interrupt again that some library has caught; call it where none has come."""
+    if _state.sent is not None:
+        raise _state.sent
 
 
 @contextlib.contextmanager

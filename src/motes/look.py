@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motes import kernels
 from motes.budget import Budget
-from motes.config import Config, Count, NonNegative, Positive
+from motes.config import Config, NonNegative, Particles, Positive
 from motes.cues.correlation import FINE, Correlation, CorrelationModel, at, best_near
 from motes.cues.posterior import CORE, Posterior, PosteriorModel, contrast
 from motes.cues.ridge import Spectra
@@ -98,7 +98,7 @@ class Looking(Config, frozen=True):
         How particles are selected.
     """
 
-    particles: Count = 400
+    particles: Particles = 400
     budget: Budget = Budget(least=100, most=400, bin=0.25)
     correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()

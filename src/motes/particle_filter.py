@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.adaptation import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
 from motes.budget import Budget
-from motes.config import Config, Count
+from motes.config import Config, Particles
 from motes.cues import AdaptableCue, Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.correlation import Correlation, CorrelationModel
@@ -106,7 +106,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         `correlation` and `posterior` then learn at the cue's own rate.
     """
 
-    particles: Count = 100
+    particles: Particles = 100
     motion: AnyMotion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None

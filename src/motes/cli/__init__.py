@@ -10,9 +10,10 @@ import sys
 from collections.abc import Sequence
 
 from motes import interrupts
-from motes.cli.streams import usable
+from motes.cli.streams import drop_output, finish_output, usable
 
 DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, PARTIAL = range(7)
+NO_MEMORY = "There is not enough memory; use fewer particles or a smaller picture."
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
@@ -32,17 +33,20 @@ def _run(tokens: Sequence[str]) -> int:
         from motes.cli.app import app
 
         code: int | None = app(tokens)
-        sys.stdout.flush()
+        finish_output()
         return code or DONE
-    except BrokenPipeError:
-        # The reader of a pipe has seen enough. Python's own flush on exit shall not complain.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        drop_output()
         return DONE
     except Exception as error:
         if os.environ.get("MOTES_DEBUG"):
             raise
-        from motes.cli.explain import explain
+        try:
+            from motes.cli.explain import explain
 
-        message, code = explain(error)
+            message, code = explain(error)
+        except MemoryError:  # not even for this
+            message, code = NO_MEMORY, USAGE
+        drop_output()
         print("motes: error:", " ".join(message.split()), file=sys.stderr)
         return code

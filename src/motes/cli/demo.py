@@ -17,13 +17,13 @@ from rich.table import Table
 
 from motes import interrupts, synthetic
 from motes.cli import DONE
-from motes.cli.options import announce_compiling, prepare_folder, say
+from motes.cli.options import announce_compiling, check_counts, prepare_folder, say
 from motes.errors import ConfigError, FormatError
 from motes.figures import FIGURES, Recorder
 from motes.formats import TrackWriter
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse, iou
-from motes.interrupts import undisturbed
+from motes.interrupts import check, undisturbed
 from motes.overlay import draw, font
 from motes.synthetic import Truth
 from motes.track import Status
@@ -65,6 +65,7 @@ def demo(
     """
     if seed < 0:
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
+    check_counts(frames=frames)
     clip = synthetic.demo(frames=frames, seed=seed)
     runs = [
         Run("default", Tracker(seed=seed)),
@@ -91,6 +92,7 @@ def demo(
         )
         try:
             for frame, (truth,) in showing:
+                check()
                 with undisturbed():
                     for run, row in zip(runs, rows, strict=True):
                         run.step(frame, truth)
@@ -109,7 +111,8 @@ def demo(
     recorder.save(out)
     try:
         (out / "truth.csv").write_text("\n".join([*truths, ""]))
-        _strip(strip).save(out / "strip.png", optimize=True)
+        if strip:
+            _strip(strip).save(out / "strip.png", optimize=True)
     except OSError as error:
         raise FormatError(f"{out} cannot be written: {error.strerror}; make room there.") from None
     _tell(out, runs)

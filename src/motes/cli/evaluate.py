@@ -21,6 +21,7 @@ from motes.cli.options import (
     Overwrite,
     Workers,
     announce_compiling,
+    check_counts,
     first_pixels,
     say,
     worker_count,
@@ -44,6 +45,7 @@ from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Table, counted
 from motes.evaluate.views import LONGEST
 from motes.evaluate.wanted import PEER, Wanted
+from motes.interrupts import check
 
 TRACKERS = """\
 Trackers:
@@ -163,8 +165,7 @@ def evaluate(
         A folder of sequences in the layouts of OTB, VOT, GOT-10k or, with many objects, MOT; or a
         video with --annotation.
     """
-    if seeds < 1:
-        raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
+    check_counts(seeds=seeds)
     if max_frames < SHORTEST:
         raise ConfigError(f"--max-frames is {max_frames}; give {SHORTEST} or more.")
     if robust:
@@ -319,6 +320,7 @@ def _run(
     steps = runs.run(left, out, workers, time_limit)
     with Progress(total, total - missing) as progress, contextlib.closing(steps):
         for job, failed in steps:
+            check()
             if failed is None:
                 progress.begin(job)
             else:

@@ -28,6 +28,8 @@ FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
 CONFIGURATION = Group("Configuration", sort_key=4)
 
+MOST = 1_000_000
+"""Seeds, frames to render, or rounds: nobody can wait for more of them."""
 CONFIG_FLAGS = """\
   --particles 100
   --motion.type constant_velocity
@@ -89,7 +91,7 @@ def _read_setting(_: Any, tokens: Any) -> Any:
     return from_flag("value", token.value)["value"]
 
 
-Settings = Annotated[Any, Parameter(converter=_read_setting, allow_leading_hyphen=True, show=False)]
+Settings = Annotated[Any, Parameter(converter=_read_setting, show=False)]
 Init = Annotated[
     str | None, Parameter(group=TARGET, allow_leading_hyphen=True, help="Box: x,y,width,height.")
 ]
@@ -205,6 +207,15 @@ def worker_count(workers: int | None) -> int:
     return workers or os.cpu_count() or 1
 
 
+def check_counts(**counts: int) -> None:
+    """Check numbers of seeds, frames or rounds; raise a ConfigError for none and for too many."""
+    for name, count in counts.items():
+        if count < 1:
+            raise ConfigError(f"--{name} is {count}; give 1 or more.")
+        if count > MOST:
+            raise ConfigError(f"--{name} is {count}; give {MOST} or fewer.")
+
+
 def tracker_config(
     command: Callable[..., object],
     preset: str,
@@ -249,11 +260,15 @@ def check_settings(
     known = list(known)
     unknown = [key for key in settings if key not in known]
     if unknown and "type" not in settings:
-        key = unknown[0]
-        options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
-        near = difflib.get_close_matches(key, [*known, *options], n=1)
-        hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
-        raise ConfigError(f"There is no option --{key} with this preset; {hint}")
+        raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
+
+
+def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
+    """Return that a command has no such option, with the nearest of its own and of known keys."""
+    options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
+    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
+    hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+    return f"There is no option {flag} with this preset; {hint}"
 
 
 @contextlib.contextmanager

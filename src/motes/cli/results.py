@@ -15,7 +15,7 @@ from motes import interrupts
 from motes.cli import DONE, PARTIAL
 from motes.cli.options import OUTPUT, prepare_folder, say
 from motes.errors import LimitError
-from motes.interrupts import undisturbed
+from motes.interrupts import check, undisturbed
 
 if TYPE_CHECKING:
     from motes.evaluate.sequences import Problem
@@ -95,6 +95,7 @@ def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) ->
     try:
         with contextlib.closing(steps), Console(stderr=True).status("measuring") as status:
             for latest in steps:
+                check()
                 result = latest
                 status.update(Text(f"measuring: {result.progress}"))
     except KeyboardInterrupt as interrupt:

@@ -10,7 +10,7 @@ from typing import Protocol, TypeVar
 from motes.ahead import prefetch
 from motes.cli.progress import Progress
 from motes.frame import Frame
-from motes.interrupts import undisturbed
+from motes.interrupts import check, undisturbed
 from motes.video import Source
 
 T = TypeVar("T")
@@ -66,6 +66,7 @@ def run(
                                 output.write(step)
                             state = note(step)
                         progress.count(state)
+                        check()
                 except KeyboardInterrupt as interrupt:
                     interrupted = interrupt
     except KeyboardInterrupt as interrupt:

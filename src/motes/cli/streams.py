@@ -10,6 +10,8 @@ import sys
 from collections.abc import Iterator
 from typing import Any, cast
 
+from motes.errors import FormatError
+
 NARROWEST, WIDEST = 20, 1000
 """Columns. In fewer, no word fits and the libraries do not end; in more, padding takes the memory.
 """
@@ -34,6 +36,26 @@ def usable() -> Iterator[None]:
             redirected.enter_context(contextlib.redirect_stdout(_lenient(sys.stdout)))
             redirected.callback(sys.stdout.flush)
         yield
+
+
+def finish_output() -> None:
+    """Write what standard output still holds back; raise a FormatError if that fails."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise FormatError(
+            f"Standard output cannot be written: {error.strerror}; send it to another place."
+        ) from error
+
+
+def drop_output() -> None:
+    """Write what standard output still holds back, or drop it: Python shall not try once more."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _open_closed() -> None:

@@ -21,7 +21,7 @@ from motes.cli.options import (
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.errors import ConfigError, SourceError
 from motes.handover import Report, Rig
-from motes.interrupts import undisturbed
+from motes.interrupts import check, undisturbed
 from motes.rig import Notice, Watch
 
 
@@ -80,6 +80,7 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
             with undisturbed():
                 watching = opened.enter_context(Watch(rig, seed))
             for news in watching:
+                check()
                 with undisturbed():
                     if isinstance(news, tuple):
                         report, identities = news
