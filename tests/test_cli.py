@@ -489,11 +489,13 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     assert set(os.listdir()) == before
 
 
-@pytest.mark.parametrize("line", ["bench --rounds 0", "bench --frames 2"])
-def test_a_bench_of_nothing_is_refused(go: Go, line: str) -> None:
+@pytest.mark.parametrize(
+    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "Medians need")]
+)
+def test_a_bench_of_nothing_is_refused(go: Go, line: str, said: str) -> None:
     code, _, error = go(line)
     assert (code, error.count("\n")) == (2, 1)
-    assert "Medians need" in error
+    assert said in error
 
 
 def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -675,7 +677,7 @@ def test_help_loads_nothing_heavy() -> None:
 def test_help_names_commands_and_exit_codes(go: Go) -> None:
     code, out, _ = go("--help")
     assert code == 0
-    for word in ("track", "histogram", "demo", "bench", "doctor", "130  interrupted"):
+    for word in ("track", "histogram", "demo", "bench", "doctor", "130  interrupted by Ctrl-C"):
         assert word in out
     for name in PRESETS:
         assert name in go("track --help")[1]
@@ -714,6 +716,7 @@ def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("motes.cli.streams._lenient", lambda stream: stream)
     code, out, error = go("track FILM --init BOX --end 3")
     assert (code, out) == (0, "")
     assert error.startswith("motes: Writing film.csv; choose another name with -o.\n")

@@ -308,20 +308,23 @@ def started(line: str, home: Path) -> Iterator[subprocess.Popen[str]]:
     wait_for(lambda: arena.all_gone(processes))  # though nobody told them
 
 
-def test_ctrl_c_leaves_a_report_of_what_is_done(home: Path) -> None:
-    line = "data --tracker mine:Still --tracker mine:Hangs --workers 2 --out stopped"
+@pytest.mark.parametrize(
+    ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
+def test_a_signal_leaves_a_report_of_what_is_done(home: Path, number: int, word: str) -> None:
+    line = f"data --tracker mine:Still --tracker mine:Hangs --workers 2 --out {word}"
     with started(line, home) as process:
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+        os.killpg(process.pid, number)  # as a terminal does
         out, error = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 128 + number
     assert re.fullmatch(
-        r"motes: interrupted after \d pass(es)?, 0 failed; wrote stopped/report\.html\.\n", error
+        rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/report\.html\.\n", error
     )
     assert "mine:Still" in out
-    rows = table("stopped")
-    assert len(rows) == len(tracks(home / "stopped")) in (1, 2)
+    rows = table(word)
+    assert len(rows) == len(tracks(home / word)) in (1, 2)
     assert {(row["tracker"], row["error"]) for row in rows} == {("mine:Still", "")}
-    assert "mine:Still" in Path("stopped/report.html").read_text()
+    assert "mine:Still" in Path(word, "report.html").read_text()
 
 
 def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -131,7 +131,7 @@ def test_equal_seeds_give_equal_rows(folder: Path, tmp_path: Path) -> None:
 
 
 def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="ask for 1 or more"):
+    with pytest.raises(ConfigError, match="give 1 or more"):
         demo(out=tmp_path / "a", frames=0)
     with pytest.raises(ConfigError, match="give 0 or more"):
         demo(out=tmp_path / "a", seed=-1)

@@ -17,6 +17,7 @@ ORDER = [
     "errors",
     "files",
     "config",
+    "interrupts",
     "ahead",
     "geometry",
     "frame",

@@ -230,6 +230,26 @@ def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: P
         _until(lambda: not any(map(_runs, children)))
 
 
+def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
+    """Its manager sends the signal to all of its processes; only the program itself acts on it."""
+    with camera(moving) as first, camera(moving) as second:
+        with running(tmp_path, first, second) as (program, rows, messages):
+            children = _children(program.pid)
+            for child in children:
+                os.kill(child, signal.SIGTERM)
+                os.kill(child, signal.SIGHUP)
+            seen = [rows.read_text().count(f"{name},") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
+            _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
+            os.kill(program.pid, signal.SIGTERM)
+            program.wait(timeout=60)
+            error = messages.read_text()
+        assert program.returncode == 143
+        assert "camera" not in error
+        assert re.search(r"terminated after one \d+, two \d+ frames; .* wrote r.csv", error)
+        _until(lambda: not any(map(_runs, children)))
+
+
 def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
     with camera(moving) as stream, running(tmp_path, stream) as (program, *_):
         children = _children(program.pid)

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +18,9 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.options import remembered
-from motes.cli.run import run
 from motes.cli.watch import table
 from motes.cli.watch_outputs import COLUMNS
 from motes.counting import Counting, Line, Places
-from motes.frame import Frame
 from motes.scene_overlay import color_of, draw_scene
 from motes.writer import VideoWriter
 from test_counting import seen, told
@@ -267,42 +264,3 @@ def test_a_scene_is_drawn_on_a_copy() -> None:
     assert len({color_of(i) for i in range(200)}) == 200
     away = draw_scene(pixels, [seen(0, (1e9, -1e9))], {})
     assert away.shape == pixels.shape
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_an_interrupt_that_python_drops_is_not_lost(film: str) -> None:
-    """What is raised in a destructor, as while a kernel is compiled, Python only prints."""
-
-    class Fragile:
-        def __del__(self) -> None:
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(0.1)
-
-    def steps(frames: Iterator[Frame]) -> Generator[Frame, None, None]:
-        for frame in frames:
-            if frame.index == 1:
-                Fragile()
-            yield frame
-
-    before, written = signal.getsignal(signal.SIGINT), list[int]()
-
-    def note(frame: Frame) -> str:
-        written.append(frame.index)
-        return ""
-
-    with open_source(film) as source:
-        assert run(source, [], steps, note)
-    assert written == [0, 1]
-    assert signal.getsignal(signal.SIGINT) is before
-
-
-def test_interrupts_that_are_ignored_stay_so() -> None:
-    """As behind nohup."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        with remembered() as check:
-            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-            check()
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -20,8 +20,10 @@ from motes.errors import ConfigError
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
 Share = Annotated[float, Meta(ge=0, le=1)]
-Count = Annotated[int, Meta(ge=1, le=1_000_000_000)]
+Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
+"""What fits into an `int` of C, in which libraries count."""
 Particles = Annotated[int, Meta(ge=1, le=1_000_000)]
+"""More of them would take more memory than machines have."""
 
 DEEPEST = 100
 """Parts of a dotted key in TOML."""
@@ -108,6 +110,12 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None
+
+
+def keys(kind: Any) -> list[str]:
+    """Return the names of the fields of a configuration type, or of all in a union of them."""
+    parts = get_args(kind) or (kind,)
+    return sorted({field.name for part in parts for field in msgspec.structs.fields(part)})
 
 
 def _choices(kind: Any, path: list[str]) -> list[str]:

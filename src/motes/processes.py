@@ -1,17 +1,22 @@
-"""Processes that work for this one: they hear no Ctrl-C, and end with it."""
+"""Processes that work for this one: they hear of no signal that asks to end, and end with it."""
 
 from __future__ import annotations
 
 import contextlib
 import signal
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
+
+from motes.interrupts import SIGNALS
 
 
 @contextlib.contextmanager
 def deaf() -> Iterator[None]:
-    """Let an interrupt by the keyboard wait; a process that is started here never hears of it."""
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    """Let signals that ask to end wait; a process that is started here never hears of them."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
+        resource_tracker.ensure_running()  # which every process starts first: it lets signals in
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)

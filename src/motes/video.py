@@ -212,6 +212,8 @@ def open_source(
         raise ConfigError(f"start is {start}; the first frame has index 0.")
     if stride < 1:
         raise ConfigError(f"stride is {stride}; give 1 for every frame, 2 for every other.")
+    if end is not None and end > sys.maxsize:
+        raise ConfigError(f"end is {end}; no source has so many frames, leave it out for all.")
     if end is not None and end <= start:
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     name, reader = _find(str(source), on_drop)

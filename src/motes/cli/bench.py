@@ -13,7 +13,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.ahead import prefetch
-from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling, read_text
+from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling, check_counts, read_text
 from motes.cli.results import Out, Output, show
 from motes.errors import ConfigError
 from motes.evaluate.tables import Table
@@ -56,8 +56,9 @@ def bench(
     50 to 5,000 particles; and files that are followed, beside the same ones only decoded. Each has
     its turn in every round; times are medians over all updates, inside the tracker.
     """
-    if frames < 3 or rounds < 1:
-        raise ConfigError("Medians need --frames of 3 or more and --rounds of 1 or more.")
+    check_counts(frames=frames, rounds=rounds)
+    if frames < 3:
+        raise ConfigError("Medians need --frames of 3 or more.")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
     tables = (*TABLES, *["against"] * (stored is not None))
     folder = out or (Path("bench") if plot else None)

@@ -15,13 +15,15 @@ from rich.console import Console
 from rich.progress import track as progress
 from rich.table import Table
 
-from motes import synthetic
-from motes.cli.options import prepare_folder
+from motes import interrupts, synthetic
+from motes.cli import DONE
+from motes.cli.options import announce_compiling, check_counts, prepare_folder, say
 from motes.errors import ConfigError, FormatError
 from motes.figures import FIGURES, Recorder
 from motes.formats import TrackWriter
 from motes.frame import FRAME_INTERVAL, Frame
 from motes.geometry import Ellipse, iou
+from motes.interrupts import check, undisturbed
 from motes.overlay import draw, font
 from motes.synthetic import Truth
 from motes.track import Status
@@ -63,6 +65,7 @@ def demo(
     """
     if seed < 0:
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
+    check_counts(frames=frames)
     clip = synthetic.demo(frames=frames, seed=seed)
     runs = [
         Run("default", Tracker(seed=seed)),
@@ -72,37 +75,51 @@ def demo(
     _, colors, shift = runs
     recorder = Recorder(colors.tracker.config)
     prepare_folder(out, FILES, overwrite)
+    announce_compiling()
 
     moments = [moment for moment in MOMENTS if moment < frames] or [0]
     truths, strip = [TRUTH_COLUMNS], []
     bar = Console(stderr=True)
+    interrupted: KeyboardInterrupt | None = None
     with ExitStack() as stack:
         film, view = (
             stack.enter_context(VideoWriter(out / name, 1 / FRAME_INTERVAL, overwrite))
             for name in VIDEOS
         )
         rows = [stack.enter_context(TrackWriter(out / name, overwrite=overwrite)) for name in ROWS]
-        for frame, (truth,) in progress(
+        showing = progress(
             clip, "Tracking", len(clip), console=bar, transient=True, disable=not bar.is_terminal
-        ):
-            for run, row in zip(runs, rows, strict=True):
-                run.step(frame, truth)
-                row.write(frame.index, frame.time, run.tracker.info.track)
-            recorder.add(frame, colors.tracker.info, colors.seconds[-1], shift.seconds[-1])
-            numbers = ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
-            truths.append(f"{frame.index},{frame.time:.6f},{numbers}")
-            film.write(frame.pixels)
-            view.write(np.hstack([_panel(frame, truth, run) for run in runs]))
-            if frame.index in moments:
-                strip.append(_still(frame, truth, runs[0]))
+        )
+        try:
+            for frame, (truth,) in showing:
+                check()
+                with undisturbed():
+                    for run, row in zip(runs, rows, strict=True):
+                        run.step(frame, truth)
+                        row.write(frame.index, frame.time, run.tracker.info.track)
+                    recorder.add(frame, colors.tracker.info, colors.seconds[-1], shift.seconds[-1])
+                    numbers = ",".join(f"{value:.5f}" for value in (*truth.ellipse, truth.visible))
+                    truths.append(f"{frame.index},{frame.time:.6f},{numbers}")
+                    film.write(frame.pixels)
+                    view.write(np.hstack([_panel(frame, truth, run) for run in runs]))
+                    if frame.index in moments:
+                        strip.append(_still(frame, truth, runs[0]))
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt
+    if interrupted is not None and len(truths) == 1:
+        return interrupts.code(interrupted)
     recorder.save(out)
     try:
         (out / "truth.csv").write_text("\n".join([*truths, ""]))
-        _strip(strip).save(out / "strip.png", optimize=True)
+        if strip:
+            _strip(strip).save(out / "strip.png", optimize=True)
     except OSError as error:
         raise FormatError(f"{out} cannot be written: {error.strerror}; make room there.") from None
     _tell(out, runs)
-    return 0
+    if interrupted is None:
+        return DONE
+    say(f"{interrupts.word(interrupted)}{len(truths) - 1} frames.")
+    return interrupts.code(interrupted)
 
 
 @dataclass

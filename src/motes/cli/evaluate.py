@@ -11,7 +11,8 @@ from typing import Annotated, Any, Literal, Self
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE, INTERRUPTED, PARTIAL
+from motes import interrupts
+from motes.cli import DONE, PARTIAL
 from motes.cli.options import (
     DATASET,
     OUTPUT,
@@ -20,6 +21,7 @@ from motes.cli.options import (
     Overwrite,
     Workers,
     announce_compiling,
+    check_counts,
     first_pixels,
     say,
     worker_count,
@@ -43,6 +45,7 @@ from motes.evaluate.summaries import Evaluation
 from motes.evaluate.tables import Table, counted
 from motes.evaluate.views import LONGEST
 from motes.evaluate.wanted import PEER, Wanted
+from motes.interrupts import check
 
 TRACKERS = """\
 Trackers:
@@ -162,8 +165,7 @@ def evaluate(
         A folder of sequences in the layouts of OTB, VOT, GOT-10k or, with many objects, MOT; or a
         video with --annotation.
     """
-    if seeds < 1:
-        raise ConfigError(f"--seeds is {seeds}; give 1 or more.")
+    check_counts(seeds=seeds)
     if max_frames < SHORTEST:
         raise ConfigError(f"--max-frames is {max_frames}; give {SHORTEST} or more.")
     if robust:
@@ -213,11 +215,11 @@ def evaluate(
     if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
         announce_compiling()
     errors: dict[Pass, str] = {}
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         _run(jobs, out, processes, time_limit, errors)
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as interrupt:
+        interrupted = interrupt
     # The first tracker first.
     jobs = [job for entry in entries for job in jobs if job.entry is entry]
     title = f"Trackers on {dataset.resolve().name}"
@@ -242,7 +244,7 @@ def evaluate(
     problems = contents.problems(problems, outcomes)
     _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
-        return INTERRUPTED
+        return interrupts.code(interrupted)
     return PARTIAL if problems else DONE
 
 
@@ -318,6 +320,7 @@ def _run(
     steps = runs.run(left, out, workers, time_limit)
     with Progress(total, total - missing) as progress, contextlib.closing(steps):
         for job, failed in steps:
+            check()
             if failed is None:
                 progress.begin(job)
             else:
@@ -375,7 +378,7 @@ def _summarize(
     problems: list[Problem],
     out: Path,
     *,
-    interrupted: bool,
+    interrupted: KeyboardInterrupt | None,
 ) -> None:
     """Print the tables under their titles on standard output, and problems on standard error."""
     for title, table in tables.items():
@@ -389,7 +392,7 @@ def _summarize(
         say(f"{problem.where}: {problem.what}")
     failed = sum(outcome.trace is None for outcome in outcomes)
     say(
-        "interrupted after " * interrupted
+        interrupts.word(interrupted)
         + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )
 

@@ -18,6 +18,7 @@ from motes.cli.options import (
     Overwrite,
     Workers,
     announce_compiling,
+    check_counts,
     first_pixels,
     numbers_of,
     worker_count,
@@ -83,7 +84,7 @@ def ng_delp_table1(
     source
         A picture or a film, with --region; else a rendered target is read.
     """
-    _at_least_one(seeds=seeds)
+    check_counts(seeds=seeds)
     box = _region_of(source, region)
     output = Output("ng-delp-table1", ("color", "edges"), out, overwrite)
 
@@ -143,7 +144,7 @@ def two_rooms(
     overwrite: Overwrite = False,
 ) -> int:
     """Nummiaro et al., section VII: from room to room."""
-    _at_least_one(seeds=seeds, frames=frames)
+    check_counts(seeds=seeds, frames=frames)
     output = Output("two-rooms", ("",), out, overwrite)
 
     from motes.experiments import two_rooms as rooms
@@ -197,7 +198,7 @@ def maggio_table1(
     dataset
         A folder of sequences as for motes evaluate.
     """
-    _at_least_one(seeds=seeds)
+    check_counts(seeds=seeds)
     output = Output("maggio-table1", ("sequences", "means"), out, overwrite)
     films, problems = _films(dataset, first_pixel)
 
@@ -225,7 +226,7 @@ def maggio_figure5(
     dataset
         A folder of sequences as for motes evaluate.
     """
-    _at_least_one(seeds=seeds)
+    check_counts(seeds=seeds)
     output = Output("maggio-figure5", ("",), out, overwrite, plot=True)
     films, problems = _films(dataset, first_pixel)
 
@@ -371,7 +372,7 @@ def occlusions(
     overwrite: Overwrite = False,
 ) -> int:
     """Zhao and Pei, section 3: identities through full occlusions."""
-    _at_least_one(least=least)
+    check_counts(least=least)
     lengths, counts = hidden or [5, 15, 30, 45, 60], objects or [2, 10, 50]
     if min(lengths) < 5:
         raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
@@ -384,12 +385,6 @@ def occlusions(
 
     announce_compiling()
     return show(experiment.occlusions(lengths, counts, least), output)
-
-
-def _at_least_one(**counts: int) -> None:
-    for name, count in counts.items():
-        if count < 1:
-            raise ConfigError(f"--{name} is {count}; give 1 or more.")
 
 
 def _region_of(source: str | None, region: str | None) -> Sequence[float] | None:
@@ -409,7 +404,7 @@ def _on_clips(
     output: Output,
 ) -> int:
     """Do an experiment on rendered clips, one for each scenery."""
-    _at_least_one(seeds=seeds, clips=clips)
+    check_counts(seeds=seeds, clips=clips)
     announce_compiling()
     return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
 

@@ -8,11 +8,9 @@ import inspect
 import itertools
 import os
 import re
-import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 from urllib.parse import urlsplit
 
@@ -32,6 +30,8 @@ FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
 CONFIGURATION = Group("Configuration", sort_key=4)
 
+MOST = 1_000_000
+"""Seeds, frames to render, or rounds: nobody can wait for more of them."""
 CONFIG_FLAGS = """\
   --particles 100
   --motion.type constant_velocity
@@ -93,7 +93,7 @@ def _read_setting(_: Any, tokens: Any) -> Any:
     return from_flag("value", token.value)["value"]
 
 
-Settings = Annotated[Any, Parameter(converter=_read_setting, allow_leading_hyphen=True, show=False)]
+Settings = Annotated[Any, Parameter(converter=_read_setting, show=False)]
 Init = Annotated[
     str | None, Parameter(group=TARGET, allow_leading_hyphen=True, help="Box: x,y,width,height.")
 ]
@@ -216,6 +216,15 @@ def worker_count(workers: int | None) -> int:
     return workers or os.cpu_count() or 1
 
 
+def check_counts(**counts: int) -> None:
+    """Check numbers of seeds, frames or rounds; raise a ConfigError for none and for too many."""
+    for name, count in counts.items():
+        if count < 1:
+            raise ConfigError(f"--{name} is {count}; give 1 or more.")
+        if count > MOST:
+            raise ConfigError(f"--{name} is {count}; give {MOST} or fewer.")
+
+
 def tracker_config(
     command: Callable[..., object],
     preset: str,
@@ -260,11 +269,15 @@ def check_settings(
     known = list(known)
     unknown = [key for key in settings if key not in known]
     if unknown and "type" not in settings:
-        key = unknown[0]
-        options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
-        near = difflib.get_close_matches(key, [*known, *options], n=1)
-        hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
-        raise ConfigError(f"There is no option --{key} with this preset; {hint}")
+        raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
+
+
+def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
+    """Return that a command has no such option, with the nearest of its own and of known keys."""
+    options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
+    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
+    hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+    return f"There is no option {flag} with this preset; {hint}"
 
 
 @contextlib.contextmanager
@@ -373,46 +386,6 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
     for name in files:
         check_writable(out / name, overwrite)
         point_out_leftovers(out / name)
-
-
-@contextlib.contextmanager
-def undisturbed() -> Iterator[None]:
-    """Let an interrupt by the keyboard wait until what is being written is whole."""
-    interrupts: list[tuple[int, FrameType | None]] = []
-    handler = signal.signal(signal.SIGINT, lambda *interrupt: interrupts.append(interrupt))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    if interrupts and callable(handler):
-        handler(*interrupts[-1])
-
-
-@contextlib.contextmanager
-def remembered() -> Iterator[Callable[[], None]]:
-    """Let Ctrl-C raise as ever; yield a check that raises again what was lost.
-
-    Python drops what is raised in a destructor, such as one of the compiler's.
-    """
-    interrupts: list[Any] = []
-    handler: Any = signal.getsignal(signal.SIGINT)
-
-    def note(*interrupt: Any) -> None:
-        interrupts.append(interrupt)
-        handler(*interrupt)
-
-    def check() -> None:
-        if interrupts:
-            raise KeyboardInterrupt
-
-    if not callable(handler):  # interrupts are ignored, as behind nohup
-        yield check
-        return
-    signal.signal(signal.SIGINT, note)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, handler)
 
 
 def announce_compiling() -> None:

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from motes.cli import DONE, INTERRUPTED, PARTIAL
-from motes.cli.options import OUTPUT, prepare_folder, say, undisturbed
+from motes import interrupts
+from motes.cli import DONE, PARTIAL
+from motes.cli.options import OUTPUT, prepare_folder, say
 from motes.errors import LimitError
+from motes.interrupts import check, undisturbed
 
 if TYPE_CHECKING:
     from motes.evaluate.sequences import Problem
@@ -93,10 +95,11 @@ def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) ->
     try:
         with contextlib.closing(steps), Console(stderr=True).status("measuring") as status:
             for latest in steps:
+                check()
                 result = latest
                 status.update(Text(f"measuring: {result.progress}"))
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        return interrupts.code(interrupt)
     finally:
         with undisturbed():
             if result is not None:

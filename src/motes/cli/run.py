@@ -8,9 +8,9 @@ from contextlib import AbstractContextManager
 from typing import Protocol, TypeVar
 
 from motes.ahead import prefetch
-from motes.cli.options import remembered, undisturbed
 from motes.cli.progress import Progress
 from motes.frame import Frame
+from motes.interrupts import check, undisturbed
 from motes.video import Source
 
 T = TypeVar("T")
@@ -32,7 +32,7 @@ def run(
     note: Callable[[T], str],
     *,
     quiet: bool = False,
-) -> bool:
+) -> KeyboardInterrupt | None:
     """Write what becomes of each frame into all outputs, and close them.
 
     Parameters
@@ -50,12 +50,11 @@ def run(
 
     Returns
     -------
-    Whether Ctrl-C ended it; all outputs are then closed as at the end.
+    The interrupt that ended it, if one did; all outputs are then closed as at the end.
     """
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         with (
-            remembered() as check,
             contextlib.ExitStack() as opened,
             prefetch(film) as frames,
             contextlib.ExitStack() as reading,
@@ -73,8 +72,8 @@ def run(
                             state = note(step)
                         progress.count(state)
                         check()
-                except KeyboardInterrupt:
-                    interrupted = True
-    except KeyboardInterrupt:
-        interrupted = True
+                except KeyboardInterrupt as interrupt:
+                    interrupted = interrupt
+    except KeyboardInterrupt as interrupt:
+        interrupted = interrupt
     return interrupted

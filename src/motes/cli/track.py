@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE, INTERRUPTED, NOT_FOUND
+from motes import interrupts
+from motes.cli import DONE, NOT_FOUND
 from motes.cli.options import (
     CONFIG_HELP,
     CONFIGURATION,
@@ -269,23 +270,25 @@ def _run(
     try:
         interrupted = run(film, outputs, steps, tally.add, quiet=quiet and sys.stdout.isatty())
     except MotesError:
-        _summarize(tally, film, outputs, interrupted=False)
+        _summarize(tally, film, outputs, interrupted=None)
         raise
     _summarize(tally, film, outputs, interrupted=interrupted)
     if interrupted:
-        return INTERRUPTED
+        return interrupts.code(interrupted)
     if not tally.found:
         say("error: The target was never found; look for another one, or elsewhere.")
         return NOT_FOUND
     return DONE
 
 
-def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: bool) -> None:
+def _summarize(
+    tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: KeyboardInterrupt | None
+) -> None:
     """Print one line on how a run went."""
     if not tally.frames:
         return
     written = [output.result for output in outputs if output.result is not None]
-    parts = ["interrupted after " * interrupted + str(tally)]
+    parts = [interrupts.word(interrupted) + str(tally)]
     if written:
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:

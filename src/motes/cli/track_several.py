@@ -6,7 +6,8 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
 
-from motes.cli import DONE, INTERRUPTED
+from motes import interrupts
+from motes.cli import DONE
 from motes.cli.options import announce_compiling, say
 from motes.cli.run import run
 from motes.cli.watch_outputs import Form, Moment, Output, Overlay, objects_output
@@ -59,10 +60,10 @@ def track_several(
     try:
         interrupted = run(film, outputs, moments, tally.add)
     except MotesError:
-        _summarize(tally, film, outputs, interrupted=False)
+        _summarize(tally, film, outputs, interrupted=None)
         raise
     _summarize(tally, film, outputs, interrupted=interrupted)
-    return INTERRUPTED if interrupted else DONE
+    return interrupts.code(interrupted) if interrupted else DONE
 
 
 class Tally:
@@ -95,11 +96,13 @@ class Tally:
         return ", ".join(parts)
 
 
-def _summarize(tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: bool) -> None:
+def _summarize(
+    tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: KeyboardInterrupt | None
+) -> None:
     """Print one line on how a run went."""
     if not tally.frames:
         return
-    parts = ["interrupted after " * interrupted + str(tally)]
+    parts = [interrupts.word(interrupted) + str(tally)]
     written = [output.result for output in outputs if output.result is not None]
     if written:
         parts.append("wrote " + ", ".join(written))

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from motes.cli import DONE, INTERRUPTED, NOT_FOUND
+from motes import interrupts
+from motes.cli import DONE, NOT_FOUND
 from motes.cli.options import (
     CONFIGURATION,
     FRAMES,
@@ -297,7 +298,7 @@ def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Outpu
     from motes.cli.watch_outputs import Moment
 
     announce_compiling()
-    frames, interrupted, said = 0, False, set[str]()
+    frames, said = 0, set[str]()
 
     def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
@@ -316,11 +317,11 @@ def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Outpu
     try:
         interrupted = run(film, outputs, moments, note)
     except MotesError:
-        _summarize(frames, film, scene, counting, outputs, interrupted=False)
+        _summarize(frames, film, scene, counting, outputs, interrupted=None)
         raise
     _summarize(frames, film, scene, counting, outputs, interrupted=interrupted)
     if interrupted:
-        return INTERRUPTED
+        return interrupts.code(interrupted)
     if not scene.born:
         say("error: No object was ever found; try another --detector.")
         return NOT_FOUND
@@ -334,14 +335,14 @@ def _summarize(
     counting: Counting,
     outputs: Sequence[Output],
     *,
-    interrupted: bool,
+    interrupted: KeyboardInterrupt | None,
 ) -> None:
     """Print one line on how a run went, and what was counted in each minute."""
     if not frames:
         return
     tracker = scene.config.tracker
     parts = [
-        "interrupted after " * interrupted
+        interrupts.word(interrupted)
         + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone",
         f"each followed by {tracker.particles} particles and {' and '.join(tracker.cues)}",
     ]

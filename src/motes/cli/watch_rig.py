@@ -8,7 +8,8 @@ from pathlib import Path
 
 import msgspec
 
-from motes.cli import DONE, INTERRUPTED, NOT_FOUND, PARTIAL
+from motes import interrupts
+from motes.cli import DONE, NOT_FOUND, PARTIAL
 from motes.cli.options import (
     announce_compiling,
     check_not_source,
@@ -16,11 +17,11 @@ from motes.cli.options import (
     named,
     read_text,
     say,
-    undisturbed,
 )
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.errors import ConfigError, SourceError
 from motes.handover import Report, Rig
+from motes.interrupts import check, undisturbed
 from motes.rig import Notice, Watch
 
 
@@ -71,13 +72,15 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
     announce_compiling()
     frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
     dropped, found, failures = 0, set[int](), list[str]()
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     with contextlib.ExitStack() as opened:
         opened.enter_context(rows)
         rows.begin()
         try:
-            watching = opened.enter_context(Watch(rig, seed))
+            with undisturbed():
+                watching = opened.enter_context(Watch(rig, seed))
             for news in watching:
+                check()
                 with undisturbed():
                     if isinstance(news, tuple):
                         report, identities = news
@@ -91,19 +94,19 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
                         say(failures[-1])
                     if not isinstance(news, tuple):
                         dropped += getattr(news, "dropped", 0)
-        except KeyboardInterrupt:
-            interrupted = True  # and all processes are ended as at the end
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt  # and all processes are ended as at the end
     if len(failures) == len(frames):
         raise SourceError(f"No camera is left. {failures[-1]}")
     counted = ", ".join(f"{name} {count}" for name, count in frames.items())
     say(
-        "interrupted after " * interrupted
+        interrupts.word(interrupted)
         + f"{counted} frames; {len(found)} objects, {watching.handover.handed} times handed over"
         + f", {dropped} frames dropped" * bool(dropped)
         + f"; wrote {output}." * (output != "-")
     )
     if interrupted:
-        return INTERRUPTED
+        return interrupts.code(interrupted)
     if failures:
         return PARTIAL
     if not found:

@@ -1,0 +1,46 @@
+"""All commands, each with one line of help. What only one command needs is imported by it."""
+
+from __future__ import annotations
+
+from cyclopts import App
+
+from motes import __version__
+
+EXIT_CODES = """\
+Exit codes:
+  0    done
+  1    a fault in motes or its installation
+  2    wrong option, configuration or region, or a part is not installed
+  3    an input cannot be read
+  4    the target was never found
+  5    an output exists or cannot be written
+  6    done, but some sequences, trackers or cameras failed
+  129  the terminal was closed (SIGHUP)
+  130  interrupted by Ctrl-C (SIGINT)
+  143  terminated (SIGTERM)
+With the last three, what was written is kept and finished, and the summary is printed.
+"""
+
+app = App(
+    name="motes",
+    version=__version__,
+    help="Follow objects through video with particle filters: training-free, in real time.",
+    help_epilogue=EXIT_CODES,
+    help_format="plaintext",
+    result_action="return_value",
+    exit_on_error=False,
+    print_error=False,
+    suppress_keyboard_interrupt=False,
+)
+app.command("motes.cli.track:app", name="track", help="Follow one object through a video.")
+app.command("motes.cli.watch:watch", name="watch", help="Follow and count all that moves.")
+app.command(
+    "motes.cli.convert:app", name="convert", help="Make the document of a run that was cut off."
+)
+app.command("motes.cli.histogram:app", name="histogram", help="Save what a target looks like.")
+app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
+app.command("motes.cli.experiment:app", name="experiment", help="Reproduce the papers' tables.")
+app.command("motes.cli.demo:demo", name="demo", help="Show it all on a rendered clip.")
+app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
+app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
+app.register_install_completion_command(help="Install completion for this shell and exit.")

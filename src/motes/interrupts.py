@@ -1,0 +1,160 @@
+"""Signals that ask a program to end: each raises an `Interrupt`, as Ctrl-C does in every program.
+
+The exception must not be raised where it is lost. What is raised inside LLVM, which calls back from
+C, or in a destructor, Python drops; what is raised in an import, some libraries turn into another
+error. There the signal is sent again a moment later. What a library has caught all the same, loops
+raise again with `check`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from types import FrameType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+SIGNALS = tuple(
+    getattr(signal, name)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+    if hasattr(signal, name)  # Windows has no SIGHUP, and all others no SIGBREAK
+)
+"""All signals that ask a program to end."""
+AGAIN = 0.01
+"""Seconds after which a signal is sent again that came at a wrong moment."""
+FRAGILE = ("importlib._bootstrap", "llvmlite.")
+"""Beginnings of the modules in which nothing must be raised."""
+
+
+class Interrupt(KeyboardInterrupt):
+    """A signal asks the program to end."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+def code(interrupt: KeyboardInterrupt) -> int:
+    """Return the exit code of a program that an interrupt ends: 128 and the signal's number."""
+    return 128 + int(getattr(interrupt, "number", signal.SIGINT))
+
+
+def word(interrupt: KeyboardInterrupt | None) -> str:
+    """Return how the summary of a run begins that an interrupt ended; nothing for None."""
+    if interrupt is None:
+        return ""
+    by_hand = code(interrupt) == 128 + signal.SIGINT
+    return "interrupted after " if by_hand else "terminated after "
+
+
+class _State:
+    """What the handler knows. Python calls it in the main thread alone."""
+
+    def __init__(self, base: FrameType | None = None) -> None:
+        self.base = base
+        """The frame in which signals began to raise interrupts."""
+        self.held = 0
+        """Depth of `undisturbed`."""
+        self.waiting: int | None = None
+        """A signal that came meanwhile."""
+        self.sent: Interrupt | None = None
+        """The interrupt that was raised last."""
+        self.timer: threading.Timer | None = None
+
+    def handle(self, number: int, frame: FrameType | None) -> None:
+        """Raise an interrupt, now or later."""
+        # A terminal that is closed, or a service's manager, may send its signal twice and means
+        # one: only Ctrl-C, pressed again, cuts short what is done at the end.
+        if self.sent is not None and number != signal.SIGINT:
+            return
+        if self.held:
+            self.waiting = number
+        elif self._fragile(frame):
+            self.send_again(number)
+        else:
+            self.sent = Interrupt(number)
+            raise self.sent
+
+    def _fragile(self, frame: FrameType | None) -> bool:
+        while frame is not None and frame is not self.base:
+            if frame.f_globals.get("__name__", "").startswith(FRAGILE):
+                return True
+            frame = frame.f_back
+        return False
+
+    def send_again(self, number: int) -> None:
+        """Send a signal to the main thread, a moment later."""
+        self.timer = threading.Timer(AGAIN, _send, (number,))
+        self.timer.daemon = True
+        self.timer.start()
+
+    def unraisable(self, dropped: UnraisableHookArgs) -> None:
+        """Take note of an exception that Python drops."""
+        if isinstance(dropped.exc_value, Interrupt):
+            self.sent = None
+            self.send_again(dropped.exc_value.number)
+        else:
+            sys.__unraisablehook__(dropped)
+
+
+_state = _State()
+
+
+def _send(number: int) -> None:
+    if hasattr(signal, "pthread_kill"):  # which also wakes a thread that waits for something
+        signal.pthread_kill(threading.main_thread().ident, number)  # type: ignore[arg-type]
+    else:
+        signal.raise_signal(number)
+
+
+@contextlib.contextmanager
+def raised() -> Iterator[None]:
+    """Raise an `Interrupt` in the main thread for each of `SIGNALS` that comes.
+
+    Those that are ignored stay so, as behind nohup.
+    """
+    global _state
+    if threading.current_thread() is not threading.main_thread():
+        yield  # no other thread may set handlers
+        return
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
+    hook, before = sys.unraisablehook, _state
+    _state = _State(sys._getframe(2))
+    sys.unraisablehook = _state.unraisable
+    try:
+        for number, handler in handlers.items():
+            if handler is not signal.SIG_IGN:
+                signal.signal(number, _state.handle)
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        if _state.timer is not None:
+            _state.timer.cancel()
+        sys.unraisablehook = hook
+        _state = before
+
+
+def check() -> None:
+    """Raise an interrupt again that some library has caught; call it where none has come."""
+    if _state.sent is not None:
+        raise _state.sent
+
+
+@contextlib.contextmanager
+def undisturbed() -> Iterator[None]:
+    """Let interrupts wait until what is being done is whole."""
+    state = _state
+    state.held += 1
+    try:
+        yield
+    finally:
+        state.held -= 1
+    if state.waiting is not None and not state.held:
+        number, state.waiting = state.waiting, None
+        state.handle(number, None)
