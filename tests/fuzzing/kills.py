@@ -187,10 +187,11 @@ def _sequence(folder: Path, clip: Clip) -> None:
 
 def trial(
     case: Case, rng: random.Random, folder: Path, whole: Files, seconds: float, tally: Tally
-) -> None:
+) -> float:
     """Kill a command up to four times, let it end, and note what it did to its files.
 
-    `whole` is what an undisturbed run writes in so many `seconds`.
+    `whole` is what an undisturbed run writes in so many `seconds`. Return how many that are now,
+    as other programs may take more or less of the machine: less if the command ended sooner.
     """
     tally.trials += 1
     before: Files = {}
@@ -198,9 +199,11 @@ def trial(
         process = case.start(folder)
         try:
             process.wait(rng.uniform(0, 1.1 * seconds))
-            break  # it was done sooner
+            seconds *= 0.8
+            break
         except subprocess.TimeoutExpired:
             seen = case.written(folder)
+            seconds *= 1.05
         process.kill()
         process.wait()
         after = case.written(folder)
@@ -223,6 +226,7 @@ def trial(
     _compare(expected, got, tally, "different", case.name)
     _compare(got, expected, tally, "different", case.name)
     _look_for_remains(case, folder, tally)
+    return seconds
 
 
 def _compare(first: Mapping[str, bytes], later: Files, tally: Tally, what: str, name: str) -> None:
@@ -273,7 +277,7 @@ def main() -> int:
             whole, seconds = _undisturbed(case, Path(scratch))
             while tally.kills < options.kills / len(commands):
                 with tempfile.TemporaryDirectory(prefix="trial-", dir=scratch) as folder:
-                    trial(case, rng, Path(folder), whole, seconds, tally)
+                    seconds = trial(case, rng, Path(folder), whole, seconds, tally)
             numbers = (str(getattr(tally, name)).rjust(10) for name in NUMBERS)
             print(case.name.ljust(WIDTH), *numbers, flush=True)
             for note in tally.notes:

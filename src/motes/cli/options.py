@@ -85,10 +85,16 @@ A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8, 
 
 def _read_setting(_: Any, tokens: Any) -> Any:
     """Return what cyclopts gathered under a key, a list of tokens or a nest of such lists."""
-    from motes.config import from_flag
+    return _read_nest(tokens, 1)
 
+
+def _read_nest(tokens: Any, depth: int) -> Any:
+    from motes.config import DEEPEST, from_flag
+
+    if depth > DEEPEST:
+        raise ConfigError(f"An option has no more than {DEEPEST} parts.")
     if isinstance(tokens, dict):
-        return {key: _read_setting(_, inner) for key, inner in tokens.items()}
+        return {key: _read_nest(inner, depth + 1) for key, inner in tokens.items()}
     token: Token = tokens[-1]
     return from_flag("value", token.value)["value"]
 
