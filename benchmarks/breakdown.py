@@ -23,19 +23,20 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from motes import Tracker, kernels, particle_filter
+from motes import Tracker, kernels
+from motes.core.frame import Frame
 from motes.cues.color import ColorModel
-from motes.cues.orientation import OrientationModel, filters_of
-from motes.evaluate import markdown
-from motes.evaluate.tables import NOTHING, Cell, Table, number
-from motes.experiments.speed import MAIN, SIZE, Film, timed
-from motes.frame import Frame
-from motes.info import Info
-from motes.particle_filter import ParticleFilter
-from motes.presets import preset
-from motes.resampling import Resampling
-from motes.sampling import PROFILES
-from motes.synthetic import still
+from motes.cues.sampling import PROFILES
+from motes.cues.structure_tensor import OrientationModel, filters_of
+from motes.evaluation.report import markdown
+from motes.evaluation.report.tables import NOTHING, Cell, Table, number
+from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
+from motes.evaluation.synthetic.clips import still
+from motes.sot import particle_filter
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import preset
+from motes.sot.step_info import Info
 
 PRESETS = ("nummiaro", "ng_delp", "maggio")
 FRAMES, ROUNDS = 31, 10
@@ -61,10 +62,10 @@ WEIGH, ESTIMATE, OWN, LEARN = LAST = (
 )
 ROWS = (SELECT, PROPAGATE, *COLOR, *EDGES, *LAST)
 KERNELS = {
-    (kernels.edges, "sobel"): DENSE,
-    (kernels.orientation, "structure_tensor"): DENSE,
-    (kernels.edges, "histograms"): FILL,
-    (kernels.orientation, "histograms"): FILL,
+    (kernels.sobel, "sobel"): DENSE,
+    (kernels.structure_tensor, "structure_tensor"): DENSE,
+    (kernels.sobel, "histograms"): FILL,
+    (kernels.structure_tensor, "histograms"): FILL,
     (kernels.histograms, "bhattacharyya"): COMPARE,
 }
 """Of the cues of edges, each with its row; those of histograms also compute the places."""

@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import PRESETS, Frame, Tracker, open_source
-from motes.evaluate.metrics import calibration_error
-from motes.evaluate.sequences import Sequence, load_dataset
-from motes.geometry import iou
-from motes.presence import Calibration
-from motes.presets import preset
+from motes.core.geometry import iou
+from motes.evaluation.datasets.sot import Sequence, load_dataset
+from motes.evaluation.metrics.sot import calibration_error
+from motes.sot.filtering.appearance_rule import Calibration
+from motes.sot.presets import preset
 
 Floats = NDArray[np.float64]
 

@@ -17,16 +17,16 @@ from typing import Any
 from unittest.mock import patch
 
 from motes import Tracker
-from motes.cues.correlation import Correlation
-from motes.cues.posterior import Posterior
-from motes.cues.sizes import Sizes
-from motes.cues.window import Grid
-from motes.discriminative import Discriminative
-from motes.evaluate import markdown
-from motes.evaluate.tables import Cell, Table, number
-from motes.experiments.speed import MAIN, SIZE, Film, timed
-from motes.look import Looking
-from motes.synthetic import still
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.cues.scale_filter import Sizes
+from motes.cues.search_window import Grid
+from motes.evaluation.report import markdown
+from motes.evaluation.report.tables import Cell, Table, number
+from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
+from motes.evaluation.synthetic.clips import still
+from motes.sot.discriminative.localization import Looking
+from motes.sot.discriminative.tracker import Discriminative
 
 FRAMES, ROUNDS = 31, 10
 PARTS = {

@@ -32,8 +32,8 @@ PICTURES = 15
 
 def film(path: str, frames: str) -> None:
     """Write a long film in which nothing jumps, but what jumps in the demo."""
-    from motes import synthetic
-    from motes.writer import VideoWriter
+    from motes.evaluation import synthetic
+    from motes.video.writer import VideoWriter
 
     pixels = [frame.pixels for frame, _ in synthetic.demo((320, 240), 300)]
     around = pixels + pixels[-2:0:-1]
@@ -92,11 +92,12 @@ def damage(folder: str, how: str) -> None:
 
 def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
-    from motes import live
-    from motes.handover import Camera, Handover, Rig
-    from motes.rig import Lookout
-    from motes.scene import Scene
     from test_rig import red
+
+    from motes.mot.cameras.camera_reporter import Lookout
+    from motes.mot.cameras.reidentification import Camera, Handover, Rig
+    from motes.mot.scene import Scene
+    from motes.video import live
 
     vars(live)["FIRST_PAUSE"] = 0.3
     ours, theirs = multiprocessing.Pipe()
@@ -126,8 +127,9 @@ def returns(times: str) -> None:
 
 
 def _serve(pipe: Connection, away: Event) -> None:
-    from streams import camera
     from test_rig import moving
+
+    from streams import camera
 
     with camera(moving) as stream:
         pipe.send(stream.url)

@@ -20,12 +20,12 @@ from tempfile import TemporaryDirectory
 from msgspec.structs import replace
 
 from motes import Tracker
-from motes.evaluate import markdown
-from motes.evaluate.tables import Cell, Row, Table
-from motes.particle_filter import ParticleFilter
-from motes.presets import preset
-from motes.synthetic import still
-from motes.writer import VideoWriter
+from motes.evaluation.report import markdown
+from motes.evaluation.report.tables import Cell, Row, Table
+from motes.evaluation.synthetic.clips import still
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import preset
+from motes.video.writer import VideoWriter
 
 SIZE, TARGET = (320, 240), (30, 50)
 PRESETS = ("nummiaro", "ng_delp", "maggio")

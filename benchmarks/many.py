@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from motes.detection import Detection
-from motes.frame import Frame
-from motes.geometry import Box
-from motes.objects import Object
-from motes.scene import Scene
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.mot.scene import Scene
+from motes.mot.tracked_object import Object
 
 SIZE = 1920, 1080
 COUNTS = 100, 300, 1000, 3000

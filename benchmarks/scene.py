@@ -19,11 +19,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from motes import synthetic
-from motes.background import BackgroundDetector
-from motes.detection import Detection
-from motes.frame import Frame
-from motes.scene import Scene
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.evaluation import synthetic
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.scene import Scene
 
 SIZE, TARGET, OBJECTS = (640, 480), (60, 80), 20
 SIZES = SIZE, (1280, 720), (1920, 1080)

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from motes import Tracker
-from motes.evaluate.peers import PEERS, peer
-from motes.experiments.speed import MAIN, OURS, SIZE, TARGETS, Film
-from motes.synthetic import still
+from motes.evaluation.adapters.opencv import PEERS, peer
+from motes.evaluation.speed.measure import MAIN, OURS, SIZE, TARGETS, Film
+from motes.evaluation.synthetic.clips import still
 
 FRAMES = 31
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from motes import synthetic
-from motes.synthetic import Clip
+from motes.evaluation import synthetic
+from motes.evaluation.synthetic.clips import Clip
 
 SIZE = (160, 120)
 FRAMES = 20

@@ -20,21 +20,21 @@ import msgspec
 import numpy as np
 from msgspec.structs import replace
 
-from motes.budget import Budget
+from motes.core.errors import FormatError
+from motes.core.frame import Frame
 from motes.cues.color import Color
-from motes.cues.correlation import Correlation
-from motes.cues.edges import Edges
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
-from motes.cues.orientation import Orientation
-from motes.cues.posterior import Posterior
-from motes.errors import FormatError
-from motes.frame import Frame
-from motes.motion import SecondOrder
-from motes.particle_filter import ParticleFilter
-from motes.presence import AppearanceRule
-from motes.presets import PRESETS, TrackerConfig, configure
-from motes.target import Target
-from motes.tracker import Tracker
+from motes.cues.structure_tensor import Orientation
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.motion import SecondOrder
+from motes.sot.filtering.sample_size import Budget
+from motes.sot.known_target import Target
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS, TrackerConfig, configure
+from motes.sot.tracker import Tracker
 from oracles import region, scene
 
 ALL = ParticleFilter(

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from motes.files import PartialFile
+from motes.core.files import PartialFile
 
 
 def fill(monkeypatch: pytest.MonkeyPatch, target: str) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.evaluate.protocols import STARTED, Start, Trace
-from motes.evaluate.results import Outcome
-from motes.evaluate.runs import Pass
-from motes.evaluate.sequences import Sequence
-from motes.geometry import Box, Ellipse
+from motes.core.geometry import Box, Ellipse
+from motes.evaluation.datasets.sot import Sequence
+from motes.evaluation.protocols.sot import STARTED, Start
+from motes.evaluation.protocols.trace import Trace
+from motes.evaluation.runner import Pass
+from motes.evaluation.scores import Outcome
 
 Floats = NDArray[np.float64]
 TARGET = (20.0, 10.0, 20.0, 30.0)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.frame import FRAME_INTERVAL, Frame
-from motes.geometry import Ellipse
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -6,7 +6,7 @@ import pytest
 
 from motes.cli import main
 from motes.cli.options import say
-from motes.errors import LONGEST, ConfigError, MotesError, clear
+from motes.core.errors import LONGEST, ConfigError, MotesError, clear
 
 
 @pytest.mark.parametrize(

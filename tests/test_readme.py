@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motes import Status, open_source, synthetic
+from motes import Status, open_source
 from motes.cli import main
-from motes.writer import VideoWriter
+from motes.evaluation import synthetic
+from motes.video.writer import VideoWriter
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 BOX = "300,200,40,60"

@@ -6,51 +6,53 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motes.background import BackgroundDetector
-    from motes.detection import Detection, Detector, FaceDetector
-    from motes.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
-    from motes.frame import Frame
-    from motes.geometry import Box, Ellipse
-    from motes.lookalike import LookalikeDetector
-    from motes.objects import SceneTrack
-    from motes.presets import PRESETS, configure, preset
-    from motes.scene import Scene
-    from motes.target import Place, Target
-    from motes.track import Status, Track
-    from motes.tracker import OpenCVTracker, Tracker
-    from motes.trackers import Trackers
-    from motes.video import open_source
+    from motes.core.detection import Detection, Detector
+    from motes.core.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
+    from motes.core.frame import Frame
+    from motes.core.geometry import Box, Ellipse
+    from motes.core.track import Status, Track
+    from motes.mot.detection.background import BackgroundDetector
+    from motes.mot.detection.lookalike import LookalikeDetector
+    from motes.mot.detection.pretrained import FaceDetector
+    from motes.mot.scene import Scene
+    from motes.mot.tracked_object import SceneTrack
+    from motes.sot.batch import Trackers
+    from motes.sot.known_target import Place, Target
+    from motes.sot.opencv_api import OpenCVTracker
+    from motes.sot.presets import PRESETS, configure, preset
+    from motes.sot.tracker import Tracker
+    from motes.video.sources import open_source
 
 __version__ = "0.1.0"
 
 # Names are loaded on first use, so that `import motes` costs nothing.
 _HOMES = {
-    "PRESETS": "presets",
-    "BackgroundDetector": "background",
-    "Box": "geometry",
-    "ConfigError": "errors",
-    "Detection": "detection",
-    "Detector": "detection",
-    "Ellipse": "geometry",
-    "FaceDetector": "detection",
-    "FormatError": "errors",
-    "Frame": "frame",
-    "LimitError": "errors",
-    "LookalikeDetector": "lookalike",
-    "MotesError": "errors",
-    "OpenCVTracker": "tracker",
-    "Place": "target",
-    "Scene": "scene",
-    "SceneTrack": "objects",
-    "SourceError": "errors",
-    "Status": "track",
-    "Target": "target",
-    "Track": "track",
-    "Tracker": "tracker",
-    "Trackers": "trackers",
-    "configure": "presets",
-    "open_source": "video",
-    "preset": "presets",
+    "BackgroundDetector": "mot.detection.background",
+    "Box": "core.geometry",
+    "ConfigError": "core.errors",
+    "Detection": "core.detection",
+    "Detector": "core.detection",
+    "Ellipse": "core.geometry",
+    "FaceDetector": "mot.detection.pretrained",
+    "FormatError": "core.errors",
+    "Frame": "core.frame",
+    "LimitError": "core.errors",
+    "LookalikeDetector": "mot.detection.lookalike",
+    "MotesError": "core.errors",
+    "OpenCVTracker": "sot.opencv_api",
+    "PRESETS": "sot.presets",
+    "Place": "sot.known_target",
+    "Scene": "mot.scene",
+    "SceneTrack": "mot.tracked_object",
+    "SourceError": "core.errors",
+    "Status": "core.track",
+    "Target": "sot.known_target",
+    "Track": "core.track",
+    "Tracker": "sot.tracker",
+    "Trackers": "sot.batch",
+    "configure": "sot.presets",
+    "open_source": "video.sources",
+    "preset": "sot.presets",
 }
 
 __all__ = [

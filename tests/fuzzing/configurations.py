@@ -6,11 +6,11 @@ from functools import cache
 
 from msgspec.structs import asdict
 
-from motes import presets
-from motes.config import from_dict, from_toml, merge, to_dict, to_toml
-from motes.evaluate.entries import entry
-from motes.scene_config import scene_config
-from motes.watching import WatchConfig
+from motes.core.config import from_dict, from_toml, merge, to_dict, to_toml
+from motes.evaluation.adapters.registry import entry
+from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene_config import scene_config
+from motes.sot import presets
 
 from .outcomes import DefectError, outcome, put
 

@@ -16,8 +16,8 @@ import numpy as np
 from PIL import Image
 
 from clips import Codec, clip, picture
-from motes.errors import MotesError
-from motes.video import open_source
+from motes.core.errors import MotesError
+from motes.video.sources import open_source
 
 LIMIT = 20.0
 """Seconds that reading one file may take."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motes.errors import MotesError
-from motes.evaluate.trax import Program, parse
-from motes.geometry import Box
+from motes.core.errors import MotesError
+from motes.core.geometry import Box
+from motes.evaluation.adapters.trax import Program, parse
 
 from .outcomes import READ, REFUSED, check_finite, check_message, put
 

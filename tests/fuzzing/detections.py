@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.detection import RecordedDetections
-from motes.evaluate.mot_metrics import counted, tally
-from motes.evaluate.mot_rows import Kind, read_rows
-from motes.frame import Frame
+from motes.core.frame import Frame
+from motes.evaluation.datasets.distractors import counted
+from motes.evaluation.datasets.mot_files import Kind, read_rows
+from motes.evaluation.metrics.mot import tally
+from motes.mot.detection.pretrained import RecordedDetections
 
 from .outcomes import READ, REFUSED, check_finite, outcome, put
 

@@ -7,17 +7,18 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from motes.evaluate.entries import entry
-from motes.evaluate.folder import RECORD, Record, prepare
-from motes.evaluate.mot_protocol import Tracks, save_tracks
-from motes.evaluate.mot_results import CrowdOutcome
-from motes.evaluate.mot_rows import read_rows
-from motes.evaluate.mot_sequences import Crowd
-from motes.evaluate.protocols import FAILED, SKIPPED, STARTED, Start, Trace, save_trace
-from motes.evaluate.results import Ended, Outcome
-from motes.evaluate.runs import Job, Pass
-from motes.evaluate.sequences import Sequence
-from motes.geometry import Box, Ellipse
+from motes.core.geometry import Box, Ellipse
+from motes.evaluation.adapters.registry import entry
+from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.datasets.mot_files import read_rows
+from motes.evaluation.datasets.sot import Sequence
+from motes.evaluation.mot_scores import CrowdOutcome
+from motes.evaluation.protocols.mot import Tracks, save_tracks
+from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, Start
+from motes.evaluation.protocols.trace import Trace, save_trace
+from motes.evaluation.run_folder import RECORD, Record, prepare
+from motes.evaluation.runner import Job, Pass
+from motes.evaluation.scores import Ended, Outcome
 
 from . import detections
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

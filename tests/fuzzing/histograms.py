@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.cues.color import Color
-from motes.frame import Frame
-from motes.geometry import Ellipse
-from motes.target import Target
+from motes.sot.known_target import Target
 
 from .outcomes import check_finite, outcome, put, scratch
 

@@ -25,9 +25,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from motes import synthetic
-from motes.synthetic import Clip
-from motes.writer import VideoWriter
+from motes.evaluation import synthetic
+from motes.evaluation.synthetic.clips import Clip
+from motes.video.writer import VideoWriter
 
 PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
 SIZE = (160, 120)

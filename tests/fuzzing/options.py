@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from motes.cli import DONE, FAULT, NOT_FOUND, PARTIAL, main
+from motes.cli import main
+from motes.cli.exit_codes import DONE, FAULT, NOT_FOUND, PARTIAL
 
 from .outcomes import READ, REFUSED, DefectError, check_message, scratch
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 
-from motes.errors import MotesError
+from motes.core.errors import MotesError
 
 READ, REFUSED = "read", "refused"
 LONGEST = 1500

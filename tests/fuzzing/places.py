@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.counting import Counting, Places
-from motes.frame import Frame
-from motes.geometry import Box, Ellipse
-from motes.ground import Ground
-from motes.handover import Handover, Report, Rig, Sighting
-from motes.objects import SceneTrack
-from motes.target import boxes_of, load_places
-from motes.track import Status, Track
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse
+from motes.core.track import Status, Track
+from motes.mot.analytics.events import Counting, Places
+from motes.mot.analytics.ground_plane import Ground
+from motes.mot.cameras.reidentification import Handover, Report, Rig, Sighting
+from motes.mot.tracked_object import SceneTrack
+from motes.sot.known_target import boxes_of, load_places
 
 from .outcomes import check_finite, outcome, put
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from motes.errors import MotesError
-from motes.evaluate.mot_sequences import Crowd, load_crowds
-from motes.evaluate.reference import Reference
-from motes.evaluate.regions import read_mask
-from motes.evaluate.sequences import Problem, Sequence, load_dataset
+from motes.core.errors import MotesError
+from motes.evaluation.datasets.mot import Crowd, load_crowds
+from motes.evaluation.datasets.regions import read_mask
+from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
+from motes.evaluation.report.reference import Reference
 
 from . import detections, track_rows
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

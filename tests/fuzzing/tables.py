@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motes.evaluate.tables import Cell, Table
-from motes.experiments.speed_report import against, stored_ratios
+from motes.evaluation.report.tables import Cell, Table
+from motes.evaluation.speed.report import against, stored_ratios
 
 from .outcomes import check_finite, outcome
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.formats import TrackWriter
-from motes.geometry import Ellipse
-from motes.track import Status, Track
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.output.track_rows import TrackWriter
 
 from .outcomes import REFUSED, DefectError, outcome, put, scratch
 

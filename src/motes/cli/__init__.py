@@ -9,12 +9,11 @@ import os
 import sys
 from collections.abc import Sequence
 
-from motes import interrupts
+from motes.cli.exit_codes import DONE, NO_MEMORY, USAGE
 from motes.cli.streams import drop_output, finish_output, usable
-from motes.errors import clear
+from motes.core import interrupts
+from motes.core.errors import clear
 
-DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, PARTIAL = range(7)
-NO_MEMORY = "There is not enough memory; use fewer particles or a smaller picture."
 LEAST_ADDRESSES = 1_000_000 * 1024
 """Bytes. Where a limit allows fewer, libraries abort or never end while they are loaded."""
 

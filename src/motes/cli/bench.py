@@ -12,21 +12,24 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.ahead import prefetch
-from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling, check_counts, read_text
-from motes.cli.results import Out, Output, show
-from motes.errors import ConfigError
-from motes.evaluate.tables import Table
-from motes.experiments import speed, speed_plot, speed_report
-from motes.experiments.result import Experiment, Result
-from motes.experiments.speed import LARGE, MAIN, SIZE, Film, Job, Run
-from motes.experiments.speed_report import Growth, Ratio, named_size
-from motes.frame import FRAME_INTERVAL
-from motes.geometry import Ellipse
-from motes.synthetic import crowd, still
-from motes.trackers import Trackers
-from motes.video import open_source
-from motes.writer import VideoWriter
+from motes.cli.experiment_output import Out, Output, show
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling
+from motes.core.errors import ConfigError
+from motes.core.frame import FRAME_INTERVAL
+from motes.core.geometry import Ellipse
+from motes.evaluation.papers.result import Experiment, Result
+from motes.evaluation.report.tables import Table
+from motes.evaluation.speed import measure as speed
+from motes.evaluation.speed import plot as speed_plot
+from motes.evaluation.speed import report as speed_report
+from motes.evaluation.speed.measure import LARGE, MAIN, SIZE, Film, Job, Run
+from motes.evaluation.speed.report import Growth, Ratio, named_size
+from motes.evaluation.synthetic.clips import crowd, still
+from motes.sot.batch import Trackers
+from motes.video.prefetch import prefetch
+from motes.video.sources import open_source
+from motes.video.writer import VideoWriter
 
 TABLES = ("trackers", "targets", "particles", "files")
 UPDATES = 5

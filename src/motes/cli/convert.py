@@ -7,9 +7,10 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE
-from motes.cli.options import OUTPUT, Overwrite, check_not_source, say
-from motes.errors import FormatError
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_not_source
+from motes.cli.options import OUTPUT, Overwrite, say
+from motes.core.errors import FormatError
 
 app = App(name="convert", help_format="plaintext")
 
@@ -41,9 +42,9 @@ def convert(
         A file whose name ends in .rows.jsonl.
     """
     from motes.cli.watch_outputs import Rows, form_of
-    from motes.documents import is_document, write_document
-    from motes.formats import check_writable
-    from motes.journal import Journal
+    from motes.output.documents import is_document, write_document
+    from motes.output.journal import Journal
+    from motes.output.track_rows import check_writable
 
     check_not_source(str(rows), output)
     journal = Journal(rows)

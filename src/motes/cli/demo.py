@@ -15,20 +15,22 @@ from rich.console import Console
 from rich.progress import track as progress
 from rich.table import Table
 
-from motes import interrupts, synthetic
-from motes.cli import DONE
-from motes.cli.options import announce_compiling, check_counts, prepare_folder, say
-from motes.errors import ConfigError, FormatError
-from motes.figures import FIGURES, Recorder
-from motes.formats import TrackWriter
-from motes.frame import FRAME_INTERVAL, Frame
-from motes.geometry import Ellipse, iou
-from motes.interrupts import check, undisturbed
-from motes.overlay import draw, font
-from motes.synthetic import Truth
-from motes.track import Status
-from motes.tracker import Tracker
-from motes.writer import VideoWriter
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_counts, prepare_folder
+from motes.cli.options import announce_compiling, say
+from motes.core import interrupts
+from motes.core.errors import ConfigError, FormatError
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse, iou
+from motes.core.interrupts import check, undisturbed
+from motes.core.track import Status
+from motes.evaluation import synthetic
+from motes.evaluation.synthetic.clips import Truth
+from motes.output.figures import FIGURES, Recorder
+from motes.output.overlay import draw, font
+from motes.output.track_rows import TrackWriter
+from motes.sot.tracker import Tracker
+from motes.video.writer import VideoWriter
 
 Pixels = NDArray[np.uint8]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motes import __version__
-from motes.cli import DONE, FAULT
+from motes.cli.exit_codes import DONE, FAULT
 
 CORE = ("numpy", "numba", "PIL", "msgspec", "rich")
 OPTIONAL = {

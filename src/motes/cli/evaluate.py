@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal, Self
 
 from cyclopts import App, Parameter
 
-from motes import interrupts
-from motes.cli import DONE, PARTIAL
+from motes.cli.exit_codes import DONE, PARTIAL
+from motes.cli.input_checks import check_counts, first_pixels, worker_count
 from motes.cli.options import (
     DATASET,
     OUTPUT,
@@ -21,31 +21,33 @@ from motes.cli.options import (
     Overwrite,
     Workers,
     announce_compiling,
-    check_counts,
-    first_pixels,
     say,
-    worker_count,
 )
-from motes.errors import ConfigError, FormatError, LimitError, SourceError
-from motes.evaluate import contents, mot_metrics, mot_report, mot_results, plots, runs
-from motes.evaluate.contestants import Own
-from motes.evaluate.entries import crowd_entry, detecting, enter
-from motes.evaluate.folder import prepare, record
-from motes.evaluate.mot_contestants import SCENE
-from motes.evaluate.mot_results import CrowdEvaluation, CrowdOutcome
-from motes.evaluate.mot_sequences import Crowd, has_crowds, load_crowds
-from motes.evaluate.protocols import SHORTEST
-from motes.evaluate.reference import Reference
-from motes.evaluate.report import write_report
-from motes.evaluate.results import Ended, Outcome, write_results
-from motes.evaluate.runs import Job, Pass
-from motes.evaluate.sequences import Problem, load_dataset
-from motes.evaluate.sequences import Sequence as Film
-from motes.evaluate.summaries import Evaluation
-from motes.evaluate.tables import Table, counted
-from motes.evaluate.views import LONGEST
-from motes.evaluate.wanted import PEER, Wanted
-from motes.interrupts import check
+from motes.core import interrupts
+from motes.core.errors import ConfigError, FormatError, LimitError, SourceError
+from motes.core.interrupts import check
+from motes.evaluation import mot_scores, runner
+from motes.evaluation.adapters.mot import SCENE
+from motes.evaluation.adapters.registry import crowd_entry, detecting, enter
+from motes.evaluation.adapters.sot import Own
+from motes.evaluation.aggregate import Evaluation
+from motes.evaluation.datasets.distractors import solver
+from motes.evaluation.datasets.mot import Crowd, has_crowds, load_crowds
+from motes.evaluation.datasets.sot import Problem, load_dataset
+from motes.evaluation.datasets.sot import Sequence as Film
+from motes.evaluation.mot_scores import CrowdEvaluation, CrowdOutcome
+from motes.evaluation.protocols.perturbations import LONGEST
+from motes.evaluation.protocols.sot import SHORTEST
+from motes.evaluation.report import plots
+from motes.evaluation.report import sections as report_sections
+from motes.evaluation.report import write_mot as mot_report
+from motes.evaluation.report.reference import Reference
+from motes.evaluation.report.speed_ratio import PEER, Wanted
+from motes.evaluation.report.tables import Table, counted
+from motes.evaluation.report.write import write_report
+from motes.evaluation.run_folder import prepare, record
+from motes.evaluation.runner import Job, Pass
+from motes.evaluation.scores import Ended, Outcome, write_results
 
 TRACKERS = """\
 Trackers:
@@ -110,7 +112,7 @@ def evaluate(
             group=RUN,
             help="Seconds for a tracker on a sequence in a protocol; in robust, on each view.",
         ),
-    ] = runs.TIME_LIMIT,
+    ] = runner.TIME_LIMIT,
     sequence: Annotated[
         list[str] | None,
         Parameter(group=DATASET, negative=(), help="Only these, as in 'seg-*'; again for each."),
@@ -201,7 +203,7 @@ def evaluate(
     if detector is not None:
         entries = detecting(entries, detector)
     protocols = ["mot"] if many else list(dict.fromkeys(protocol or ["ope"]))
-    jobs, unreadable = runs.plan(entries, films, protocols, seeds, max_frames)
+    jobs, unreadable = runner.plan(entries, films, protocols, seeds, max_frames)
     problems += unreadable
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
@@ -227,10 +229,11 @@ def evaluate(
     if many:
         outcomes = [outcome for job in jobs for outcome in CrowdOutcome.of(job, out, errors)]
         crowds = CrowdEvaluation(outcomes)
-        mot_results.write_results(out, crowds)
+        mot_scores.write_results(out, crowds)
         mot_report.write_report(out, crowds, problems, title)
         tables = {
-            contents.heading(crowds, name): mot_report.overall(crowds) for name in crowds.protocols
+            report_sections.heading(crowds, name): mot_report.overall(crowds)
+            for name in crowds.protocols
         }
     else:
         outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
@@ -239,9 +242,10 @@ def evaluate(
         write_report(out, outcomes, problems, wanted, title)
         found = Evaluation(outcomes)
         tables = {
-            contents.heading(found, name): contents.overall(found, name) for name in found.protocols
+            report_sections.heading(found, name): report_sections.overall(found, name)
+            for name in found.protocols
         }
-    problems = contents.problems(problems, outcomes)
+    problems = report_sections.problems(problems, outcomes)
     _summarize(tables, outcomes, problems, out, interrupted=interrupted)
     if interrupted:
         return interrupts.code(interrupted)
@@ -265,7 +269,7 @@ def _check_kind(
             "trackers:bytetrack."
         )
     if many:
-        mot_metrics.solver()
+        solver()
 
 
 def _check_folds(folds: int, sequences: int, candidates: Sequence[str]) -> None:
@@ -315,9 +319,9 @@ def _run(
     jobs: list[Job], out: Path, workers: int, time_limit: float, errors: dict[Pass, str]
 ) -> None:
     """Do what is not done yet; `errors` gets those of the passes that failed."""
-    left = runs.unfinished(jobs, out)
+    left = runner.unfinished(jobs, out)
     total, missing = (sum(len(job.passes) for job in each) for each in (jobs, left))
-    steps = runs.run(left, out, workers, time_limit)
+    steps = runner.run(left, out, workers, time_limit)
     with Progress(total, total - missing) as progress, contextlib.closing(steps):
         for job, failed in steps:
             check()

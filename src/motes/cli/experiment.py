@@ -11,26 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE
-from motes.cli.options import (
-    RUN,
-    FirstPixel,
-    Overwrite,
-    Workers,
-    announce_compiling,
-    check_counts,
-    first_pixels,
-    numbers_of,
-    worker_count,
-)
-from motes.cli.results import Out, Output, show
-from motes.errors import ConfigError, SourceError
+from motes.cli.exit_codes import DONE
+from motes.cli.experiment_output import Out, Output, show
+from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
+from motes.cli.options import RUN, FirstPixel, Overwrite, Workers, announce_compiling
+from motes.core.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:
-    from motes.evaluate.sequences import Problem
-    from motes.evaluate.sequences import Sequence as Film
-    from motes.experiments.result import Experiment
-    from motes.synthetic import Clip
+    from motes.evaluation.datasets.sot import Problem
+    from motes.evaluation.datasets.sot import Sequence as Film
+    from motes.evaluation.papers.result import Experiment
+    from motes.evaluation.synthetic.clips import Clip
 
 app = App(name="experiment", help_format="plaintext")
 
@@ -88,11 +79,15 @@ def ng_delp_table1(
     box = _region_of(source, region)
     output = Output("ng-delp-table1", ("color", "edges"), out, overwrite)
 
-    from motes.experiments import fewer_pixels, views
+    from motes.evaluation.papers import ng_delp_table1, sample_regions
 
     announce_compiling()
-    found = views.followed(source, box, preset, seeds) if source and box else views.rendered(seeds)
-    return show(fewer_pixels.table1(found), output)
+    found = (
+        sample_regions.followed(source, box, preset, seeds)
+        if source and box
+        else sample_regions.rendered(seeds)
+    )
+    return show(ng_delp_table1.table1(found), output)
 
 
 @app.command(name="ng-delp-figure3")
@@ -107,9 +102,9 @@ def ng_delp_figure3(
     """Ng and Delp, figure 3: likelihood against distance."""
     output = Output("ng-delp-figure3", ("",), out, overwrite, plot=True)
 
-    from motes.experiments import likelihoods
+    from motes.evaluation.papers import ng_delp_figure3
 
-    return show(likelihoods.figure3(sigma, epsilon, nearest), output)
+    return show(ng_delp_figure3.figure3(sigma, epsilon, nearest), output)
 
 
 @app.command(name="nummiaro-leaps")
@@ -127,12 +122,12 @@ def nummiaro_leaps(
     presets
         Trackers; nummiaro, nummiaro:adaptive, mean_shift and mean_shift:kalman if none is named.
     """
-    from motes import synthetic
-    from motes.experiments import rendered
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
 
     names = presets or ("nummiaro", "nummiaro:adaptive", "mean_shift", "mean_shift:kalman")
     output = Output("nummiaro-leaps", ("",), out, overwrite)
-    return _on_clips(rendered.leaps, names, synthetic.jumping, seeds, clips, output)
+    return _on_clips(rendered_claims.leaps, names, synthetic.jumping, seeds, clips, output)
 
 
 @app.command(name="two-rooms")
@@ -147,7 +142,7 @@ def two_rooms(
     check_counts(seeds=seeds, frames=frames)
     output = Output("two-rooms", ("",), out, overwrite)
 
-    from motes.experiments import two_rooms as rooms
+    from motes.evaluation.papers import two_rooms as rooms
 
     announce_compiling()
     return show(rooms.two_rooms(seeds, frames), output)
@@ -172,12 +167,16 @@ def nummiaro_figure9(
     box = _region_of(source, region)
     output = Output("nummiaro-figure9", ("",), out, overwrite, plot=True)
 
-    from motes.experiments import known_histogram, views
+    from motes.evaluation.papers import nummiaro_figure9, sample_regions
 
     announce_compiling()
-    found = views.followed(source, box, "nummiaro", 1) if source and box else views.rendered(1)
+    found = (
+        sample_regions.followed(source, box, "nummiaro", 1)
+        if source and box
+        else sample_regions.rendered(1)
+    )
     with contextlib.closing(found):
-        return show(known_histogram.figure9(next(found)), output)
+        return show(nummiaro_figure9.figure9(next(found)), output)
 
 
 @app.command(name="maggio-table1")
@@ -202,9 +201,9 @@ def maggio_table1(
     output = Output("maggio-table1", ("sequences", "means"), out, overwrite)
     films, problems = _films(dataset, first_pixel)
 
-    from motes.experiments import maggio_accuracy
+    from motes.evaluation.papers import maggio_table1_figure5
 
-    steps = maggio_accuracy.table1(films, seeds, worker_count(workers))
+    steps = maggio_table1_figure5.table1(films, seeds, worker_count(workers))
     return show(steps, output, problems)
 
 
@@ -230,9 +229,9 @@ def maggio_figure5(
     output = Output("maggio-figure5", ("",), out, overwrite, plot=True)
     films, problems = _films(dataset, first_pixel)
 
-    from motes.experiments import maggio_accuracy
+    from motes.evaluation.papers import maggio_table1_figure5
 
-    steps = maggio_accuracy.figure5(films, seeds, worker_count(workers))
+    steps = maggio_table1_figure5.figure5(films, seeds, worker_count(workers))
     return show(steps, output, problems)
 
 
@@ -251,13 +250,13 @@ def maggio_rotation(
     presets
         Trackers; maggio and all its variants if none is named.
     """
-    from motes import synthetic
-    from motes.experiments import rendered
-    from motes.presets import PRESETS
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
+    from motes.sot.presets import PRESETS
 
     names = presets or tuple(name for name in PRESETS if name.startswith("maggio"))
     output = Output("maggio-rotation", ("",), out, overwrite)
-    return _on_clips(rendered.rotation, names, synthetic.turning, seeds, clips, output)
+    return _on_clips(rendered_claims.rotation, names, synthetic.turning, seeds, clips, output)
 
 
 @app.command(name="maggio-growth")
@@ -275,13 +274,13 @@ def maggio_growth(
     presets
         Trackers; maggio, maggio:C and the adaptive variants if none is named.
     """
-    from motes import synthetic
-    from motes.experiments import rendered
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
 
     adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A&SS-FOH", "maggio:C+O-A-FOH")
     names = presets or ("maggio:C", "maggio", *adaptive)
     output = Output("maggio-growth", ("tracks", "histograms"), out, overwrite)
-    return _on_clips(rendered.growth, names, synthetic.growing, seeds, clips, output)
+    return _on_clips(rendered_claims.growth, names, synthetic.growing, seeds, clips, output)
 
 
 @app.command(name="zhao-figure2")
@@ -299,12 +298,12 @@ def zhao_figure2(
     presets
         Trackers; zhao_pei:fixed, whose model stays, and zhao_pei if none is named.
     """
-    from motes import synthetic
-    from motes.experiments import model_update
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import zhao_pei_figure2
 
     names = presets or ("zhao_pei:fixed", "zhao_pei")
     output = Output("zhao-figure2", ("",), out, overwrite, plot=True)
-    return _on_clips(model_update.figure2, names, synthetic.rolling, seeds, clips, output)
+    return _on_clips(zhao_pei_figure2.figure2, names, synthetic.rolling, seeds, clips, output)
 
 
 @app.command(name="zhao-figure9")
@@ -337,9 +336,9 @@ def zhao_figure9(
     """
     output = Output("zhao-figure9", ("",), out, overwrite, plot=True)
 
-    from motes.evaluate.mot_sequences import has_crowds, load_crowds
-    from motes.experiments import detected
-    from motes.watching import named_detector
+    from motes.evaluation.datasets.mot import has_crowds, load_crowds
+    from motes.evaluation.papers import zhao_pei_figure9
+    from motes.mot.pipeline_config import named_detector
 
     finder = None if detector is None else named_detector(detector)
     if has_crowds(sequence):
@@ -348,10 +347,10 @@ def zhao_figure9(
         announce_compiling()
     else:
         films, problems = _films(sequence, first_pixel)
-        crowds = [detected.crowd_of(film) for film in films]
+        crowds = [zhao_pei_figure9.crowd_of(film) for film in films]
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
-    return show(detected.figure9(crowds[0], finder, preset, seed), output, problems)
+    return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)
 
 
 @app.command
@@ -381,7 +380,7 @@ def occlusions(
             raise ConfigError(f"--objects is {count}; give 2 or a multiple of 10.")
     output = Output("occlusions", ("lengths", "short"), out, overwrite)
 
-    from motes.experiments import occlusions as experiment
+    from motes.evaluation.papers import occlusions as experiment
 
     announce_compiling()
     return show(experiment.occlusions(lengths, counts, least), output)
@@ -410,7 +409,7 @@ def _on_clips(
 
 
 def _films(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:
-    from motes.evaluate.sequences import load_dataset
+    from motes.evaluation.datasets.sot import load_dataset
 
     films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
     _refuse_none(dataset, films, problems)

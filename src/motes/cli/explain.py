@@ -7,8 +7,8 @@ import inspect
 
 from cyclopts import CycloptsError, MissingArgumentError
 
-from motes.cli import FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
-from motes.errors import FormatError, MotesError, SourceError
+from motes.cli.exit_codes import FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
+from motes.core.errors import FormatError, MotesError, SourceError
 
 
 def explain(error: Exception) -> tuple[str, int]:
@@ -54,10 +54,10 @@ def _unknown_option(error: MissingArgumentError) -> str | None:
     assert command is not None
     assert error.keyword is not None
 
-    from motes.cli.options import no_such_option
-    from motes.config import keys
-    from motes.presets import TrackerConfig
-    from motes.watching import WatchConfig
+    from motes.cli.load_config import no_such_option
+    from motes.core.config import keys
+    from motes.mot.pipeline_config import WatchConfig
+    from motes.sot.presets import TrackerConfig
 
     known = keys(WatchConfig if command.__name__ == "watch" else TrackerConfig)
     if error.keyword.lstrip("-").split(".")[0].replace("-", "_") in known:

@@ -7,7 +7,9 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from motes.cli import DONE
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_not_source, point_out_leftovers, region_of
+from motes.cli.load_config import tracker_config
 from motes.cli.options import (
     CONFIG_HELP,
     FRAMES,
@@ -19,13 +21,9 @@ from motes.cli.options import (
     Preset,
     Settings,
     announce_compiling,
-    check_not_source,
-    point_out_leftovers,
-    region_of,
     say,
-    tracker_config,
 )
-from motes.errors import ConfigError
+from motes.core.errors import ConfigError
 
 app = App(name="histogram", help_epilogue=CONFIG_HELP, help_format="plaintext")
 
@@ -53,7 +51,7 @@ def histogram(
     source
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
-    from motes.discriminative import Discriminative
+    from motes.sot.discriminative.tracker import Discriminative
 
     learning = tracker_config(histogram, preset, config, settings)
     color = None if isinstance(learning, Discriminative) else learning.color
@@ -65,10 +63,10 @@ def histogram(
     check_not_source(source, output)
     point_out_leftovers(output)
 
-    from motes.formats import check_writable
-    from motes.geometry import region_within
-    from motes.target import Target
-    from motes.video import open_source
+    from motes.core.geometry import region_within
+    from motes.output.track_rows import check_writable
+    from motes.sot.known_target import Target
+    from motes.video.sources import open_source
 
     check_writable(output, overwrite)
     with open_source(source, start=frame, end=frame + 1) as film:

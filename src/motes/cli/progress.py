@@ -6,11 +6,11 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any, Self
 
-from motes.track import Status
+from motes.core.track import Status
 
 if TYPE_CHECKING:
-    from motes.cli.follow import Step
-    from motes.video import Source
+    from motes.cli.track_loop import Step
+    from motes.video.sources import Source
 
 INTERVAL = 0.1
 """Seconds from one look of the progress bar to the next."""

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any, cast
 
-from motes.errors import FormatError
+from motes.core.errors import FormatError
 
 NARROWEST, WIDEST = 20, 1000
 """Columns. In fewer, no word fits and the libraries do not end; in more, padding takes the memory.

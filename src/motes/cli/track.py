@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from motes import interrupts
-from motes.cli import DONE, NOT_FOUND
+from motes.cli.exit_codes import DONE, NOT_FOUND
+from motes.cli.input_checks import (
+    check_label,
+    check_not_source,
+    default_output,
+    numbers_of,
+    point_out_leftovers,
+    read_text,
+)
+from motes.cli.load_config import load_target, named, tracker_config
 from motes.cli.options import (
     CONFIG_HELP,
     CONFIGURATION,
@@ -26,26 +34,18 @@ from motes.cli.options import (
     Preset,
     Settings,
     announce_compiling,
-    check_label,
-    check_not_source,
-    default_output,
-    load_target,
-    named,
-    numbers_of,
-    point_out_leftovers,
-    read_text,
     say,
-    tracker_config,
 )
-from motes.errors import ConfigError, MotesError
+from motes.core import interrupts
+from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
-    from motes.cli.follow import Begin
-    from motes.cli.outputs import Output
     from motes.cli.progress import Tally
-    from motes.target import Place, Target
-    from motes.tracker import Tracker
-    from motes.video import Source
+    from motes.cli.track_loop import Begin
+    from motes.cli.track_outputs import Output
+    from motes.sot.known_target import Place, Target
+    from motes.sot.tracker import Tracker
+    from motes.video.sources import Source
 
 app = App(name="track", help_epilogue=CONFIG_HELP, help_format="plaintext")
 
@@ -148,7 +148,7 @@ def track(
         preset = "nummiaro"  # which alone can search for a histogram and choose its particles
     tracking = tracker_config(track, preset, config, settings, known)
     if dump_config:
-        from motes.config import to_toml
+        from motes.core.config import to_toml
 
         print(to_toml(tracking), end="")
         return DONE
@@ -172,19 +172,19 @@ def track(
     if resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
 
-    from motes.video import open_source
+    from motes.video.sources import open_source
 
     if several:
-        from motes.cli.track_several import open_outputs, track_several
-        from motes.trackers import Trackers
+        from motes.cli.track_batch import open_outputs, track_several
+        from motes.sot.batch import Trackers
 
         with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
             files = open_outputs(film, stride, output, format, label, overlay, overwrite=overwrite)
             return track_several(film, Trackers(tracking, seed), boxes, files)
 
-    from motes.cli.outputs import AsObjects, Figures, Overlay, Rows
-    from motes.formats import FORMS
-    from motes.tracker import Tracker
+    from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
+    from motes.output.track_rows import FORMS
+    from motes.sot.tracker import Tracker
 
     tracker = Tracker(tracking, seed, fps_target)
     rows = output == "-" or format is not None or Path(output or "").suffix.lower() in FORMS
@@ -227,26 +227,28 @@ def _begin(
     if known is None and (at or background):
         raise ConfigError("--at and --background belong to --histogram; give it, or omit them.")
 
-    from motes.cli import follow
+    from motes.cli import track_loop
 
     if boxes:
-        return follow.on_region(boxes[0])
+        return track_loop.on_region(boxes[0])
     if ellipse is not None:
-        return follow.on_region(numbers_of("--ellipse", ellipse, "x,y,a,b,theta"))
+        return track_loop.on_region(numbers_of("--ellipse", ellipse, "x,y,a,b,theta"))
     if known is None:
-        from motes.detection import FaceDetector
+        from motes.mot.detection.pretrained import FaceDetector
 
-        return follow.on_detection(FaceDetector())
+        return track_loop.on_detection(FaceDetector())
 
-    from motes.target import load_places
-    from motes.video import read_image
+    from motes.sot.known_target import load_places
+    from motes.video.sources import read_image
 
     places: tuple[Place, ...] = ()
     if at is not None:
         read_text(at)  # tells a file that is not there from one that makes no sense
         with named(at):
             places = load_places(at)
-    return follow.on_target(known, places, None if background is None else read_image(background))
+    return track_loop.on_target(
+        known, places, None if background is None else read_image(background)
+    )
 
 
 def _run(
@@ -258,10 +260,10 @@ def _run(
     quiet: bool,
 ) -> int:
     """Follow the target through the film, write all there is to write, and say how it went."""
-    from motes.cli.follow import follow
+    from motes.cli.frame_loop import run
     from motes.cli.progress import Tally
-    from motes.cli.run import run
-    from motes.particle_filter import ParticleFilter
+    from motes.cli.track_loop import follow
+    from motes.sot.particle_filter import ParticleFilter
 
     announce_compiling()
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None

@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from motes import interrupts
-from motes.cli import DONE, NOT_FOUND
+from motes.cli.exit_codes import DONE, NOT_FOUND
+from motes.cli.input_checks import (
+    check_label,
+    check_not_source,
+    default_output,
+    numbers_of,
+    point_out_leftovers,
+    read_text,
+)
+from motes.cli.load_config import check_settings, named
 from motes.cli.options import (
     CONFIGURATION,
     FRAMES,
@@ -22,25 +30,18 @@ from motes.cli.options import (
     Overwrite,
     Settings,
     announce_compiling,
-    check_label,
-    check_not_source,
-    check_settings,
-    default_output,
-    named,
-    numbers_of,
-    point_out_leftovers,
-    read_text,
     say,
 )
-from motes.errors import ConfigError, MotesError
+from motes.core import interrupts
+from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
-    from motes.counting import Counting, Places
-    from motes.frame import Frame
-    from motes.scene import Scene
-    from motes.video import Source
-    from motes.watching import WatchConfig
+    from motes.core.frame import Frame
+    from motes.mot.analytics.events import Counting, Places
+    from motes.mot.pipeline_config import WatchConfig
+    from motes.mot.scene import Scene
+    from motes.video.sources import Source
 
 OBJECTS = Group("Objects", sort_key=1)
 COUNTED = Group("Counting", sort_key=1)
@@ -171,13 +172,13 @@ def watch(
             if value:
                 raise ConfigError(f"--{option} is for one camera, not for a file of several.")
 
-        from motes.cli.watch_rig import watch_rig
+        from motes.cli.watch_cameras import watch_rig
 
         return watch_rig(source, output, overwrite, seed)
     where = _places(line or [], zone or [], dwell, places, scale)
     watching = _watch_config(preset, config, finder, like, settings)
     if dump_config:
-        from motes.config import to_toml
+        from motes.core.config import to_toml
 
         print(to_toml(watching), end="")
         return DONE
@@ -187,8 +188,8 @@ def watch(
         output = default_output(source)
     if output == events == "-":
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
-    from motes.documents import is_document
-    from motes.journal import journal_of
+    from motes.output.documents import is_document
+    from motes.output.journal import journal_of
 
     check_label(label, output)
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
@@ -198,9 +199,9 @@ def watch(
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
-    from motes.counting import Counting
-    from motes.scene import Scene
-    from motes.video import open_source
+    from motes.mot.analytics.events import Counting
+    from motes.mot.scene import Scene
+    from motes.video.sources import open_source
 
     counting = Counting(where)
     scene = Scene(watching.detector.detector(), watching, seed)
@@ -225,9 +226,9 @@ def _watch_config(
     """Return the scene of a preset, with file, detector and settings laid over it in turn."""
     from msgspec.structs import asdict
 
-    from motes.config import from_dict, from_toml, merge, to_dict
-    from motes.scene_config import scene_config
-    from motes.watching import WatchConfig, detector_values
+    from motes.core.config import from_dict, from_toml, merge, to_dict
+    from motes.mot.pipeline_config import WatchConfig, detector_values
+    from motes.mot.scene_config import scene_config
 
     if like is not None and detector is not None:
         raise ConfigError("--like and --detector contradict each other; give one of them.")
@@ -259,8 +260,8 @@ def _places(
     """Return lines, zones and ground of the options and of the file."""
     from msgspec.structs import replace
 
-    from motes.counting import Line, Places, Zone
-    from motes.ground import Ground
+    from motes.mot.analytics.events import Line, Places, Zone
+    from motes.mot.analytics.ground_plane import Ground
 
     given = Places()
     if file is not None:
@@ -294,7 +295,7 @@ def _corners(text: str) -> list[float]:
 
 def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Output]) -> int:
     """Watch the film, write all there is to write, and say how it went."""
-    from motes.cli.run import run
+    from motes.cli.frame_loop import run
     from motes.cli.watch_outputs import Moment
 
     announce_compiling()

@@ -13,20 +13,28 @@ from typing import TYPE_CHECKING, BinaryIO, Literal, Protocol, Self
 
 import msgspec
 
-from motes.counting import Event, Places
-from motes.documents import DOCUMENTS, is_document, write_document
-from motes.errors import ConfigError, FormatError
-from motes.files import open_rows, write_all
-from motes.formats import check_not_deleted, check_writable
-from motes.frame import FRAME_INTERVAL, Frame
-from motes.journal import Head, Journal, JournalWriter, Picture, Sighting, journal_of, sightings
-from motes.objects import SceneTrack
-from motes.scene_overlay import Point, draw_scene
-from motes.track import Status
-from motes.writer import VideoWriter
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import open_rows, write_all
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.track import Status
+from motes.mot.analytics.events import Event, Places
+from motes.mot.tracked_object import SceneTrack
+from motes.output.documents import DOCUMENTS, is_document, write_document
+from motes.output.journal import (
+    Head,
+    Journal,
+    JournalWriter,
+    Picture,
+    Sighting,
+    journal_of,
+    sightings,
+)
+from motes.output.scene_overlay import Point, draw_scene
+from motes.output.track_rows import check_not_deleted, check_writable
+from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
-    from motes.video import Source
+    from motes.video.sources import Source
 
 Form = Literal["mot", "csv", "jsonl"]
 FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}

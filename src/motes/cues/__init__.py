@@ -7,8 +7,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.frame import Frame
-from motes.geometry import Ellipse
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 
 
 class Cue(Protocol):

@@ -16,11 +16,11 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.cues.histograms import HistogramCue
-from motes.frame import Frame
-from motes.geometry import Ellipse
-from motes.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.state import NotNegative
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import NotNegative
+from motes.cues.histogram_cue import HistogramCue
+from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
 
 Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]

@@ -1,0 +1,131 @@
+"""How results of `motes experiment` and `bench` reach the user, whole or as far as they came."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.exit_codes import DONE, PARTIAL
+from motes.cli.input_checks import prepare_folder
+from motes.cli.options import OUTPUT, say
+from motes.core import interrupts
+from motes.core.errors import LimitError
+from motes.core.interrupts import check, undisturbed
+
+if TYPE_CHECKING:
+    from motes.evaluation.datasets.sot import Problem
+    from motes.evaluation.papers.result import Experiment, Result
+    from motes.evaluation.report.tables import Table
+
+Out = Annotated[
+    Path | None,
+    Parameter(group=OUTPUT, help="Folder for the tables, as Markdown and CSV, and for plots."),
+]
+WIDE = 200
+"""Columns of text where no terminal says how many it has: no table needs to be folded."""
+
+
+class Output:
+    """Where results go; checks on construction that they can be written.
+
+    Parameters
+    ----------
+    name, tables, plot
+        The experiment's name, the keys of its tables, and whether it has a plot.
+    folder
+        None for the terminal alone.
+    overwrite
+        Whether files that are there may be replaced.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        tables: Sequence[str],
+        folder: Path | None,
+        overwrite: bool,
+        *,
+        plot: bool = False,
+    ) -> None:
+        self._name, self._folder, self._plot = name, folder, plot
+        if folder is None:
+            return
+        from motes.evaluation.papers.result import files
+        from motes.evaluation.report import plots
+
+        if plot and not plots.available():
+            raise LimitError("The plot needs matplotlib; install it: pip install 'motes[report]'.")
+        prepare_folder(folder, files(name, tables, plot), overwrite)
+
+    def show(self, result: Result) -> None:
+        """Print the tables, and write all there is into the folder."""
+        if not result.tables:
+            say("There is nothing to show yet.")
+            return
+
+        from rich.console import Console
+
+        if isinstance(sys.stdout, io.TextIOWrapper):
+            sys.stdout.reconfigure(errors="replace")  # not every terminal knows ± and µ
+        console = Console()
+        if not console.is_terminal:
+            console = Console(width=WIDE)
+        for table in result.tables.values():
+            console.print(_rich(table))
+        if self._folder is not None:
+            from motes.evaluation.papers.result import save
+
+            save(result, self._folder, self._name)
+            say(f"wrote {self._folder / self._name}.md, with CSV{' and PNG' * self._plot}.")
+        elif self._plot:
+            say("The plot is drawn into the folder of --out.")
+
+
+def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) -> int:
+    """Do an experiment and show its results, those so far if it is cut short."""
+    from rich.console import Console
+    from rich.text import Text
+
+    result: Result | None = None
+    try:
+        with contextlib.closing(steps), Console(stderr=True).status("measuring") as status:
+            for latest in steps:
+                check()
+                result = latest
+                status.update(Text(f"measuring: {result.progress}"))
+    except KeyboardInterrupt as interrupt:
+        return interrupts.code(interrupt)
+    finally:
+        with undisturbed():
+            if result is not None:
+                output.show(result)
+                problems = [*problems, *result.problems]
+            for problem in problems:
+                say(f"{problem.where}: {problem.what}")
+    return PARTIAL if problems else DONE
+
+
+def _rich(table: Table) -> object:
+    """Return a table for the terminal."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table as Drawn
+    from rich.text import Text
+
+    drawn = Drawn(
+        title=Text(table.title), caption=Text(table.note), box=SIMPLE_HEAD, title_justify="left",
+        caption_justify="left",
+    )  # fmt: skip
+    for title in table.head:
+        drawn.add_column(Text(title), justify="left" if title == table.head[0] else "right")
+    for row in table.rows:
+        drawn.add_row(*(Text(cell.text) for cell in row))
+    drawn.add_section()
+    for row in table.foot:
+        drawn.add_row(*(Text(cell.text) for cell in row))
+    return drawn

@@ -1,0 +1,91 @@
+"""Configurations and targets from a preset, a file and options."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motes.cli.input_checks import read_text
+from motes.core.errors import ConfigError, FormatError, SourceError
+
+if TYPE_CHECKING:
+    from motes.sot.known_target import Target
+    from motes.sot.presets import TrackerConfig
+
+
+def tracker_config(
+    command: Callable[..., object],
+    preset: str,
+    file: Path | None,
+    settings: dict[str, Any],
+    target: Target | None = None,
+) -> TrackerConfig:
+    """Return the preset, with the target's cue, the file and the settings laid over it in turn.
+
+    An unknown setting may be a misspelled option of the command, whose parameters name them.
+
+    Raises
+    ------
+    ConfigError
+        For what is unknown or makes no sense.
+    SourceError
+        If the file cannot be read.
+    """
+    from motes.core.config import from_toml, to_dict
+    from motes.sot import presets
+
+    base = presets.preset(preset)
+    if target is not None:
+        base = presets.configure(base, {"color": to_dict(target.cue)})
+    if file is not None:
+        with named(file):
+            base = presets.configure(base, from_toml(read_text(file), "this file"))
+    check_settings(command, to_dict(base), settings)
+    return presets.configure(base, settings)
+
+
+def check_settings(
+    command: Callable[..., object], known: Iterable[str], settings: dict[str, Any]
+) -> None:
+    """Check that settings are known keys: an unknown one may be a misspelled option of the command.
+
+    Raises
+    ------
+    ConfigError
+        With the nearest known key or option.
+    """
+    known = list(known)
+    unknown = [key for key in settings if key not in known]
+    if unknown and "type" not in settings:
+        raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
+
+
+def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
+    """Return that a command has no such option, with the nearest of its own and of known keys."""
+    options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
+    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
+    hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+    return f"There is no option {flag} with this preset; {hint}"
+
+
+@contextlib.contextmanager
+def named(where: Path | str) -> Iterator[None]:
+    """Say of a configuration's error which file or option it is in."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{where}: {error}") from None
+
+
+def load_target(path: Path) -> Target:
+    """Return the target in a histogram file; raise a SourceError where there is none."""
+    from motes.sot.known_target import Target
+
+    try:
+        return Target.load(path)
+    except FormatError as error:
+        raise SourceError(str(error)) from None

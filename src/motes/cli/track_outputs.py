@@ -1,0 +1,181 @@
+"""What `motes track` writes: rows, an annotated video, figures."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Protocol, Self
+
+from motes.cli.track_loop import Companion, Step
+from motes.cli.watch_outputs import Moment, film_state, objects_output
+from motes.core.errors import FormatError
+from motes.core.frame import FRAME_INTERVAL
+from motes.core.track import Status
+from motes.mot.tracked_object import SceneTrack
+from motes.output.overlay import draw
+from motes.output.track_rows import Form, TrackWriter, check_writable
+from motes.sot.presets import TrackerConfig
+from motes.video.writer import VideoWriter
+
+if TYPE_CHECKING:
+    from motes.video.sources import Source
+
+TRAIL = 50
+"""The overlay shows the way of so many frames."""
+NOWHERE = (float("nan"), float("nan"))
+
+
+class Output(Protocol):
+    """Takes steps; ends as a context manager, by an exception if the run was cut short."""
+
+    def write(self, step: Step) -> None:
+        """Add a frame."""
+        ...
+
+    @property
+    def result(self) -> str | None:
+        """What there is of it in the end, for people; None for nothing."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+
+class Rows:
+    """Rows in a file or on standard output; checks on construction that they can be written."""
+
+    def __init__(self, path: str, form: Form | None, *, overwrite: bool, resume: bool) -> None:
+        self._name, self._resume, self._complete = path, resume, False
+        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume)
+
+    def write(self, step: Step) -> None:
+        """Add a row."""
+        self._writer.write(step.frame.index, step.frame.time, step.track)
+
+    @property
+    def result(self) -> str | None:
+        """The file, and how much of it was there before."""
+        rows, resumed = self._writer.rows, self._writer.resumed
+        if self._name == "-":
+            return None
+        if rows == resumed:
+            return f"{self._name} (it had all {rows} rows already)" if self._complete else None
+        return f"{self._name} (rows from {resumed + 1} on)" if self._resume else self._name
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._writer.__exit__(kind, *rest)
+        self._complete = kind is None
+
+
+class AsObjects:
+    """The target as one of several objects, in a form that only these have."""
+
+    def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
+        self._inner = objects_output(path, film, overwrite=overwrite, label=label)
+
+    def write(self, step: Step) -> None:
+        """Add a frame."""
+        tracks = [SceneTrack(1, step.track)] if step.track else []
+        self._inner.write(Moment(step.frame, tracks, ()))
+
+    @property
+    def result(self) -> str | None:
+        """The file, or what there is instead."""
+        return self._inner.result
+
+    def __enter__(self) -> Self:
+        self._inner.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._inner.__exit__(*exception)
+
+
+class Overlay:
+    """An annotated video; checks on construction that it can be written."""
+
+    def __init__(self, path: Path, source: Source, stride: int, *, overwrite: bool) -> None:
+        check_writable(path, overwrite)
+        self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
+        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
+        self._start: float | None = None
+
+    def write(self, step: Step) -> None:
+        """Add a picture."""
+        pixels = step.frame.pixels
+        if step.info is not None:
+            track = step.info.track
+            self._trail.append(track.ellipse[:2] if step.status is Status.TRACKING else NOWHERE)
+            pixels = draw(
+                pixels,
+                track,
+                particles=step.info.ellipses,
+                weights=step.info.weights,
+                trail=self._trail,
+            )
+        if self._start is None:
+            self._start = step.frame.time
+        self._writer.write(pixels, step.frame.time - self._start)
+
+    @property
+    def result(self) -> str | None:
+        """The video, or what an error left of it."""
+        return film_state(self._writer)
+
+    def __enter__(self) -> Self:
+        self._writer.__enter__()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._writer.__exit__(kind, *rest)
+
+
+class Figures:
+    """The figures of the papers, drawn at the end, also after an interruption."""
+
+    def __init__(self, folder: Path, config: TrackerConfig, *, overwrite: bool) -> None:
+        from motes.output.figures import Recorder
+
+        if folder.exists() and not folder.is_dir():
+            raise FormatError(f"{folder} is not a folder; choose another name.")
+        place = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        if not os.access(place, os.W_OK):
+            raise FormatError(f"{folder} cannot be written: no permission; choose another folder.")
+        self._recorder = Recorder(config)
+        there = [name for name in self._recorder.files if (folder / name).exists()]
+        if there and not overwrite:
+            raise FormatError(
+                f"{folder / there[0]} exists; choose another folder, or overwrite it (--overwrite)."
+            )
+        self._folder = folder
+        self._companion = Companion()
+        self._files: list[Path] = []
+
+    def write(self, step: Step) -> None:
+        """Take note of a frame."""
+        if step.info is not None:
+            seconds = self._companion.seconds(step)
+            self._recorder.add(step.frame, step.info, step.seconds, seconds)
+
+    @property
+    def result(self) -> str | None:
+        """The files."""
+        return f"{len(self._files)} figures in {self._folder}" if self._files else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None or issubclass(kind, KeyboardInterrupt):
+            self._files = self._recorder.save(self._folder)

@@ -1,0 +1,110 @@
+"""`motes watch RIG.toml`: several cameras, and objects that keep their identity among them."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import msgspec
+
+from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
+from motes.cli.input_checks import check_not_source, default_output, read_text
+from motes.cli.load_config import named
+from motes.cli.options import announce_compiling, say
+from motes.cli.watch_outputs import COLUMNS, Lines
+from motes.core import interrupts
+from motes.core.errors import ConfigError, SourceError
+from motes.core.interrupts import check, undisturbed
+from motes.mot.cameras.camera_reporter import Notice
+from motes.mot.cameras.reidentification import Report, Rig
+from motes.mot.cameras.rig import Watch
+
+
+class RigRows(Lines):
+    """A row for each object in each frame of each camera, as CSV or JSON Lines."""
+
+    def __init__(self, name: str, overwrite: bool) -> None:
+        ending = ".csv" if name == "-" else Path(name).suffix.lower()
+        if ending not in (".csv", ".jsonl"):
+            raise ConfigError(f"{name} ends neither in .csv nor in .jsonl; rename it.")
+        super().__init__(name, overwrite)
+        self._csv, self._columns = ending == ".csv", ("camera", *COLUMNS)
+
+    def begin(self) -> None:
+        """Write what comes before all rows."""
+        if self._csv:
+            self.put([",".join(self._columns)])
+
+    def write(self, report: Report, identities: Mapping[int, int]) -> None:
+        """Add the rows of a camera's frame."""
+        lines = []
+        for each in report.sightings:
+            if each.identity not in identities:
+                continue
+            values = [
+                report.camera, report.frame, round(report.time, 6), identities[each.identity],
+                *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
+                identities.get(each.behind or 0),
+            ]  # fmt: skip
+            if self._csv:
+                lines.append(",".join("" if value is None else str(value) for value in values))
+            else:
+                pairs = dict(zip(self._columns, values, strict=True))
+                lines.append(msgspec.json.encode(pairs).decode())
+        self.put(lines)
+
+
+def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
+    """Watch the cameras of a rig, write their rows, and say how it went."""
+    text = read_text(Path(file))
+    with named(Path(file)):
+        rig = Rig.parse(text)
+    output = default_output(file) if output is None else output
+    if output != "-":
+        for source in (file, *(camera.source for camera in rig.camera)):
+            check_not_source(source, Path(output))
+    rows = RigRows(output, overwrite)
+    announce_compiling()
+    frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
+    dropped, found, failures = 0, set[int](), list[str]()
+    interrupted: KeyboardInterrupt | None = None
+    with contextlib.ExitStack() as opened:
+        opened.enter_context(rows)
+        rows.begin()
+        try:
+            with undisturbed():
+                watching = opened.enter_context(Watch(rig, seed))
+            for news in watching:
+                check()
+                with undisturbed():
+                    if isinstance(news, tuple):
+                        report, identities = news
+                        rows.write(report, identities)
+                        frames[report.camera] += 1
+                        found.update(identities.values())
+                    elif isinstance(news, Notice):
+                        say(f"camera {news.camera}: {news.text}")
+                    elif news.failure is not None:
+                        failures.append(f"camera {news.camera}: {news.failure}")
+                        say(failures[-1])
+                    if not isinstance(news, tuple):
+                        dropped += getattr(news, "dropped", 0)
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt  # and all processes are ended as at the end
+    if len(failures) == len(frames):
+        raise SourceError(f"No camera is left. {failures[-1]}")
+    counted = ", ".join(f"{name} {count}" for name, count in frames.items())
+    say(
+        interrupts.word(interrupted)
+        + f"{counted} frames; {len(found)} objects, {watching.handover.handed} times handed over"
+        + f", {dropped} frames dropped" * bool(dropped)
+        + f"; wrote {output}." * (output != "-")
+    )
+    if interrupted:
+        return interrupts.code(interrupted)
+    if failures:
+        return PARTIAL
+    if not found:
+        say("error: No object was ever found; try another detector.")
+    return DONE if found else NOT_FOUND

@@ -1,0 +1,1 @@
+"""What all parts share: frames, tracks, geometry, configuration, errors."""

@@ -1,0 +1,205 @@
+"""Configuration: frozen values that check themselves, from Python, TOML or command-line flags."""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import math
+import numbers
+import re
+import tomllib
+from collections.abc import Mapping
+from functools import reduce
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
+
+import msgspec
+from msgspec import Meta
+
+from motes.core.errors import ConfigError
+
+Positive = Annotated[float, Meta(gt=0, le=1e9)]
+NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
+Share = Annotated[float, Meta(ge=0, le=1)]
+Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
+"""What fits into an `int` of C, in which libraries count."""
+Particles = Annotated[int, Meta(ge=1, le=1_000_000)]
+"""More of them would take more memory than machines have."""
+
+DEEPEST = 100
+"""Parts of a dotted key in TOML."""
+_DEEP = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+
+
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all configuration: frozen, and checked on construction.
+
+    A field's type says what it accepts; anything else, NaN and infinity included, raises a
+    `ConfigError` that names the field. Subclasses with a `tag` are told apart by the key `type`.
+    """
+
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            if type(value) is not bool and isinstance(value, numbers.Real):
+                # numpy's numbers are as good as Python's
+                value = int(value) if isinstance(value, numbers.Integral) else float(value)
+            try:
+                for number in value if isinstance(value, list | tuple) else (value,):
+                    if isinstance(number, float) and not math.isfinite(number):
+                        raise ConfigError(f"Expected a finite number, got {number}")
+                # Keeps what was meant: a list becomes a tuple, a mapping a configuration.
+                converted = msgspec.convert(value, field.type)
+                msgspec.structs.force_setattr(self, field.name, converted)
+            except (msgspec.ValidationError, ConfigError) as error:
+                raise ConfigError(f"{field.name}: {error}") from None
+
+
+C = TypeVar("C", bound=Config)
+
+
+def to_dict(config: Config) -> dict[str, Any]:
+    """Return a configuration as nested plain dicts."""
+    plain: dict[str, Any] = msgspec.to_builtins(config)
+    return plain
+
+
+def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `base` with `changes` laid over it, nested mappings key by key.
+
+    Where a change names another `type`, the base's values there belong to something else and are
+    dropped, so that the new type starts from its own defaults.
+    """
+    if "type" in changes and changes["type"] != base.get("type"):
+        return dict(changes)
+    merged = dict(base)
+    for key, value in changes.items():
+        old = merged.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping):
+            value = merge(old, value)
+        merged[key] = value
+    return merged
+
+
+def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
+    """Return the configuration of type `kind` (a class or a union of classes) from plain values.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown key, with the nearest known one, or a value that does not fit.
+    """
+    try:
+        return msgspec.convert(values, kind)
+    except UnicodeEncodeError as error:  # of an option, which may be any bytes
+        raise ConfigError(f"Config takes texts in UTF-8, got {error.object!r}.") from None
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at `$")
+        where = path.rstrip("`").lstrip(".")
+        unknown = re.search(r"unknown field `(.+?)`", message)
+        if unknown is None:
+            given = reduce(_item, re.findall(r"[^.\[\]]+", where), values)
+            got = "" if re.search("got|nvalid", message) else f", got {given}"
+            choices = _choices(kind, where.split("."))
+            words = f"; known are {', '.join(choices)}" if choices else ""
+            place = f"Config {where}: " if where else ""
+            raise ConfigError(f"{place}{message}{got}{words}.") from None
+        name = unknown[1]
+        known = [key for key in _keys(kind) if key != name]  # it may well be one elsewhere
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
+        raise ConfigError(
+            f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
+        ) from None
+
+
+def keys(kind: Any) -> list[str]:
+    """Return the names of the fields of a configuration type, or of all in a union of them."""
+    parts = get_args(kind) or (kind,)
+    return sorted({field.name for part in parts for field in msgspec.structs.fields(part)})
+
+
+def _choices(kind: Any, path: list[str]) -> list[str]:
+    """Return the words that may stand at a path in a configuration type, if it takes words."""
+    if not path:
+        return [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
+    parts = [part for part in get_args(kind) or (kind,) if isinstance(part, type)]
+    if path == ["type"]:
+        tags = (part.__struct_config__.tag for part in parts if issubclass(part, Config))
+        return [str(tag) for tag in tags if tag is not None]
+    found: list[str] = []
+    for part in parts:
+        if issubclass(part, Config):
+            for field in msgspec.structs.fields(part):
+                if field.name == path[0]:
+                    found += _choices(field.type, path[1:])
+    return list(dict.fromkeys(found))
+
+
+def _item(values: Any, key: str) -> Any:
+    """Return an item of a mapping or list, or what is there instead."""
+    if isinstance(values, Mapping):
+        return values.get(key, values)
+    return values[int(key)] if isinstance(values, list | tuple) else values
+
+
+def _keys(kind: Any) -> list[str]:
+    """Return the names of all fields in a configuration type and the types inside it."""
+    keys: set[str] = set()
+    for part in getattr(kind, "__args__", ()) or (kind,):
+        if isinstance(part, type) and issubclass(part, Config):
+            for field in msgspec.structs.fields(part):
+                keys.add(field.name)
+                keys.update(_keys(field.type))
+    return sorted(keys)
+
+
+def from_toml(text: str, name: str) -> dict[str, Any]:
+    """Return the values in a TOML text; `name` is what an error calls it."""
+    if _DEEP.search(text):  # whose reading takes time and memory with the square of its length
+        raise ConfigError(f"{name} has a key of more than {DEEPEST} parts.")
+    try:
+        return tomllib.loads(text)
+    except ValueError as error:  # a number of thousands of digits is no TOMLDecodeError
+        raise ConfigError(f"{name} is not valid TOML: {error}.") from None
+    except RecursionError:
+        raise ConfigError(f"{name} is nested too deeply.") from None
+
+
+def from_json(data: bytes) -> Any:
+    """Return the values in a JSON text; raise a ConfigError if it is none."""
+    try:
+        return msgspec.json.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"It is not valid JSON: {error}") from None
+
+
+def to_toml(config: Config) -> str:
+    """Return a configuration as TOML text that `from_toml` reads back.
+
+    TOML knows no null: what is None, always its default, is left out.
+    """
+    return msgspec.toml.encode(_without_none(to_dict(config))).decode()
+
+
+def _without_none(values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_none(value) if isinstance(value, dict) else value
+        for key, value in values.items()
+        if value is not None
+    }
+
+
+def from_flag(key: str, text: str) -> dict[str, Any]:
+    """Return `{"motion": {"noise": 0.2}}` for the flag `--motion.noise 0.2`.
+
+    The text is read as a TOML value; `8,8,8` is a list, and what is no TOML value is a string.
+    """
+    value: Any = text
+    with contextlib.suppress(ValueError, RecursionError):
+        value = tomllib.loads(
+            f"value = [{text}]" if re.match(r"[^\[].*,", text) else f"value = {text}"
+        )["value"]
+    for part in reversed(key.split(".")):
+        value = {part: value}
+    nested: dict[str, Any] = value
+    return nested

@@ -1,0 +1,43 @@
+"""What any detector gives: boxes that objects may be in, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """An object found in a frame: its box, and a score, larger for surer."""
+
+    box: Box
+    score: float = 1.0
+
+
+class Detector(Protocol):
+    """Any callable from a frame to the objects found in it."""
+
+    def __call__(self, frame: Frame) -> Sequence[Detection]:
+        """Return the detections in a frame, in any order."""
+        ...
+
+
+def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
+    """Return the surest detection that can start a tracker, or None.
+
+    Its center lies in the frame, it is no larger than the frame, and at least two pixels wide and
+    high.
+    """
+    fitting = [
+        found
+        for found in detections
+        if 0 <= found.box.x + found.box.width / 2 <= frame.width
+        and 0 <= found.box.y + found.box.height / 2 <= frame.height
+        and 2 <= found.box.width <= frame.width
+        and 2 <= found.box.height <= frame.height
+    ]
+    return max(fitting, key=lambda found: found.score, default=None)

@@ -1,0 +1,89 @@
+"""One picture of a video, with its number and its time."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import SourceError
+
+FRAME_INTERVAL = 1 / 25
+"""Seconds between frames where a source does not say (PAL; the papers' cameras)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
+
+    Pixels may be given in any form that `as_rgb` takes. `planes` holds what cues have computed from
+    them, each under a key of its own, for as long as the frame lives.
+
+    Raises
+    ------
+    SourceError
+        If the index is no whole number, the time no number, or the pixels no image.
+    """
+
+    index: int
+    time: float
+    pixels: NDArray[np.uint8]
+    planes: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.index, int | np.integer):
+            raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
+        if not isinstance(self.time, float | int | np.floating | np.integer):
+            raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
+        object.__setattr__(self, "pixels", as_rgb(self.pixels))
+
+    @property
+    def width(self) -> int:
+        """Columns."""
+        return int(self.pixels.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Rows."""
+        return int(self.pixels.shape[0])
+
+
+def as_rgb(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return an image as RGB uint8 (H, W, 3), C-contiguous and writable.
+
+    Takes gray (H, W) or (H, W, 1), RGB and RGBA (alpha is dropped), as uint8, uint16 (the high
+    byte is kept), bool, or float in [0, 1]. Copies only where something must change.
+
+    Raises
+    ------
+    SourceError
+        For any other shape or type, an empty image, or floats outside [0, 1].
+    """
+    image = np.asarray(pixels)
+    rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
+    if rgb and image.size and image.flags.carray:
+        return image  # as almost always, and quickly
+    if image.ndim == 2:
+        image = image[:, :, None]
+    if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
+        raise SourceError(
+            f"An image has shape (height, width), or (height, width, 1, 3 or 4); got {image.shape}."
+        )
+    if image.dtype == np.uint16:
+        image = (image >> 8).astype(np.uint8)
+    elif image.dtype == np.bool_:
+        image = image.astype(np.uint8) * np.uint8(255)
+    elif np.issubdtype(image.dtype, np.floating):
+        if not (np.isfinite(image).all() and image.min() >= 0 and image.max() <= 1):
+            raise SourceError("A floating-point image has values from 0 to 1; scale it first.")
+        image = np.rint(image * 255).astype(np.uint8)
+    elif image.dtype != np.uint8:
+        raise SourceError(
+            f"An image is uint8, uint16, bool or float in [0, 1]; got {image.dtype}. Convert it."
+        )
+    image = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else image[:, :, :3]
+    # Kernels are compiled for writable contiguous arrays; anything else would compile them anew.
+    return np.require(image, np.uint8, ["C", "W"])

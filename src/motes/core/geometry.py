@@ -1,0 +1,163 @@
+"""Ellipses, boxes and how much they overlap.
+
+Pixels are (x, y), x to the right, y down, pixel centers at integer coordinates. A box
+(x, y, width, height) covers the pixels x … x + width - 1, that is, the area from x - 1/2 to
+x + width - 1/2. Angles run from the +x axis towards the +y axis, clockwise as seen on screen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from motes.core.errors import ConfigError
+
+FARTHEST = 1e15
+"""No coordinate or size that anybody writes down is larger; whole numbers up to it are exact."""
+
+
+class Box(NamedTuple):
+    """An axis-parallel box: first pixel's x and y, width and height, in pixels."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class Ellipse(NamedTuple):
+    """An ellipse: center (x, y) and half-axes (a, b) in pixels, angle of a in radians."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+    theta: float = 0.0
+
+    @classmethod
+    def from_box(cls, box: Sequence[float]) -> Self:
+        """Return the upright ellipse inscribed in a box (x, y, width, height)."""
+        x, y, width, height = box
+        return cls(x + (width - 1) / 2, y + (height - 1) / 2, width / 2, height / 2)
+
+    @property
+    def box(self) -> Box:
+        """The smallest axis-parallel box around the ellipse."""
+        cos, sin = math.cos(self.theta), math.sin(self.theta)
+        half_width = math.hypot(self.a * cos, self.b * sin)
+        half_height = math.hypot(self.a * sin, self.b * cos)
+        return Box(
+            self.x - half_width + 0.5, self.y - half_height + 0.5, 2 * half_width, 2 * half_height
+        )
+
+    @property
+    def area(self) -> float:
+        """The area in square pixels."""
+        return math.pi * self.a * self.b
+
+    def polygon(self, corners: int = 48) -> NDArray[np.float64]:
+        """Return (corners, 2) points on the outline, in order."""
+        t = np.linspace(0, 2 * math.pi, corners, endpoint=False)
+        u, v = self.a * np.cos(t), self.b * np.sin(t)
+        cos, sin = math.cos(self.theta), math.sin(self.theta)
+        return np.stack([self.x + u * cos - v * sin, self.y + u * sin + v * cos], axis=1)
+
+
+def clipped(corners: NDArray[np.float64], width: float, height: float) -> NDArray[np.float64]:
+    """Return the part of a convex polygon between 0, 0 and width, height.
+
+    Corners (n, 2) are in order, here and there; there are none if no part is. After Sutherland and
+    Hodgman, Reentrant polygon clipping, 1974.
+    """
+    if len(corners) and (corners.min(0) >= 0).all() and (corners.max(0) <= (width, height)).all():
+        return corners  # as almost always, and quickly
+    for axis, sign, limit in ((0, 1, 0.0), (0, -1, width), (1, 1, 0.0), (1, -1, height)):
+        depth = sign * (corners[:, axis] - limit)
+        following = np.roll(depth, -1)
+        crosses = (depth < 0) != (following < 0)
+        share = np.divide(depth, depth - following, out=np.zeros_like(depth), where=crosses)
+        cuts = corners + share[:, None] * (np.roll(corners, -1, axis=0) - corners)
+        cuts[:, axis] = limit  # but for rounding, it is
+        corners = np.stack([corners, cuts], axis=1)[np.stack([depth >= 0, crosses], axis=1)]
+    return corners
+
+
+def area(corners: NDArray[np.float64]) -> float:
+    """Return the area of a polygon of corners (n, 2) in order."""
+    x, y = corners.T
+    twice = x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1:] @ y[:1] - y[-1:] @ x[:1]
+    return float(abs(twice) / 2)
+
+
+def as_ellipse(region: Sequence[float]) -> Ellipse:
+    """Return a region, an `Ellipse`, (x, y, a, b, theta) or a box (x, y, w, h), as an ellipse.
+
+    Raises
+    ------
+    ConfigError
+        If the region does not have four or five finite numbers or has no area.
+    """
+    try:
+        values = [float(value) for value in region]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise ConfigError(
+            f"A region is x,y,width,height or x,y,a,b,theta; got {region!r}."
+        ) from error
+    if len(values) not in (4, 5):
+        raise ConfigError(
+            f"A region has 4 numbers (box x,y,width,height) or 5 (ellipse x,y,a,b,theta); "
+            f"got {len(values)}."
+        )
+    if not all(math.isfinite(value) for value in values):
+        raise ConfigError(f"The region {_numbers(values)} holds a number that is not finite.")
+    if values[2] <= 0 or values[3] <= 0:
+        raise ConfigError(f"The region {_numbers(values)} has no area; give it a positive size.")
+    return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)
+
+
+def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
+    """Return a region as an ellipse, checked against the size of its frame.
+
+    A region may stick out of the frame, but its center must lie inside, it must not be larger
+    than the frame, and it must hold at least two pixels in each direction.
+
+    Raises
+    ------
+    ConfigError
+        Saying which of these the region breaks.
+    """
+    ellipse = as_ellipse(region)
+    box = ellipse.box
+    named = f"The region at x={box.x:g}, y={box.y:g}, {box.width:g}x{box.height:g},"
+    frame = f"the frame of {width}x{height}"
+    if not (-0.5 <= ellipse.x <= width - 0.5 and -0.5 <= ellipse.y <= height - 0.5):
+        raise ConfigError(f"{named} has its center outside {frame}; choose one inside.")
+    if box.width > width or box.height > height:
+        raise ConfigError(f"{named} is larger than {frame}; choose a smaller one.")
+    if min(ellipse.a, ellipse.b) < 1:
+        raise ConfigError(f"{named} is less than two pixels wide or high; choose a larger one.")
+    return ellipse
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return ",".join(f"{value:g}" for value in values)
+
+
+def iou(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
+    """Return the intersection over union of boxes (x, y, w, h), shapes (..., 4) that broadcast.
+
+    A box without area overlaps nothing: 0.
+    """
+    p, q = np.asarray(first, np.float64), np.asarray(second, np.float64)
+    low = np.maximum(p[..., :2], q[..., :2])
+    high = np.minimum(p[..., :2] + p[..., 2:], q[..., :2] + q[..., 2:])
+    inner = np.prod(np.clip(high - low, 0, None), axis=-1)
+    union = np.prod(p[..., 2:], axis=-1) + np.prod(q[..., 2:], axis=-1) - inner
+    out: NDArray[np.float64] = np.divide(
+        inner, union, out=np.zeros_like(np.asarray(inner)), where=union > 0
+    )
+    return np.minimum(out, 1.0)  # rounding

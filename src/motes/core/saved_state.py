@@ -1,0 +1,133 @@
+"""What a tracker's state must be like, whoever wrote it: kernels index with it, unchecked.
+
+A configuration makes a fresh state for the frame that was saved; the saved one must have its form:
+the same types and keys, arrays of the same types and shapes. What its numbers may be, beside finite
+and no larger than `LARGEST`, is said where the fields are declared: `Annotated` with an `Array` or
+with `SAME`.
+"""
+
+from __future__ import annotations
+
+import enum
+from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+
+LARGEST = 1e12
+"""Of any number: nothing overflows with it that is squared, multiplied or made a whole number."""
+LEAST_HALF = 0.5
+"""Half-axis of an ellipse, in pixels; motion models and regions ask for one, but for rounding."""
+
+
+ROUNDING = 1e-6
+"""Of a sum."""
+
+
+class Array(NamedTuple):
+    """What the numbers of an array are.
+
+    Attributes
+    ----------
+    least
+        Of all, or in each column.
+    total
+        Their sum, if that is said.
+    """
+
+    least: float | tuple[float, ...] = -LARGEST
+    total: float | None = None
+
+
+SAME: Final = "same"
+"""Marks what follows from the rest of a state, and is what a fresh one has."""
+ELLIPSES = Array(least=(-LARGEST, -LARGEST, LEAST_HALF, LEAST_HALF, -LARGEST))
+"""Marks (N, 5): x, y, a, b, theta."""
+NotNegative = Annotated[NDArray[np.float64], Array(least=0.0)]
+NotNegativeSingles = Annotated[NDArray[np.float32], Array(least=0.0)]
+
+
+def check(value: Any, fresh: Any, name: str, mark: object = None) -> None:
+    """Check a state, or a part of one.
+
+    Parameters
+    ----------
+    value, fresh
+        The part, and the same one of a fresh state.
+    name
+        What an error calls it.
+    mark
+        What its field is annotated with.
+
+    Raises
+    ------
+    ValueError
+        If it is not like the fresh one, with the name of what is not.
+    """
+    if value is None or isinstance(value, bool | enum.Enum):
+        return  # of the right type, as all plain values
+    if isinstance(value, int | float):
+        if mark == SAME and value != fresh:
+            raise ValueError(f"{name} is {value:g}; {fresh:g} follows from the rest")
+        # Whole numbers count something.
+        if not (0 if isinstance(value, int) else -LARGEST) <= value <= LARGEST:
+            raise ValueError(f"{name} is {value:g}")
+    elif type(value) is not type(fresh):
+        raise ValueError(f"{name} is a {type(value).__name__}, not a {type(fresh).__name__}")
+    elif isinstance(value, np.ndarray):
+        if (value.dtype, value.shape) != (fresh.dtype, fresh.shape):
+            raise ValueError(
+                f"{name} is {value.dtype} of shape {value.shape}, not {fresh.dtype} of shape "
+                f"{fresh.shape}"
+            )
+        check_numbers(value, name, mark if isinstance(mark, Array) else Array())
+    elif isinstance(value, Ellipse):
+        check_numbers(np.array(value), name, ELLIPSES)
+    elif isinstance(value, dict):
+        if list(value) != list(fresh):
+            raise ValueError(f"{name} has {', '.join(value)}, not {', '.join(fresh)}")
+        for key in value:
+            check(value[key], fresh[key], f"{name}.{key}")
+    elif type(value) is tuple:
+        for number in value:
+            check(number, number, name)
+    else:
+        for field, own in _marks(type(value)).items():
+            check(getattr(value, field), getattr(fresh, field), f"{name}.{field}", own)
+
+
+def check_numbers(array: NDArray[Any], name: str, numbers: Array) -> None:
+    """Raise a ValueError if numbers are not what they should be; see `check`."""
+    parts = array.ravel().view(array.real.dtype) if np.iscomplexobj(array) else array
+    wrong = ~((parts >= np.array(numbers.least)) & (parts <= LARGEST))  # NaN is wrong
+    if wrong.any():
+        raise ValueError(f"{name} holds {parts[wrong][0]:g}")
+    if numbers.total is not None and abs(parts.sum() - numbers.total) > ROUNDING:
+        raise ValueError(f"{name} sums to {parts.sum():g}, not {numbers.total:g}")
+
+
+def rows(row: ArrayLike, like: NDArray[Any]) -> NDArray[np.float64]:
+    """Return as many equal rows as an array has, at least one, which need no memory."""
+    return np.broadcast_to(row, (max(len(like), 1), *np.shape(row)))
+
+
+def middle_of(frame: Frame, a: float, b: float) -> Ellipse:
+    """Return an ellipse in the middle of a frame, to make a fresh state of.
+
+    Raises
+    ------
+    ValueError
+        If a region of the frame cannot have these half-axes.
+    """
+    if not LEAST_HALF <= min(a, b) <= max(a, b) <= frame.width + frame.height:
+        raise ValueError(f"a target of {2 * a:g}x{2 * b:g} pixels does not fit into the frame")
+    return Ellipse(frame.width / 2, frame.height / 2, a, b)
+
+
+def _marks(kind: type) -> dict[str, object]:
+    """Return the fields of a type, with what they are annotated with, if anything."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {name: (*getattr(hint, "__metadata__", ()), None)[0] for name, hint in hints.items()}

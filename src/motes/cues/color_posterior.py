@@ -1,0 +1,148 @@
+"""Is a pixel the target's? Its color's share inside the target beside its share around it.
+
+p(target | color) by Bayes' rule with equal priors, from histograms of the target and of its
+surroundings (Bertinetto et al., Staple, CVPR 2016, section 3.4).
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config, Share
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import SAME, NotNegativeSingles
+from motes.cues.search_window import Grid, Singles, grid
+
+Floats = NDArray[np.float64]
+
+COLORS = 32**3
+CORE = 0.8
+"""Share of the box's sides within which every pixel counts as the target's."""
+BORDER = 0.3
+"""Width of the strips on both sides of the border, as a share of the half sides."""
+SURROUNDINGS = 1.4
+"""The contrast is that to the part between the box and one so many times as large."""
+
+
+class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
+    """Shares of colors.
+
+    Attributes
+    ----------
+    inside, outside
+        (32768,) in the target and around it; each sums to 1.
+    a, b
+        Half-axes of the target's first region, from which the grid follows.
+    place
+        Where the target was when the model was last settled: where `distances` looks first.
+    """
+
+    inside: NotNegativeSingles
+    outside: NotNegativeSingles
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
+    place: Ellipse
+
+    @property
+    def grid(self) -> Grid:
+        """The samples that are read."""
+        return grid(self.a, self.b)
+
+
+class Posterior(Config, frozen=True):
+    """The cue: 1 - mean of p(target | color) over an ellipse's box, learned as the target goes on.
+
+    Attributes
+    ----------
+    rate
+        Share of a frame in what is learned: more than of other cues, as colors change with light.
+    """
+
+    rate: Share = 0.04
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the colors of the region in `ellipse` and of its surroundings."""
+        inside, outside = np.zeros((2, COLORS), np.float32)
+        model = PosteriorModel(inside, outside, ellipse.a, ellipse.b, ellipse)
+        return self.taught(model, model.grid.cut(frame, ellipse), 1.0)
+
+    def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
+        samples, out = model.grid, np.empty(len(ellipses))
+        for place, mine in samples.around(model.place, ellipses):
+            offsets = samples.offsets(place, ellipses[mine, :2])
+            halves = CORE * ellipses[mine, 2:4] / samples.step(place)
+            integral = self.integral(model, samples.cut(frame, place))
+            out[mine] = means(integral, np.hstack([offsets, halves]))
+        return 1 - out
+
+    def settle(self, model: PosteriorModel, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the model with what is learned of a target in `ellipse`."""
+        window = model.grid.cut(frame, ellipse)
+        return replace(self.taught(model, window, self.rate), place=ellipse)
+
+    def taught(
+        self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
+    ) -> PosteriorModel:
+        """Return the model with a share `rate` of what a window (3, H, W) shows.
+
+        The target is x, y samples off the window's center.
+        """
+        samples = model.grid
+        middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
+        inner, outer = (
+            (*(middle - share * half).tolist(), *(middle + share * half).tolist())
+            for share in (CORE, 1.0)
+        )
+        inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
+        kernels.color_posterior.add_colors(window, inner, outer, rate, inside, outside)
+        return replace(model, inside=inside, outside=outside)
+
+    def integral(self, model: PosteriorModel, window: Singles) -> Floats:
+        """Return the posterior of a window (3, H, W), summed up, (H + 1, W + 1)."""
+        out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
+        kernels.color_posterior.color_integral(window, model.inside, model.outside, out)
+        return out
+
+
+def means(integral: Floats, boxes: Floats) -> Floats:
+    """Return the mean posterior over boxes, (N,).
+
+    Parameters
+    ----------
+    integral
+        (H + 1, W + 1), as `Posterior.integral` has it.
+    boxes
+        (N, 4) x and y off the window's center, half width and half height, in samples.
+    """
+    out = np.empty(len(boxes))
+    kernels.bilinear.box_means(integral, boxes, out)
+    return out
+
+
+def scaled(boxes: Floats, scale: float) -> Floats:
+    """Return boxes (N, 4) with other sides."""
+    return boxes * (1.0, 1.0, scale, scale)
+
+
+def borders(integral: Floats, boxes: Floats) -> Floats:
+    """Return the mean posterior just inside and just outside of boxes, (N, 2); as for `means`."""
+    sizes = [scaled(boxes, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)]
+    low, one, high = means(integral, np.concatenate(sizes)).reshape(3, -1)
+    less, more = (1 - BORDER) ** 2, (1 + BORDER) ** 2
+    return np.stack([(one - less * low) / (1 - less), (more * high - one) / (more - 1)], axis=1)
+
+
+def contrast(integral: Floats, box: Floats) -> float:
+    """Return by how much the posterior in a target's box (4,) is above that around it, -1 to 1."""
+    sizes = [scaled(box, scale) for scale in (CORE, 1.0, SURROUNDINGS)]
+    core, one, wide = means(integral, np.array(sizes)).tolist()
+    area = SURROUNDINGS**2
+    return float(core - (area * wide - one) / (area - 1))

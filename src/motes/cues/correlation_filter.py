@@ -1,0 +1,157 @@
+"""Where is what was learned: a correlation filter over cells of gradients and colors.
+
+Ridge regression from the window around the target onto a Gaussian at its center, for all shifts of
+the window at once, in the Fourier domain (Bolme et al., CVPR 2010; Danelljan et al., Accurate scale
+estimation for robust visual tracking, BMVC 2014, equations 3 to 5).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+from scipy import fft
+
+from motes import kernels
+from motes.core.config import Config, Positive, Share
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import SAME, NotNegativeSingles
+from motes.cues.fourier_ridge import Spectra, filtered, gaussian, taught
+from motes.cues.search_window import CELL, Grid, Singles, features, grid
+
+Floats = NDArray[np.float64]
+
+FINE = 2
+"""Values of a response to the side of a cell."""
+
+
+class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation"):
+    """A learned filter, numerator over power, and the one of the first frame.
+
+    Attributes
+    ----------
+    numerator, first_numerator
+        (30, h, w // 2 + 1): conjugate label times features.
+    power, first_power
+        (h, w // 2 + 1): energy of the features.
+    a, b
+        Half-axes of the target's first region, from which the grid follows.
+    place
+        Where the target was when the model was last settled: where `distances` looks first.
+    """
+
+    numerator: Spectra
+    power: NotNegativeSingles
+    first_numerator: Spectra
+    first_power: NotNegativeSingles
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
+    place: Ellipse
+
+    @property
+    def grid(self) -> Grid:
+        """The samples that the filter reads."""
+        return grid(self.a, self.b)
+
+
+class Correlation(Config, frozen=True):
+    """The cue: 1 - response of the filter, which learns where the target is found.
+
+    Attributes
+    ----------
+    sharpness
+        Standard deviation of the label, as a share of the target's mean side.
+    ridge
+        Energy below which a frequency has little say.
+    anchor
+        Share of the first frame's filter in the response, whatever was learned since.
+    rate
+        Share of a frame in what is learned.
+    """
+
+    sharpness: Positive = 1 / 6
+    ridge: Positive = 1.0
+    anchor: Share = 0.3
+    rate: Share = 0.02
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
+        """Return the filter of the window around `ellipse`."""
+        samples = grid(ellipse.a, ellipse.b)
+        spectra = self.spectra(samples, samples.cut(frame, ellipse))
+        numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
+        model = CorrelationModel(numerator, power, numerator, power, ellipse.a, ellipse.b, ellipse)
+        model = self.taught(model, spectra, 1.0)
+        return replace(model, first_numerator=model.numerator, first_power=model.power)
+
+    def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
+        samples, out = model.grid, np.empty(len(ellipses))
+        for place, mine in samples.around(model.place, ellipses):
+            plane, _ = self.responses(model, self.spectra(samples, samples.cut(frame, place)))
+            out[mine] = at(plane, samples.offsets(place, ellipses[mine, :2]))
+        return 1 - np.clip(out, 0, 1)
+
+    def settle(self, model: CorrelationModel, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
+        """Return the filter with what is learned of a target in `ellipse`."""
+        spectra = self.spectra(model.grid, model.grid.cut(frame, ellipse))
+        return replace(self.taught(model, spectra, self.rate), place=ellipse)
+
+    def spectra(self, samples: Grid, window: Singles) -> Spectra:
+        """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
+        cells = features(window)
+        cells *= samples.taper
+        out: Spectra = fft.rfft2(cells)
+        return out
+
+    def taught(
+        self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
+    ) -> CorrelationModel:
+        """Return the filter with a share `rate` of what a window says.
+
+        The target is x, y samples off the window's center.
+        """
+        samples = model.grid
+        rows, columns = np.fft.fftfreq(samples.rows), np.fft.rfftfreq(samples.columns)
+        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL
+        label = np.outer(gaussian(rows, sigma, y / CELL), gaussian(columns, sigma, x / CELL))
+        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        return replace(model, numerator=numerator, power=power)
+
+    def responses(self, model: CorrelationModel, spectra: Spectra) -> tuple[Singles, Singles]:
+        """Return the filter's response and that of the first frame's filter, around the middle.
+
+        The label's peak is 1. In the filter's response (FINE h, FINE w), of which the first one has
+        its share, there are FINE values to a cell, by an inverse transform padded with zeros; in
+        the other one (h, w) there is one.
+        """
+        first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
+        mixed = filtered(model.numerator, model.power + self.ridge, spectra)
+        mixed = (1 - self.anchor) * mixed + self.anchor * first
+        rows, columns = model.grid.rows, model.grid.columns
+        padded = np.zeros((FINE * rows, FINE * columns // 2 + 1), np.complex64)
+        below = rows // 2
+        padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
+        padded[FINE * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
+        plane = fft.irfft2(FINE**2 * padded, (FINE * rows, FINE * columns))
+        return fft.fftshift(plane), fft.fftshift(fft.irfft2(first, (rows, columns)))
+
+
+def at(plane: Singles, points: Floats) -> Floats:
+    """Return a response at points (N, 2), in samples off the window's center, (N,)."""
+    out = np.empty(len(points))
+    kernels.bilinear.look_up(plane, points, CELL / FINE, out)
+    return out
+
+
+def best_near(first: Singles, x: float, y: float) -> float:
+    """Return the first filter's response, best within a cell of x, y samples off the center."""
+    row, column = (
+        size // 2 + round(off / CELL) for size, off in zip(first.shape, (y, x), strict=True)
+    )
+    near = first[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
+    return float(near.max(initial=0.0))

@@ -1,0 +1,61 @@
+"""Ridge regression of a label on signals and all their cyclic shifts, in the Fourier domain.
+
+Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010; Danelljan et
+al., Accurate scale estimation for robust visual tracking, BMVC 2014, equations 3 to 5. The filter
+is kept as its numerator and its power, which are running means.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes import kernels
+
+Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
+Spectra = NDArray[np.complex64]
+
+
+def gaussian(
+    frequencies: NDArray[np.floating], sigma: float, shift: float = 0.0
+) -> NDArray[np.complex128]:
+    """Return a Gaussian label's conjugate transform; its peak, 1, is at a shift."""
+    spread = np.pi * sigma * frequencies
+    out: NDArray[np.complex128] = np.exp(2 * (1j * np.pi * shift * frequencies - spread**2))
+    return math.sqrt(2 * np.pi) * sigma * out
+
+
+def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
+    """Return the spectrum of a filter's response to signals.
+
+    Parameters
+    ----------
+    numerator, spectra
+        (K, ...) of the filter, and of K signals.
+    power
+        (...) of the filter, the ridge added.
+    """
+    out = np.empty(power.shape, np.complex64)
+    flat = len(numerator), -1
+    kernels.fourier_ridge.correlate(
+        numerator.reshape(flat), power.ravel(), spectra.reshape(flat), out.ravel()
+    )
+    return out
+
+
+def taught(
+    numerator: Spectra, power: Singles, spectra: Spectra, label: NDArray[np.complex128], rate: float
+) -> tuple[Spectra, Singles]:
+    """Return numerator and power with a share `rate` of a lesson: signals and their label (...)."""
+    numerator, power, flat = numerator.copy(), power.copy(), (len(numerator), -1)
+    kernels.fourier_ridge.teach(
+        spectra.reshape(flat),
+        label.ravel().astype(np.complex64),
+        rate,
+        numerator.reshape(flat),
+        power.ravel(),
+    )
+    return numerator, power

@@ -1,0 +1,133 @@
+"""Which pixels of an ellipse are read."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Annotated, Literal
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config
+
+Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
+"""How a pixel's weight falls with its distance from the center.
+
+`radial`: Nummiaro et al., equation 2, 1 - r² with r the distance over sqrt(a² + b²); only pixels
+inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's own half-axes, so
+that weights fall to zero at its border. `uniform`: all the same. `gaussian`: Zhao and Pei,
+equation 1, exp(-r² / (2 delta²)) with r in half-axes too and delta = 1 (section 4); in pixels, a
+delta of 1 would leave nothing but the center.
+"""
+
+PROFILES: dict[str, int] = {
+    "epanechnikov": kernels.sampling.EPANECHNIKOV,
+    "radial": kernels.sampling.RADIAL,
+    "uniform": kernels.sampling.UNIFORM,
+    "gaussian": kernels.sampling.GAUSSIAN,
+}
+
+
+DENSE = 4096
+"""Points of the lattice that reads a target model."""
+
+
+class EveryPixel(Config, frozen=True, tag="every_pixel"):
+    """Every pixel whose center lies inside the ellipse: the reference; cost grows with area."""
+
+    @property
+    def dense(self) -> EveryPixel:
+        """What a target model is read with: the same."""
+        return self
+
+    @property
+    def lattice(self) -> NDArray[np.float32]:
+        """No lattice: (2, 0)."""
+        return np.empty((2, 0), np.float32)
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """All of them."""
+        return 1, 1
+
+
+class Checkerboard(Config, frozen=True, tag="checkerboard"):
+    """A part of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
+
+    They are fixed in the image, not in the ellipse: all candidates read the same pixels, each those
+    inside it.
+
+    Attributes
+    ----------
+    share
+        `half`: pixels whose row and column have an even sum; `quarter`: those whose row and column
+        are both even, every second pixel of every second row.
+    """
+
+    share: Literal["half", "quarter"] = "half"
+
+    @property
+    def dense(self) -> Checkerboard:
+        """What a target model is read with: the same, so that it is compared with its like."""
+        return self
+
+    @property
+    def lattice(self) -> NDArray[np.float32]:
+        """No lattice: (2, 0)."""
+        return np.empty((2, 0), np.float32)
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Row and column have an even sum; and the row is even, for a quarter."""
+        return 2, 1 if self.share == "half" else 2
+
+
+class Lattice(Config, frozen=True, tag="lattice"):
+    """A fixed set of points spread evenly over the unit disk, mapped by each ellipse.
+
+    A candidate costs the same whatever its size, and its region's histogram is an unbiased
+    estimate of the one over every pixel. What all candidates are compared with, the target model,
+    is read once, and by a denser lattice.
+
+    Attributes
+    ----------
+    points
+        How many pixels of an ellipse are read.
+    """
+
+    points: Annotated[int, Meta(ge=8, le=65536)] = 256
+
+    @property
+    def dense(self) -> Lattice:
+        """What a target model is read with: `DENSE` points, or more."""
+        return Lattice(points=max(self.points, DENSE))
+
+    @property
+    def lattice(self) -> NDArray[np.float32]:
+        """The points in the unit disk, (2, points): rows u and v."""
+        return sunflower(self.points)
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Of no account beside a lattice."""
+        return 1, 1
+
+
+Sampling = EveryPixel | Checkerboard | Lattice
+
+
+@cache
+def sunflower(points: int) -> NDArray[np.float32]:
+    """Return points (2, n) that cover the unit disk with equal area for each: rows u and v.
+
+    Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle; ordered in rows of
+    the disk, so that pixels read one after the other lie near each other in memory.
+    """
+    i = np.arange(points)
+    radius = np.sqrt((i + 0.5) / points)
+    angle = i * np.pi * (3 - np.sqrt(5))
+    u, v = radius * np.cos(angle), radius * np.sin(angle)
+    rows = np.floor((v + 1) * np.sqrt(points) / 2)
+    return np.stack([u, v])[:, np.lexsort((u, rows))].astype(np.float32, order="C")

@@ -1,0 +1,107 @@
+"""How large is the target? A correlation filter over sizes instead of places.
+
+Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 2014, section 3.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
+from numpy.typing import NDArray
+from scipy import fft
+
+from motes.core.config import Config, NonNegative, Positive, Share
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import SAME, NotNegativeSingles
+from motes.cues.fourier_ridge import Spectra, filtered, gaussian, taught
+from motes.cues.search_window import CELL, Singles, cut, features
+
+SIDE = 32
+"""Mean side of a target in samples; a smaller one has as many as it has pixels."""
+
+
+class SizeModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
+    """A learned filter.
+
+    Attributes
+    ----------
+    numerator
+        (features, n // 2 + 1): conjugate label times features.
+    power
+        (n // 2 + 1,): energy of the features.
+    rows, columns
+        Of the target's cells.
+    """
+
+    numerator: Spectra
+    power: NotNegativeSingles
+    rows: Annotated[int, SAME]
+    columns: Annotated[int, SAME]
+
+
+class Sizes(Config, frozen=True):
+    """The target at several sizes around the last one.
+
+    Attributes
+    ----------
+    count, step
+        How many sizes, and the factor from one to the next. Finer steps miss fast growth.
+    sharpness
+        Standard deviation of the label, in steps.
+    ridge
+        Energy below which a frequency has little say.
+    rate
+        Share of a frame in what is learned.
+    """
+
+    count: Annotated[int, Meta(ge=1, le=33)] = 13
+    step: Annotated[float, Meta(gt=1, le=2)] = 1.06
+    sharpness: Positive = 0.7
+    ridge: NonNegative = 0.01
+    rate: Share = 0.02
+
+    @property
+    def factors(self) -> NDArray[np.float64]:
+        """(count,), the sizes as factors of the last one."""
+        out: NDArray[np.float64] = np.power(
+            self.step, np.arange(self.count, dtype=np.float64) - self.count // 2
+        )
+        return out
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> SizeModel:
+        """Return the filter of a target in an ellipse."""
+        shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
+        rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
+        nothing = np.zeros((30 * rows * columns, self.count // 2 + 1), np.complex64)
+        model = SizeModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
+        return self.taught(model, self.spectra(model, frame, ellipse), 1.0)
+
+    def spectra(self, model: SizeModel, frame: Frame, ellipse: Ellipse) -> Spectra:
+        """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
+        shape = model.rows * CELL, model.columns * CELL
+        out = np.empty((len(model.numerator), self.count), np.float32)
+        tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
+        for n, (factor, taper) in enumerate(zip(self.factors.tolist(), tapers, strict=True)):
+            step = 2 * ellipse.a * factor / shape[1], 2 * ellipse.b * factor / shape[0]
+            out[:, n] = taper * features(cut(frame, ellipse, step, shape)).ravel()
+        transform: Spectra = fft.rfft(out)
+        return transform
+
+    def response(self, model: SizeModel, spectra: Spectra) -> Singles:
+        """Return the filter's response at each size, (count,)."""
+        learned = filtered(model.numerator, model.power + self.ridge, spectra)
+        # The label's peak is at the first size; the middle one is meant.
+        out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
+        return out
+
+    def taught(self, model: SizeModel, spectra: Spectra, rate: float) -> SizeModel:
+        """Return the filter with a share `rate` of a target, as it was seen at all sizes."""
+        label = gaussian(np.fft.rfftfreq(self.count), self.sharpness)
+        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        return replace(model, numerator=numerator, power=power)

@@ -1,0 +1,239 @@
+"""Histograms of edge orientation from the structure tensor, compared by the Bhattacharyya distance.
+
+Maggio, Smeraldi and Cavallaro, Combining colour and orientation for adaptive particle filter-based
+tracking, BMVC 2005, section 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Literal, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config, Share
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import NotNegative
+from motes.cues.feature_maps import Plane, blocks, plane_over
+from motes.cues.histogram_cue import bhattacharyya
+from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+
+Floats = NDArray[np.float64]
+Taps = NDArray[np.float32]
+
+FINEST = 0.7
+"""Pixels: a derivative of a narrower Gaussian is no longer one, sampled at pixels."""
+COARSEST = 0.9
+"""Blocks: what `FINEST` is for pixels, where there is a choice."""
+WIDEST = 1000.0
+"""Pixels: the filters of a wider Gaussian would need more memory than pictures do."""
+HYSTERESIS = 0.1
+"""The filters' scale changes when it is off by more than this share."""
+
+
+class OrientationModel(msgspec.Struct, frozen=True, eq=False, tag="orientation"):
+    """A target's orientation histogram, and how the next frame is read.
+
+    Attributes
+    ----------
+    histogram
+        (m,), sums to 1, in the form that the cue compares.
+    anchor
+        (m,), the histogram of the first frame, from which adaptation may not stray too far.
+    scale
+        Standard deviation of the derivative filter, in pixels.
+    threshold
+        T: certainties up to this are left out.
+    """
+
+    histogram: NotNegative
+    anchor: NotNegative
+    scale: Annotated[float, Meta(ge=FINEST, le=WIDEST)]
+    threshold: float
+
+
+class Filters(NamedTuple):
+    """The filters of one scale, on a grid of blocks of pixels; taps at 0 … r.
+
+    Attributes
+    ----------
+    step
+        Side of a block in pixels: coarse filters need no fine grid.
+    smooth, derivative
+        A Gaussian and its first derivative.
+    window
+        The Gaussian that averages the tensor, omega in equation 3.
+    """
+
+    step: int
+    smooth: Taps
+    derivative: Taps
+    window: Taps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CertainPlane(Plane):
+    """Orientation (equation 5) with its certainty: (H, W), C of equation 4."""
+
+    certainty: NDArray[np.float32]
+
+
+class Orientation(Config, frozen=True):
+    """Histogram of the orientation of edges in an ellipse, weighted by their certainty.
+
+    Attributes
+    ----------
+    bins
+        Over [-pi/2, pi/2): opposite directions count as one.
+    form
+        How a histogram is made independent of the target's rotation: `rotated` (ROH) shifts it by
+        the ellipse's angle, also by parts of a bin; `fourier` (FOH) compares the magnitudes of its
+        Fourier transform.
+    scale
+        Standard deviation of the derivative filter, as a share of sqrt(a b).
+    window
+        Standard deviation of the averaging of the structure tensor, as a multiple of the filter's.
+    scale_selection
+        Whether the scale follows the target's size (SS), or stays that of the first frame. The
+        paper has the scale parameter, a variance, proportional to the target's area.
+    kept
+        Share of the target's pixels whose certainty is above the threshold T.
+    kernel
+        How pixels are weighted, by their place in the ellipse.
+    sampling
+        Which of them are read.
+    """
+
+    bins: Annotated[int, Meta(ge=4, le=180)] = 36
+    form: Literal["rotated", "fourier"] = "rotated"
+    scale: Annotated[float, Meta(gt=0, le=1)] = 0.05
+    window: Annotated[float, Meta(ge=0.01, le=8)] = 1.0
+    scale_selection: bool = True
+    kept: Share = 0.5
+    kernel: Profile = "epanechnikov"
+    sampling: Sampling = Lattice()
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
+        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        scale = self._scale(ellipse)
+        threshold = self._threshold(frame, scale, ellipse)
+        cue = msgspec.structs.replace(self, sampling=self.sampling.dense)
+        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse]))[0]
+        return OrientationModel(histogram, histogram, scale, threshold)
+
+    def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
+        seen = self._histograms(frame, model.scale, model.threshold, ellipses)
+        return bhattacharyya(seen, model.histogram)
+
+    def observe(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> Floats:
+        """Return the region's histogram, (m,), read as the model's; zeros where nothing is seen."""
+        region = np.array([ellipse])
+        histogram: Floats = self._histograms(frame, model.scale, model.threshold, region)[0]
+        return histogram
+
+    def settle(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> OrientationModel:
+        """Return the model with scale and threshold for the next frame, from where the target is.
+
+        Section 3.2: T is set by the distribution of C over the target in the previous frame;
+        section 3.2.2: the scale follows the target's size, here when that matters.
+        """
+        scale = model.scale
+        if self.scale_selection:
+            wanted = self._scale(ellipse)
+            if abs(wanted - scale) > HYSTERESIS * scale:
+                scale = wanted
+        threshold = self._threshold(frame, scale, ellipse)
+        return msgspec.structs.replace(model, scale=scale, threshold=threshold)
+
+    def _scale(self, ellipse: Ellipse) -> float:
+        return min(max(FINEST, self.scale * math.sqrt(ellipse.a * ellipse.b)), WIDEST)
+
+    def _threshold(self, frame: Frame, scale: float, ellipse: Ellipse) -> float:
+        """Return T, above which the share `kept` of the ellipse's pixels lies."""
+        region = np.array([ellipse])
+        plane = self._plane(frame, scale, region)
+        seen = kernels.sampling.values_within(
+            plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
+            self.sampling.lattice, self.sampling.grid,
+        )  # fmt: skip
+        below = int((1 - self.kept) * seen.size)
+        if below == 0:  # all are kept, or the ellipse lies outside the frame
+            return -1.0
+        return float(np.partition(seen, below - 1)[below - 1])
+
+    def _histograms(self, frame: Frame, scale: float, threshold: float, ellipses: Floats) -> Floats:
+        """Return the histogram of each ellipse, or its spectrum; zeros where there is no edge."""
+        plane = self._plane(frame, scale, ellipses)
+        shifts = np.zeros(len(ellipses))
+        if self.form == "rotated":
+            shifts = ellipses[:, 4] * (self.bins / np.pi)
+        histograms = np.empty((len(ellipses), self.bins))
+        kernels.structure_tensor.histograms(
+            plane.certainty,
+            plane.bins,
+            plane.column,
+            plane.row,
+            plane.in_blocks(ellipses),
+            self.sampling.lattice,
+            self.sampling.grid,
+            PROFILES[self.kernel],
+            threshold,
+            shifts,
+            histograms,
+        )
+        if self.form == "rotated":
+            return histograms
+        spectra = np.abs(np.fft.rfft(histograms, axis=1))
+        sums = spectra.sum(axis=1, keepdims=True)
+        out: Floats = np.divide(spectra, sums, out=np.zeros_like(spectra), where=sums > 0)
+        return out
+
+    def _plane(self, frame: Frame, scale: float, ellipses: Floats) -> CertainPlane:
+        """Return a plane that covers the ellipses."""
+        filters = filters_of(scale, self.window)
+
+        def compute(column: int, row: int, shape: tuple[int, int]) -> CertainPlane:
+            step = filters.step
+            plane = CertainPlane(
+                column, row, step, np.empty(shape, np.uint8), np.empty(shape, np.float32)
+            )
+            kernels.structure_tensor.structure_tensor(
+                frame.pixels, column * step, row * step, *filters,
+                plane.certainty, plane.bins, self.bins,
+            )  # fmt: skip
+            return plane
+
+        key = ("orientation", scale, self.window, self.bins)
+        return plane_over(frame, blocks(frame, ellipses, filters.step), key, compute)
+
+
+@lru_cache(maxsize=64)
+def filters_of(scale: float, window: float) -> Filters:
+    """Return the filters of a scale in pixels; `window` is the averaging's scale over it.
+
+    A block is as large as the scale allows, so that a large target costs no more than a small one.
+    Averaging over blocks is part of the smoothing: its variance is taken from the Gaussian's.
+    """
+    step = max(1, int(scale / COARSEST))
+    sigma = math.sqrt((scale / step) ** 2 - (1 - step**-2) / 12)
+    smooth = _gaussian(sigma)
+    k = np.arange(len(smooth))
+    derivative = smooth * k
+    derivative /= 2 * np.sum(derivative * k)  # a slope of one gives one
+    averaging = _gaussian(scale / step * window)
+    return Filters(step, *(taps.astype(np.float32) for taps in (smooth, derivative, averaging)))
+
+
+def _gaussian(sigma: float) -> Floats:
+    """Return a Gaussian's taps at 0 … r; with those at -r … -1 they sum to 1."""
+    taps = np.exp(-0.5 * (np.arange(math.ceil(2.5 * sigma) + 1) / sigma) ** 2)
+    normalized: Floats = taps / (2 * taps.sum() - taps[0])
+    return normalized

@@ -1,0 +1,1 @@
+"""Trackers that are compared: ours, OpenCV's, others by protocol."""

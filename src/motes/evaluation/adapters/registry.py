@@ -1,0 +1,279 @@
+"""From the names of trackers to those who take part in an evaluation.
+
+A name is one of
+
+| name | is |
+|---|---|
+| `nummiaro`, `mean_shift:kalman` … | a preset of ours |
+| `PATH.toml` | a configuration of ours, over the preset of its key `preset`, else `nummiaro` |
+| `cv2:csrt` … | a tracker of OpenCV's (`peers.PEERS`) |
+| `trax:COMMAND ARGUMENTS` | a program that speaks the TraX protocol |
+| `module:factory` | a Python callable |
+
+The callable is called without arguments, or with `seed=` if it has a parameter of this name; it is
+then run once for each seed. What it returns has `init(image, box)` and `update(image)`, and is used
+for one start only. Images are RGB uint8 (H, W, 3), the box is x, y, width, height, 0-based.
+`update` returns a region, or `(found, region)`, or a `motes.Track`, or None if it has lost the
+target; a region is a box or an ellipse x, y, a, b, theta. Modules are also looked for in the
+current folder.
+
+Where all objects of a video are followed, a name is one of
+
+| name | is |
+|---|---|
+| `motes:scene` | our `Scene`, with its own values |
+| `trackers:sort`, `trackers:bytetrack` | a tracker of the package `trackers` |
+| `results=FOLDER` | results that are there already, SEQUENCE.txt for each sequence |
+| `module:factory` | a Python callable |
+
+This callable is called with a `mot_contestants.Info`, and `seed=` as above, and returns an object
+with `update(frame, detections)`: a `motes.Frame`, and a list of `motes.Detection`, or None where
+there are none to be had. It returns a list of (id, box, confidence).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import hashlib
+import inspect
+import shlex
+import shutil
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from motes import __version__
+from motes.core.config import from_toml, to_toml
+from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.evaluation.adapters import mot as mot
+from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, opencv
+from motes.evaluation.adapters.sot import (
+    External,
+    Made,
+    OpenCV,
+    Own,
+    explain,
+    import_factory,
+)
+from motes.evaluation.datasets.sot import Problem
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.scene_config import scene_config
+from motes.sot import presets
+from motes.sot.mean_shift import MeanShift
+from motes.sot.presets import TrackerConfig
+
+KNOWN = [*presets.PRESETS, *PEERS]
+"""Names of trackers that motes has or knows."""
+KNOWN_CROWDS = [mot.SCENE, *mot.PEERS]
+"""The same where there are many objects."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A tracker that takes part; can be sent to another process.
+
+    Attributes
+    ----------
+    name
+        What the user calls it.
+    configuration
+        A text; as long as it stays the same, so do the tracks.
+    stochastic
+        Whether different seeds may give different tracks.
+    make
+        Makes a contestant, or a follower of many objects, with a seed if it is stochastic.
+    """
+
+    name: str
+    configuration: str
+    stochastic: bool
+    make: partial[Any]
+
+    def begin(self, seed: int) -> Any:
+        """Return a fresh contestant."""
+        return self.make(seed) if self.stochastic else self.make()
+
+
+def enter(
+    names: Iterable[str], find: Callable[[str], Entry] | None = None
+) -> tuple[list[Entry], list[Problem]]:
+    """Return the trackers of these names, each once, and what is wrong with the others.
+
+    `find` returns the tracker of a name; by default it is `entry`.
+    """
+    entries: list[Entry] = []
+    problems: list[Problem] = []
+    for name in dict.fromkeys(names):
+        try:
+            entries.append((find or entry)(name))
+        except MotesError as error:
+            problems.append(Problem(f"tracker {name}", str(error)))
+    return entries, problems
+
+
+def entry(name: str) -> Entry:
+    """Return the tracker of a name.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, or its configuration or callable makes no sense.
+    SourceError
+        If its configuration cannot be read.
+    LimitError
+        If its package is not installed.
+    """
+    if name in presets.PRESETS:
+        return _own(name, presets.PRESETS[name])
+    if name in PEERS:
+        version = f"OpenCV {opencv(name).__version__}"
+        return Entry(name, version, name in STOCHASTIC, partial(OpenCV, name))
+    kind, colon, rest = name.partition(":")
+    if kind == "trax":
+        return _program(name, rest)
+    if name.endswith(".toml"):
+        return _own(name, _from_file(Path(name)))
+    if colon and rest and kind != "cv2":
+        return _callable(name, Made, KNOWN)
+    raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
+
+
+def crowd_entry(name: str) -> Entry:
+    """Return the tracker of many objects of a name.
+
+    Raises
+    ------
+    ConfigError, SourceError, LimitError
+        As `entry` does.
+    """
+    kind, colon, rest = name.partition(":")
+    if name == mot.SCENE:
+        return Entry(name, to_toml(scene_config()), True, partial(mot.Watching))
+    if name in mot.PEERS:
+        mot.peers()
+        version = f"trackers {metadata.version('trackers')}"
+        return Entry(name, version, False, partial(mot.Associating, name))
+    if name.startswith("results="):
+        return _recorded(name, Path(name.removeprefix("results=")))
+    if colon and rest and kind not in ("motes", "trackers"):
+        return _callable(name, mot.Made, KNOWN_CROWDS)
+    raise ConfigError(
+        f"There is no tracker of this name for many objects; {_hint(name, KNOWN_CROWDS)}"
+    )
+
+
+def detecting(entries: Iterable[Entry], detector: str) -> list[Entry]:
+    """Return trackers of many objects that get what a detector finds, not the dataset's detections.
+
+    Parameters
+    ----------
+    entries
+        The trackers; results that are there already stay as they are.
+    detector
+        `background`, or the `module:factory` of a `motes.Detector`, called without arguments.
+
+    Raises
+    ------
+    ConfigError
+        If there is none, or its callable makes no sense.
+    LimitError
+        If its package is not installed.
+    """
+    if detector == mot.BACKGROUND:
+        BackgroundDetector()
+        found = f"{detector}, motes {__version__}"
+    elif not all(detector.partition(":")):
+        raise ConfigError(f"There is no detector {detector}; give {mot.BACKGROUND} or MODULE:NAME.")
+    else:
+        try:
+            found, _ = _imported(detector, [mot.BACKGROUND])
+        except ConfigError as error:
+            raise ConfigError(f"The detector {detector}: {error}") from None
+    return [
+        entry
+        if entry.make.func is mot.Recorded
+        else replace(
+            entry,
+            configuration=f"{entry.configuration}; {found}",
+            make=partial(mot.Detecting, detector, entry.make),
+        )
+        for entry in entries
+    ]
+
+
+def _recorded(name: str, folder: Path) -> Entry:
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix == ".txt")
+        texts = [path.name.encode() + b"\0" + path.read_bytes() for path in files]
+    except OSError as error:
+        raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
+    if not texts:
+        raise SourceError(f"There is no text file in {folder}; it has one for each sequence.")
+    digest = hashlib.sha256(b"\0".join(texts)).hexdigest()
+    return Entry(name, digest, False, partial(mot.Recorded, folder.resolve()))
+
+
+def _hint(name: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
+
+
+def _own(name: str, config: TrackerConfig) -> Entry:
+    return Entry(name, to_toml(config), not isinstance(config, MeanShift), partial(Own, config))
+
+
+def _from_file(path: Path) -> TrackerConfig:
+    try:
+        values = from_toml(path.read_text(encoding="utf-8-sig"), "this file")
+    except OSError as error:
+        raise SourceError(f"It cannot be read: {error.strerror}; check the name.") from None
+    except UnicodeDecodeError:
+        raise SourceError("It is not a text; save it as UTF-8.") from None
+    base = values.pop("preset", "nummiaro")
+    if not isinstance(base, str):
+        raise ConfigError(f"preset is {base!r}; give the name of one, such as 'nummiaro'.")
+    return presets.configure(presets.preset(base), values)
+
+
+def _program(name: str, command: str) -> Entry:
+    try:
+        words = tuple(shlex.split(command))
+    except ValueError as error:
+        raise ConfigError(f"Its command makes no sense: {error}.") from None
+    if not words:
+        raise ConfigError("It has no command; write trax:COMMAND ARGUMENTS.")
+    if shutil.which(words[0]) is None:
+        raise ConfigError(f"There is no program {words[0]}; check the name.")
+    return Entry(name, shlex.join(words), False, partial(External, words))
+
+
+def _callable(name: str, kind: type[Made | mot.Made], known: list[str]) -> Entry:
+    configuration, seeded = _imported(name, known)
+    return Entry(name, configuration, seeded, partial(kind, name))
+
+
+def _imported(name: str, known: list[str]) -> tuple[str, bool]:
+    """Return a text that stays the same as long as a callable, and whether it takes a seed."""
+    module = name.partition(":")[0]
+    try:
+        with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
+            seeded = "seed" in inspect.signature(import_factory(name)).parameters
+        # With the module's text, so that a changed tracker is not taken for the one before.
+        source = getattr(sys.modules[module], "__file__", None)
+        digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
+    except ModuleNotFoundError as error:
+        if error.name != module.partition(".")[0]:
+            raise ConfigError(f"It cannot be imported: {error}; install it.") from None
+        raise ConfigError(
+            f"There is neither such a name here nor a module {error.name}; {_hint(name, known)}"
+        ) from None
+    except ConfigError:
+        raise
+    except (Exception, SystemExit) as error:  # whatever the module does
+        raise ConfigError(f"It cannot be imported: {explain(error)}; correct it.") from None
+    return f"{name} {digest}".strip(), seeded

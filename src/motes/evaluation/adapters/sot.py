@@ -1,0 +1,297 @@
+"""What follows an object in an evaluation: a tracker of ours, OpenCV's, a callable's, a program.
+
+`entries` finds them by name.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from functools import reduce
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError, MotesError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse, as_ellipse
+from motes.core.track import Status, Track
+from motes.evaluation.adapters.opencv import Peer, peer
+from motes.evaluation.adapters.trax import Program
+from motes.sot.presets import TrackerConfig
+from motes.sot.tracker import Tracker
+
+LARGEST = 1e9
+"""Of the numbers of a region, in pixels: the square of its size can be reckoned with."""
+
+
+Position = tuple[float, float, float]
+"""The variance of x, the covariance of x and y, the variance of y, in square pixels."""
+UNKNOWN: Position = (math.nan, math.nan, math.nan)
+
+
+class Answer(NamedTuple):
+    """What a tracker says about a frame.
+
+    Attributes
+    ----------
+    ellipse
+        Where the target is, or may be; None if it does not say.
+    confidence
+        0 to 1; NaN if it has none.
+    lost
+        Whether it says that it does not have the target.
+    seconds
+        How long the tracker took; what had to be done to ask it is not counted.
+    covariance
+        Of the ellipse's center; NaN if it has none.
+    """
+
+    ellipse: Ellipse | None
+    confidence: float
+    lost: bool
+    seconds: float
+    covariance: Position = UNKNOWN
+
+
+class Contestant(Protocol):
+    """Follows one object at a time."""
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        """Start afresh on the object in a box."""
+        ...
+
+    def update(self, frame: Frame) -> Answer:
+        """Follow it into the next frame."""
+        ...
+
+    def close(self) -> None:
+        """Let go of everything; there are no calls after that."""
+        ...
+
+
+class Own:
+    """A tracker of motes."""
+
+    def __init__(self, config: TrackerConfig, seed: int = 0) -> None:
+        self._tracker = Tracker(config, seed)
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        """Start the tracker."""
+        start = time.perf_counter()
+        track = self._tracker.init(frame, box)
+        return _of_track(track, _since(start))
+
+    def update(self, frame: Frame) -> Answer:
+        """Ask it."""
+        start = time.perf_counter()
+        track = self._tracker.update(frame)
+        return _of_track(track, _since(start))
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class OpenCV:
+    """A tracker of OpenCV's, which gets BGR and whole pixels; if it is lost it says no more."""
+
+    def __init__(self, name: str, seed: int = 0) -> None:
+        self._name, self._seed = name, seed
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        """Make a tracker and start it."""
+        image, whole = _bgr(frame), _whole(box, frame)
+        self._tracker: Peer = peer(self._name, self._seed)
+        start = time.perf_counter()
+        self._tracker.init(image, whole)
+        return _found(box, _since(start))
+
+    def update(self, frame: Frame) -> Answer:
+        """Ask it."""
+        image = _bgr(frame)
+        start = time.perf_counter()
+        found, box = self._tracker.update(image)
+        seconds = _since(start)
+        sound = found and np.isfinite(box).all() and min(box[2:]) > 0
+        return _found(Box(*box), seconds) if sound else _lost(seconds)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Made:
+    """What a Python callable returns; see `entries`.
+
+    Parameters
+    ----------
+    name
+        `module:factory`.
+    seed
+        What it is called with; nothing if that is None.
+    """
+
+    def __init__(self, name: str, seed: int | None = None) -> None:
+        self._name, self._factory = name, import_factory(name)
+        self._arguments = {} if seed is None else {"seed": seed}
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        """Make a tracker and start it."""
+        self._tracker = self._factory(**self._arguments)
+        for method in ("init", "update"):
+            if not callable(getattr(self._tracker, method, None)):
+                raise ConfigError(
+                    f"{self._name} makes a {type(self._tracker).__name__} without {method}()."
+                )
+        start = time.perf_counter()
+        self._tracker.init(frame.pixels, box)
+        return _found(box, _since(start))
+
+    def update(self, frame: Frame) -> Answer:
+        """Ask it."""
+        start = time.perf_counter()
+        value = self._tracker.update(frame.pixels)
+        seconds = _since(start)
+        if isinstance(value, Track):
+            return _of_track(value, seconds)
+        try:
+            return _of_value(value, seconds)
+        except (ConfigError, TypeError, ValueError):
+            raise ConfigError(
+                f"update of {self._name} returned {repr(value)[:80]}; it returns a box x, y, "
+                f"width, height, or (found, box), or a motes.Track, or None if it is lost."
+            ) from None
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class External:
+    """A program that speaks TraX, which gets each frame as a file."""
+
+    def __init__(self, command: tuple[str, ...]) -> None:
+        self._command = command
+        self._folder = TemporaryDirectory(prefix="motes-")
+        self._program: Program | None = None
+
+    def init(self, frame: Frame, box: Box) -> Answer:
+        """Start the program, anew if it runs: many can be started only once."""
+        if self._program is not None:
+            self._program.close()
+        self._program = program = Program(self._command)
+        return self._ask(frame, lambda image: program.initialize(image, box))
+
+    def update(self, frame: Frame) -> Answer:
+        """Ask it."""
+        assert self._program is not None
+        return self._ask(frame, self._program.frame)
+
+    def _ask(self, frame: Frame, ask: Callable[[Path], Box | None]) -> Answer:
+        from PIL import Image
+
+        image = Path(self._folder.name) / f"{frame.index:06d}.png"
+        Image.fromarray(frame.pixels).save(image, compress_level=1)
+        start = time.perf_counter()
+        box = ask(image)
+        seconds = _since(start)
+        image.unlink()
+        return _found(box, seconds) if box else _lost(seconds)
+
+    def close(self) -> None:
+        """End the program and remove its files."""
+        if self._program is not None:
+            self._program.close()
+        self._folder.cleanup()
+
+
+def _since(start: float) -> float:
+    return time.perf_counter() - start
+
+
+def _found(box: Box, seconds: float) -> Answer:
+    return Answer(_region(box), math.nan, False, seconds)
+
+
+def _lost(seconds: float) -> Answer:
+    return Answer(None, math.nan, True, seconds)
+
+
+def _of_track(track: Track, seconds: float) -> Answer:
+    lost, confidence = track.status is not Status.TRACKING, float(track.confidence)
+    if not (math.isnan(confidence) or 0 <= round(confidence, 9) <= 1):
+        raise ConfigError(f"A confidence is from 0 to 1; got {confidence:g}.")
+    (xx, xy), (_, yy) = track.covariance[:2, :2].tolist()
+    # Trackers that have no covariance, such as mean shift, say 0.
+    covariance = (xx, xy, yy) if np.any(track.covariance) else UNKNOWN
+    return Answer(_region(track.ellipse), confidence, lost, seconds, covariance)
+
+
+def _of_value(value: Any, seconds: float) -> Answer:
+    """Return what a callable's tracker says; raise nearly anything if it makes no sense."""
+    if value is None:
+        return _lost(seconds)
+    found, region = value if len(value) == 2 else (True, value)
+    if found:
+        return Answer(_region(region), math.nan, False, seconds)
+    try:
+        return Answer(_region(region), math.nan, True, seconds)
+    except ConfigError:  # None, or 0, 0, 0, 0; a tracker that is lost need not say where
+        return _lost(seconds)
+
+
+def _region(values: Sequence[float]) -> Ellipse:
+    """Return a region as an ellipse; raise a ConfigError if it makes no sense."""
+    ellipse = as_ellipse(values)
+    if max(map(abs, ellipse)) > LARGEST or min(ellipse.a, ellipse.b) < 1 / LARGEST:
+        x, y, width, height = ellipse.box
+        raise ConfigError(f"No region is {width:g}x{height:g} pixels large, at {x:g}, {y:g}.")
+    return ellipse
+
+
+def _bgr(frame: Frame) -> NDArray[np.uint8]:
+    return np.ascontiguousarray(frame.pixels[:, :, ::-1])
+
+
+def _whole(box: Box, frame: Frame) -> tuple[int, int, int, int]:
+    """Return the box of whole pixels nearest to a box, at least one, within the frame."""
+    left, width = _span(box.x, box.width, frame.width)
+    top, height = _span(box.y, box.height, frame.height)
+    return left, top, width, height
+
+
+def _span(low: float, length: float, size: int) -> tuple[int, int]:
+    first = min(max(round(low), 0), size - 1)
+    return first, max(min(round(low + length), size) - first, 1)
+
+
+def import_factory(name: str) -> Callable[..., Any]:
+    """Return what `module:factory` names, also from the current folder.
+
+    Raises
+    ------
+    ConfigError
+        If it is not callable; else whatever the import raises.
+    """
+    if os.getcwd() not in sys.path:
+        sys.path.insert(0, os.getcwd())
+    module, _, path = name.partition(":")
+    factory = reduce(getattr, path.split("."), importlib.import_module(module))
+    if not callable(factory):
+        raise ConfigError(f"{path} of {module} is a {type(factory).__name__}, nothing to call.")
+    made: Callable[..., Any] = factory
+    return made
+
+
+def explain(error: BaseException) -> str:
+    """Return what a tracker raised, in one line."""
+    if isinstance(error, MotesError):
+        return str(error)
+    kind = type(error)
+    name = kind.__name__ if kind.__module__ == "builtins" else f"{kind.__module__}.{kind.__name__}"
+    return " ".join(f"{name}: {error}".split())[:300].rstrip(": ")

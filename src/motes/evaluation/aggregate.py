@@ -1,0 +1,344 @@
+"""Means over sequences and seeds, and trackers compared."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from typing import Any, Generic, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from motes.evaluation.metrics import sot as metrics
+from motes.evaluation.scores import PROTOCOL_NAMES, E, Outcome, in_order
+
+Floats = NDArray[np.float64]
+Of = Callable[[Outcome], ArrayLike]
+"""What is averaged: a number or an array of a pass that finished."""
+
+
+class Mean(NamedTuple):
+    """Mean and standard deviation (of a sample) over seeds; the latter is NaN for one seed."""
+
+    mean: float
+    deviation: float = np.nan
+
+    @classmethod
+    def over(cls, values: Floats) -> Mean:
+        """Return the mean of those values (seeds,) that are not NaN; NaN if all are."""
+        known = values[np.isfinite(values)]
+        mean = float(known.mean()) if known.size else np.nan
+        return cls(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
+
+
+class Comparison(NamedTuple):
+    """A tracker compared with the first one.
+
+    Attributes
+    ----------
+    tracker
+        Its name.
+    sequences
+        Number of sequences that both finished.
+    difference
+        Of the means over these, this tracker's less the first one's.
+    won, drawn
+        Number of sequences on which it is better, and as good.
+    """
+
+    tracker: str
+    sequences: int
+    difference: metrics.Difference
+    won: int
+    drawn: int
+
+
+class LostStatus(NamedTuple):
+    """Whether a tracker knows that it failed, over the frames of all sequences."""
+
+    missed: Mean
+    said: Mean
+    recall: Mean
+    precision: Mean
+    f1: Mean
+
+
+class Share(NamedTuple):
+    """A share of what there is in all passes of a seed.
+
+    Attributes
+    ----------
+    total
+        How much there is.
+    share
+        NaN where there is nothing.
+    """
+
+    total: Mean
+    share: Mean
+
+
+def measure(protocol: str) -> str:
+    """Return the column of results.csv by which trackers are ranked in a protocol."""
+    return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
+
+
+class Passes(ABC, Generic[E]):
+    """Outcomes by tracker, protocol and sequence.
+
+    Numbers of a tracker are over the sequences that it finished: those with no pass that failed.
+
+    Attributes
+    ----------
+    outcomes
+        In order.
+    trackers, sequences, protocols
+        Their names; trackers and sequences as they come first among the outcomes.
+    """
+
+    def __init__(self, outcomes: Iterable[E]) -> None:
+        self.outcomes = in_order(outcomes)
+        self.trackers = list(dict.fromkeys(o.item.tracker for o in self.outcomes))
+        self.sequences = list(dict.fromkeys(o.item.sequence for o in self.outcomes))
+        used = {o.item.start.protocol for o in self.outcomes}
+        self.protocols = [protocol for protocol in PROTOCOL_NAMES if protocol in used]
+        self._outcomes: dict[tuple[str, str], dict[str, list[E]]] = {
+            (tracker, protocol): {} for tracker in self.trackers for protocol in self.protocols
+        }
+        for outcome in self.outcomes:
+            item = outcome.item
+            by_sequence = self._outcomes[item.tracker, item.start.protocol]
+            by_sequence.setdefault(item.sequence, []).append(outcome)
+
+    def tried(self, tracker: str, protocol: str) -> list[str]:
+        """Return the sequences that a tracker was to be run on."""
+        return list(self._outcomes[tracker, protocol])
+
+    def finished(self, tracker: str, protocol: str) -> list[str]:
+        """Return the sequences that a tracker finished."""
+        return [
+            name
+            for name, outcomes in self._outcomes[tracker, protocol].items()
+            if all(outcome.trace is not None for outcome in outcomes)
+        ]
+
+    def passes(self, tracker: str, protocol: str) -> list[E]:
+        """Return the passes over the sequences that a tracker finished."""
+        by_sequence = self._outcomes[tracker, protocol]
+        return [o for name in self.finished(tracker, protocol) for o in by_sequence[name]]
+
+    def seeds(self, tracker: str, protocol: str) -> dict[int, list[E]]:
+        """Return those passes by seed."""
+        by_seed: dict[int, list[E]] = {}
+        for outcome in self.passes(tracker, protocol):
+            by_seed.setdefault(outcome.item.seed, []).append(outcome)
+        return dict(sorted(by_seed.items()))
+
+    def seconds(
+        self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return the running times of all updates, or of those on some sequences."""
+        wanted = set(self.sequences if sequences is None else sequences)
+        passes = (o for o in self.passes(tracker, protocol) if o.item.sequence in wanted)
+        return np.concatenate([[], *(o.seconds for o in passes)])
+
+    @abstractmethod
+    def per_seed(
+        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return a number, or an array, of the sequences that a tracker finished, (seeds, ...).
+
+        Parameters
+        ----------
+        tracker, protocol
+            Whose, and where.
+        of
+            What: a column of results.csv, or a function.
+        sequences
+            Only over these, of those that the tracker finished.
+        """
+
+    def mean(
+        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+    ) -> Mean:
+        """Return mean and standard deviation over seeds of what `per_seed` gives."""
+        return Mean.over(self.per_seed(tracker, protocol, of, sequences))
+
+
+class Evaluation(Passes[Outcome]):
+    """Outcomes of passes that followed one object.
+
+    A mean is over the sequences first, each of them the mean over its starts, and then over seeds.
+    """
+
+    def per_seed(
+        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+    ) -> Floats:
+        """Return means over sequences, (seeds, ...); NaN where no pass has a number.
+
+        As in `Passes`; the function is of the outcome of a pass.
+        """
+        wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
+        means = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            values: dict[str, list[ArrayLike]] = {}
+            for outcome in outcomes:
+                if outcome.item.sequence in wanted:
+                    value = _column(outcome, of) if isinstance(of, str) else of(outcome)
+                    values.setdefault(outcome.item.sequence, []).append(value)
+            if values:
+                means.append(_mean([_mean(starts) for starts in values.values()]))
+        return np.array(means)
+
+    def worst_tenth(self, tracker: str, protocol: str) -> Mean:
+        """Return the mean of the lowest tenth of AUC among the passes of each seed, rounded up."""
+        lowest = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            if (values := _aucs(outcomes)).size:
+                lowest.append(values[: -(-values.size // 10)].mean())
+        return Mean.over(np.array(lowest))
+
+    def aucs(self, tracker: str, protocol: str) -> Floats:
+        """Return the AUC of each pass that has one, of all seeds, in rising order."""
+        return _aucs(self.passes(tracker, protocol))
+
+    def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
+        """Return the AUC of a protocol's start: the mean over sequences, then over seeds."""
+
+        def auc(outcome: Outcome) -> float:
+            return _column(outcome, "auc") if outcome.item.start.label == start else np.nan
+
+        return self.mean(tracker, protocol, auc)
+
+    def comparisons(self, protocol: str) -> list[Comparison]:
+        """Compare each tracker with the first one, by `measure`, on sequences that both finished.
+
+        The value of a sequence is its mean over seeds; the interval of 95 % is over sequences.
+        """
+        return [self._compare(tracker, protocol) for tracker in self.trackers[1:]]
+
+    def _compare(self, tracker: str, protocol: str) -> Comparison:
+        first, column = self.trackers[0], measure(protocol)
+        pairs = []
+        for name in self.finished(tracker, protocol):
+            pair = [self.mean(who, protocol, column, [name]).mean for who in (tracker, first)]
+            if np.isfinite(pair).all():
+                pairs.append(pair)
+        ours, theirs = np.array(pairs, np.float64).reshape(-1, 2).T
+        return Comparison(
+            tracker,
+            len(pairs),
+            # A generator of its own, so that a row does not depend on the rows before.
+            metrics.paired_difference(np.random.default_rng(0), ours, theirs),
+            int(np.count_nonzero(ours > theirs)),
+            int(np.count_nonzero(ours == theirs)),
+        )
+
+    def lost_status(self, tracker: str, protocol: str) -> LostStatus:
+        """Return how well a tracker says that it is lost; each seed over the frames of all passes.
+
+        `missed` is the share of frames in which it should say so, `said` in which it does.
+        """
+        rows = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            lost, missed = [], []
+            for outcome in outcomes:
+                assert outcome.fit is not None
+                assert outcome.trace is not None
+                lost.append(outcome.trace.lost[outcome.fit.rows])
+                missed.append(outcome.fit.missed)
+            said, true = np.concatenate(lost), np.concatenate(missed)
+            if said.size:
+                scores = (
+                    metrics.detection_recall(said, true),
+                    metrics.detection_precision(said, true),
+                    metrics.detection_f1(said, true),
+                )
+                rows.append((true.mean(), said.mean(), *scores))
+        return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
+
+    def recovery(self, tracker: str, protocol: str) -> Share:
+        """Return how many losses count, and the share after which the target was found again."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            return _column(outcome, "losses"), _column(outcome, "recovered")
+
+        return self._pooled(tracker, protocol, count)
+
+    def coverage(self, tracker: str, protocol: str) -> Share:
+        """Return in how many frames a tracker says how far off it may be, and is right in 95 %."""
+
+        def count(outcome: Outcome) -> tuple[float, float]:
+            assert outcome.fit is not None
+            known = outcome.fit.covered[np.isfinite(outcome.fit.covered)]
+            return known.size, known.sum()
+
+        return self._pooled(tracker, protocol, count)
+
+    def _pooled(
+        self, tracker: str, protocol: str, count: Callable[[Outcome], tuple[float, float]]
+    ) -> Share:
+        """Return a share of all that is counted of the passes: how much there is, and the share."""
+        rows = []
+        for outcomes in self.seeds(tracker, protocol).values():
+            whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
+            rows.append((whole, part / whole if whole else np.nan))
+        return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
+
+    def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
+        """Return a tracker's reliability over all passes; None if it has no confidence.
+
+        Each pass counts the same, however long it is.
+        """
+        return _reliability(self.passes(tracker, protocol))
+
+    def calibration(self, tracker: str, protocol: str) -> Mean:
+        """Return the calibration error, each seed's over all sequences; NaN without confidence."""
+        found = map(_reliability, self.seeds(tracker, protocol).values())
+        return Mean.over(np.array([seed.error for seed in found if seed is not None]))
+
+
+def success_curve(outcome: Outcome) -> Floats:
+    """Return the success curve of a pass, (21,)."""
+    assert outcome.fit is not None
+    return metrics.success_curve(outcome.fit.overlaps[outcome.fit.present])
+
+
+def precision_curve(outcome: Outcome) -> Floats:
+    """Return the precision curve of a pass, (51,)."""
+    assert outcome.fit is not None
+    return metrics.precision_curve(outcome.fit.distances[outcome.fit.present])
+
+
+def _column(outcome: Outcome, name: str) -> float:
+    value = outcome.scores[name]
+    return np.nan if value is None else float(value)
+
+
+def _aucs(outcomes: Iterable[Outcome]) -> Floats:
+    values = np.array([_column(outcome, "auc") for outcome in outcomes], np.float64)
+    return np.sort(values[np.isfinite(values)])
+
+
+def _mean(values: list[ArrayLike]) -> Floats:
+    """Return the mean of arrays of one shape, each number over those that are not NaN."""
+    table = np.array(values, np.float64)
+    known = np.isfinite(table)
+    count = np.maximum(known.sum(axis=0), 1)
+    mean: Floats = np.where(known, table, 0).sum(axis=0) / count
+    return np.where(known.any(axis=0), mean, np.nan)
+
+
+def _reliability(outcomes: list[Outcome]) -> metrics.Reliability | None:
+    columns: list[tuple[Floats, NDArray[np.bool_], Floats]] = []
+    for outcome in outcomes:
+        assert outcome.fit is not None
+        assert outcome.trace is not None
+        confidence = outcome.trace.confidence[outcome.fit.rows]
+        if (sure := np.isfinite(confidence)).any():
+            weights = np.full(np.count_nonzero(sure), 1 / np.count_nonzero(sure))
+            columns.append((confidence[sure], outcome.fit.correct[sure], weights))
+    if not columns:
+        return None
+    confidence, correct, weights = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return metrics.reliability(confidence, correct.astype(bool), weights)

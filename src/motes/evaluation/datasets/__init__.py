@@ -1,0 +1,1 @@
+"""Sequences with truth, and their files."""

@@ -1,0 +1,183 @@
+"""Boxes with identities as the MOTChallenge writes them: truth, detections, and results.
+
+A line is a box, its numbers between commas, semicolons, tabs or spaces:
+
+    frame, id, x, y, width, height, score, class, visibility
+
+with frames and pixels counted from 1. Only truth has a class, and a flag for a score: 0 in boxes
+that do not count. Milan et al., MOT16: a benchmark for multi-object tracking, 2016, table 4. Lines
+of ten numbers and more have coordinates in the world where others have the class, as in Leal-Taixé
+et al., MOTChallenge 2015.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import FormatError
+from motes.core.files import write_whole
+from motes.core.geometry import FARTHEST, Box
+from motes.evaluation.datasets.sot import read_text
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+Kind = Literal["truth", "results", "detections"]
+
+CLASSES = range(1, 14)
+"""Of objects in the truth; 1 is a pedestrian."""
+UNKNOWN = -1
+"""Class of a box that has none, and identity of a detection."""
+DIGITS = 9
+"""Of results after the point: enough to be read back as they were, but for rounding."""
+
+AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
+"""What is said of rows that must have an area."""
+
+_NEEDED = 7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Boxes in the order of their frames.
+
+    Attributes
+    ----------
+    frames, ids
+        (n,), frames from 1.
+    boxes
+        (n, 4): x, y, width, height, the first pixel being 1.
+    scores
+        (n,).
+    classes
+        (n,), `UNKNOWN` where there is none.
+    """
+
+    frames: Integers
+    ids: Integers
+    boxes: Floats
+    scores: Floats
+    classes: Integers
+
+    def at(self, frame: int) -> slice:
+        """Return which rows are of a frame."""
+        low, high = np.searchsorted(self.frames, [frame, frame + 1]).tolist()
+        return slice(low, high)
+
+    def listed(self, index: int) -> list[tuple[int, Box, float]]:
+        """Return identity, box and score of the rows of a frame, both counted from 0."""
+        rows = self.at(index + 1)
+        boxes = (self.boxes[rows] - (1, 1, 0, 0)).tolist()
+        columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
+        return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
+
+    def where(self, chosen: NDArray[np.bool_]) -> Rows:
+        """Return some of the rows, those that are True in (n,)."""
+        return Rows(
+            self.frames[chosen],
+            self.ids[chosen],
+            self.boxes[chosen],
+            self.scores[chosen],
+            self.classes[chosen],
+        )
+
+
+def rows_of(lines: list[list[float]]) -> Rows:
+    """Return rows frame, id, x, y, width, height, score, class; frames in any order."""
+    table = np.array(lines, np.float64).reshape(-1, _NEEDED + 1)
+    table = table[np.argsort(table[:, 0], kind="stable")]
+    frames, ids, classes = table[:, [0, 1, _NEEDED]].astype(np.int64).T
+    return Rows(frames, ids, table[:, 2:6], table[:, 6], classes)
+
+
+def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
+    """Read the rows of a video.
+
+    Parameters
+    ----------
+    path
+        The file; empty lines are skipped.
+    frames
+        How many there are in the video.
+    kind
+        What it holds. In truth and results, an identity is in a frame once; only truth has classes;
+        objects and detections have an area, results need none.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    FormatError
+        If it is not text, or a line is wrong, with file and line.
+    """
+    name = f"{path.parent.name}/{path.name}"
+    lines: list[list[float]] = []
+    seen: dict[tuple[float, float], int] = {}
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        fields = re.split(r"\s*[,;\s]\s*", line.strip(" \t,;"))
+        if fields == [""]:
+            continue
+        try:
+            row = _row(fields, frames, kind)
+            frame, identity, _, _, width, height, *_ = row
+            first = seen.setdefault((frame, identity), number)
+            if kind != "detections" and first != number:
+                raise ValueError(
+                    f"frame {frame:.0f} has the identity {identity:.0f} already in line {first}"
+                )
+            if kind in AREAS and not (width > 0 and height > 0):
+                raise ValueError(f"{AREAS[kind]} of {width:g}x{height:g} pixels has no area")
+        except ValueError as error:
+            raise FormatError(f"{name}, line {number}: {error}") from None
+        lines.append(row)
+    return rows_of(lines)
+
+
+def _row(fields: list[str], frames: int, kind: Kind) -> list[float]:
+    if len(fields) < _NEEDED:
+        raise ValueError(
+            f"{len(fields)} numbers, but a line has {_NEEDED} or more: frame, id, x, y, width, "
+            f"height, score"
+        )
+    values = [_number(field) for field in fields[:_NEEDED]]
+    frame, identity, *_ = values
+    if not (frame.is_integer() and identity.is_integer()):
+        raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
+    if not 1 <= frame <= frames:
+        raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
+    if kind != "truth" or len(fields) not in (8, 9):
+        return [*values, UNKNOWN]
+    if (label := _number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
+        raise ValueError(f"{fields[_NEEDED]} is no class; they are 1 to {CLASSES[-1]}")
+    return [*values, label]
+
+
+def _number(field: str) -> float:
+    try:
+        value = float(field)
+    except ValueError:
+        raise ValueError(f"{field[:20]!r} is no number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{field[:20]} is not finite")
+    if abs(value) > FARTHEST:
+        raise ValueError(f"{field[:20]} is too large a number")
+    return value
+
+
+def write_rows(path: Path, rows: Rows) -> None:
+    """Write results, whole or not at all; raise an OSError if that fails."""
+    lines = []
+    for frame, identity, box, score in zip(
+        rows.frames.tolist(), rows.ids.tolist(), rows.boxes.tolist(), rows.scores.tolist(),
+        strict=True,
+    ):  # fmt: skip
+        numbers = ",".join(f"{round(value, DIGITS):.15g}" for value in (*box, score))
+        lines.append(f"{frame},{identity},{numbers},-1,-1,-1\n")
+    write_whole(path, "".join(lines).encode())

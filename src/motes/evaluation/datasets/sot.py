@@ -1,0 +1,357 @@
+"""Sequences with ground truth: the layouts of OTB, VOT and GOT-10k, masks, and videos of one's own.
+
+A sequence is a folder with its frames in `img/`, in `color/` or in itself, and with its truth:
+
+| truth | layout | first pixel |
+|---|---|---|
+| `groundtruth_rect.txt`, or `groundtruth_rect.1.txt` … | OTB | 1 |
+| `groundtruth.txt`, and marks of VOT | VOT | 0 |
+| `groundtruth.txt` otherwise | GOT-10k | 1 |
+| pictures in `masks/`, as in DAVIS | | |
+
+The first of these in a folder counts. Numbered files of OTB hold one target each and make the
+sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target.
+`read_regions` says what the text files hold. The first pixel is what the truth calls the first
+row and column: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and GOT-10k (its authors say so), while VOT's
+toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the file `sequence`, a
+`camera_motion` tag, and polygons or masks in the truth.
+
+A dataset is a folder of such folders; with `list.txt`, of those that it names.
+"""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
+from motes.evaluation.datasets.regions import Region, read_mask, read_regions
+from motes.video.sources import IMAGE_ENDINGS
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sequence:
+    """One object in one video.
+
+    All frames are kept, also those before the first one with the target; where that is, a tracker
+    starts.
+
+    Attributes
+    ----------
+    name
+        Unique in its dataset.
+    source
+        What `open_source` reads.
+    boxes
+        (frames, 4): x, y, width, height, 0-based; NaN where the target is absent. There are as
+        many frames as boxes if the source is images; how many a video has, decoding tells.
+    ellipses
+        (frames, 5): x, y, a, b, theta as `Region` says; NaN where the target is absent.
+    """
+
+    name: str
+    source: str | Path
+    boxes: NDArray[np.float64]
+    ellipses: NDArray[np.float64]
+
+    @property
+    def frames(self) -> int:
+        """How many frames the truth is for."""
+        return len(self.boxes)
+
+    @property
+    def digest(self) -> str:
+        """Another one for any other truth."""
+        return hashlib.sha256(self.boxes.tobytes()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Something that went wrong while the rest went on.
+
+    Attributes
+    ----------
+    where
+        What it happened to, such as "sequence David".
+    what
+        One line.
+    """
+
+    where: str
+    what: str
+
+
+class _Entry(NamedTuple):
+    """A place that looks like a sequence: a folder, or a video; and its truth if there is any."""
+
+    name: str
+    place: Path
+    truth: Path | None
+
+
+def load_dataset(
+    path: str | Path,
+    first_pixel: Mapping[str, int] = {},
+    annotation: str | Path | None = None,
+) -> tuple[list[Sequence], list[Problem]]:
+    """Load the sequences of a dataset, and say which ones could not be loaded, and why.
+
+    Parameters
+    ----------
+    path
+        A folder of sequences, the folder of one sequence, or, with an annotation, a video or a
+        folder of images.
+    first_pixel
+        What the truth calls the first row and column, 0 or 1, for sequences whose names fit a
+        pattern such as "seg-*"; the last pattern that fits counts. By default as the layout has
+        it, and 0 with an annotation.
+    annotation
+        The truth of one video: text as `read_regions` reads it, or a folder of masks.
+
+    Returns
+    -------
+    sequences, problems
+        In the order of `list.txt`, else of their names. Both may be empty, but not at once.
+
+    Raises
+    ------
+    SourceError
+        If the dataset or annotation does not exist, or nothing in it looks like a sequence.
+    ConfigError
+        If a pattern fits no sequence, or a first pixel is neither 0 nor 1.
+    """
+    # Absolute, as a relative folder 0001 would be taken for a camera.
+    root = Path(os.path.abspath(path))
+    for needed in (path, annotation):
+        if needed is not None and not os.path.exists(needed):
+            raise SourceError(f"There is no file or folder {needed}; check the name.")
+    if annotation is not None:
+        name = printable(root.name if root.is_dir() else root.stem)
+        entries = [_Entry(name, root, Path(annotation))]
+    elif root.is_dir():
+        entries = _entries(root)
+    else:
+        raise SourceError(f"{path} is one file; give the truth for it as well, as an annotation.")
+    if not entries:
+        raise SourceError(
+            f"There is no sequence in {path}; a sequence is a folder with frames and a "
+            f"groundtruth_rect.txt, groundtruth.txt or masks/."
+        )
+    for pattern, pixel in first_pixel.items():
+        if not any(fnmatchcase(entry.name, pattern) for entry in entries):
+            raise ConfigError(f"First pixel: {pattern!r} fits no sequence of {path}.")
+        if pixel not in (0, 1):
+            raise ConfigError(f"First pixel of {pattern!r} is {pixel}; it is 0 or 1.")
+    pixels = first_pixel if annotation is None else {"*": 0, **first_pixel}
+
+    def load(entry: _Entry) -> Sequence:
+        fitting = [p for pattern, p in pixels.items() if fnmatchcase(entry.name, pattern)]
+        return _load(entry, fitting[-1] if fitting else None)
+
+    return gather((entry.name, partial(load, entry)) for entry in entries)
+
+
+def gather(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], list[Problem]]:
+    """Return what can be loaded of sequences with these names, and what is wrong with the others.
+
+    The second one of a name is a problem, and so is what raises a MotesError or OSError.
+    """
+    sequences: list[S] = []
+    problems: list[Problem] = []
+    names: set[str] = set()
+    for name, load in loaders:
+        try:
+            if name in names:
+                raise FormatError("there are two of this name; rename one")
+            names.add(name)
+            sequences.append(load())
+        except OSError as error:
+            problems.append(
+                Problem(f"sequence {name}", clear(f"{error.filename}: {error.strerror}"))
+            )
+        except MotesError as error:
+            problems.append(Problem(f"sequence {name}", str(error)))
+    return sequences, problems
+
+
+def _entries(root: Path) -> list[_Entry]:
+    """Return what looks like a sequence: the folder itself, else those in it."""
+    try:
+        truths = _truths(root)
+        # A folder of sequences may have one that is called masks.
+        if any(truth.is_file() for truth in truths.values()) or (truths and _pictures(_home(root))):
+            return _of_folder(root)
+        listed = (root / "list.txt").is_file()
+        if listed:
+            names = [line.strip() for line in read_text(root / "list.txt").splitlines()]
+            folders = [root / name for name in names if name]
+        else:
+            folders = sorted(p for p in root.iterdir() if p.is_dir() and p.name[0] != ".")
+    except OSError as error:
+        raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
+    except FormatError as error:
+        raise SourceError(f"{root} cannot be read: {error}.") from None
+    return [entry for folder in folders for entry in _of_folder(folder, listed)]
+
+
+def _of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
+    """Return the sequences of a folder; none if it holds things, but neither truth nor frames."""
+    name = printable(folder.name)
+    bare = [_Entry(name, folder, None)]
+    try:
+        if truths := _truths(folder):
+            return [_Entry(name + suffix, folder, path) for suffix, path in truths.items()]
+        return bare if listed or _pictures(_home(folder)) or not any(folder.iterdir()) else []
+    except OSError:  # which comes again when it is loaded
+        return bare
+
+
+def _truths(folder: Path) -> dict[str, Path]:
+    """Return the truth in a folder, by what it adds to the sequence's name."""
+    numbered = {
+        f"-{match[1]}": path
+        for path in sorted(folder.glob("groundtruth_rect.*.txt"))
+        if (match := re.fullmatch(r"groundtruth_rect\.(\d+)\.txt", path.name))
+    }
+    if (plain := folder / "groundtruth_rect.txt").exists():
+        return {"": plain}
+    others = [path for path in (folder / "groundtruth.txt", folder / "masks") if path.exists()]
+    return numbered or ({"": others[0]} if others else {})
+
+
+def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
+    """Load a sequence; the first pixel is the layout's if it is None.
+
+    Raises
+    ------
+    MotesError, OSError
+        If there is anything wrong with it.
+    """
+    name, place, truth = entry
+    if not place.exists():
+        raise FormatError("list.txt names it, but there is no such folder")
+    if place.is_dir() and not any(place.iterdir()):
+        raise FormatError("the folder is empty")
+    if truth is None:
+        raise FormatError(
+            "it has no truth; that would be groundtruth_rect.txt, groundtruth.txt or masks/"
+        )
+    source, count = (place, None) if place.is_file() else series_source(_home(place))
+    if truth.is_dir():
+        regions = [read_mask(path) for path in _series(truth)]
+    else:
+        text = read_text(truth)
+        try:
+            regions = read_regions(text)
+        except FormatError as error:
+            raise FormatError(f"{truth.name}, {error}") from None
+    if count not in (None, len(regions)):
+        raise FormatError(f"{truth.name} is for {len(regions)} frames, but there are {count}")
+    boxes = np.array([region.box for region in regions], np.float64).reshape(-1, 4)
+    ellipses = np.array([region.ellipse for region in regions], np.float64).reshape(-1, 5)
+    if (label := place / "absence.label").is_file() and truth.name == "groundtruth.txt":
+        absent = np.array([word == "1" for word in read_text(label).split()])
+        if absent.size != len(regions):
+            raise FormatError(f"{label.name} is for {absent.size} frames, not {len(regions)}")
+        boxes[absent] = ellipses[absent] = np.nan
+    if np.isnan(boxes).all():
+        raise FormatError(f"{truth.name} has no frame with a target")
+    if not truth.is_dir():
+        if first_pixel is None:
+            first_pixel = 0 if _is_vot(place, truth, regions) else 1
+        boxes[:, :2] -= first_pixel
+        ellipses[:, :2] -= first_pixel
+    return Sequence(name, source, boxes, ellipses)
+
+
+def _is_vot(folder: Path, truth: Path, regions: list[Region]) -> bool:
+    marks = ("color", "sequence", "camera_motion.tag", "camera_motion.label")
+    return truth.name == "groundtruth.txt" and (
+        any((folder / mark).exists() for mark in marks)
+        or not all(region.is_box for region in regions)
+    )
+
+
+def _home(folder: Path) -> Path:
+    """Return where a sequence's frames are."""
+    return next((folder / name for name in ("img", "color") if (folder / name).is_dir()), folder)
+
+
+def _pictures(folder: Path) -> list[Path]:
+    """Return what `open_source` takes for the pictures of a folder."""
+    return [
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() in IMAGE_ENDINGS and path.name[0] != "."
+    ]
+
+
+def series_source(folder: Path) -> tuple[str | Path, int]:
+    """Return a source of the frames in a folder, without other pictures there, and their number."""
+    series, pictures = _series(folder), _pictures(folder)
+    if len(series) == len(pictures):
+        return folder, len(series)
+    stray = min(set(pictures) - set(series))
+    stem = re.sub(r"\d+$", "", series[0].stem)
+    pattern = glob.escape(os.path.join(folder, stem)) + f"[0-9]*{series[0].suffix}"
+    if {Path(name) for name in glob.glob(pattern)} != set(series):
+        raise FormatError(f"{stray.name} is among the frames, but not one of them; move it away")
+    return pattern, len(series)
+
+
+def _series(folder: Path) -> list[Path]:
+    """Return the pictures in a folder that are numbered alike, in order.
+
+    Raises
+    ------
+    FormatError
+        If there is none, or none that has most pictures, or one is missing in between.
+    """
+    groups: dict[tuple[str, str] | None, list[tuple[int, Path]]] = {}
+    for path in _pictures(folder):
+        match = re.fullmatch(r"(.*?)(\d+)", path.stem)
+        kind, number = ((match[1], path.suffix), int(match[2])) if match else (None, 0)
+        groups.setdefault(kind, []).append((number, path))
+    if not groups:
+        raise FormatError(f"there are no pictures in {folder.name}/")
+    kinds = sorted(groups, key=lambda kind: len(groups[kind]))
+    if len(kinds) > 1 and len(groups[kinds[-1]]) == len(groups[kinds[-2]]):
+        names = sorted(groups[kind][0][1].name for kind in kinds[-2:])
+        raise FormatError(f"frames are either like {names[0]} or like {names[1]}; move the others")
+    series = sorted(groups[kinds[-1]])
+    if kinds[-1] is not None and len(series) > 1:
+        numbers = np.array([number for number, _ in series])
+        steps = np.diff(numbers)
+        step = max(int(steps.min()), 1)  # 5 where somebody kept every fifth frame
+        if (gaps := np.flatnonzero(steps > step)).size:
+            before = series[gaps[0]][1].stem
+            width = len(before) - len(kinds[-1][0])
+            missing = f"{kinds[-1][0]}{numbers[gaps[0]] + step:0{width}}{kinds[-1][1]}"
+            raise FormatError(f"the frame {missing} is missing after {before}{kinds[-1][1]}")
+    return [path for _, path in series]
+
+
+def printable(name: str) -> str:
+    """Return the name of a file with all that is not UTF-8 escaped, so that it can be written."""
+    return name.encode(errors="backslashreplace").decode()
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file; raise an OSError or a FormatError if there is none."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise FormatError(f"{path.name} is not text; save it as UTF-8") from None

@@ -1,0 +1,334 @@
+"""How well a track fits the truth: pure functions on arrays with a row for each frame."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.cues.sampling import sunflower
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+THRESHOLDS = np.linspace(0, 1, 21)
+"""Of overlap, where the success curve is read."""
+
+PIXELS = np.arange(51)
+"""Of distance, where the precision curve is read."""
+
+BINS = 10
+"""Equally wide bins of confidence."""
+
+LOST_OD = 0.8
+"""A track whose overlap distance is greater is lost (Maggio et al., section 5)."""
+
+BURN_IN = 10
+"""Frames from a start, itself included, that say nothing yet about accuracy (VOT)."""
+
+SENSITIVITY = 30
+"""S of VOT's robustness."""
+
+REAPPEARANCE = 30
+"""Frames in a row with the target that a tracker has at least to find it again."""
+
+CHI_SQUARE_95 = 5.991
+"""The 95 % quantile of the chi-square distribution with 2 degrees of freedom."""
+
+RESAMPLES = 10_000
+
+_POINTS = 4096
+_CHUNK = 32
+
+
+def success_curve(overlaps: Floats) -> Floats:
+    """Return the share of frames whose overlap (IoU, (frames,)) exceeds each of `THRESHOLDS`.
+
+    Wu, Lim and Yang, Online object tracking: a benchmark, CVPR 2013. NaN where there are no frames.
+    """
+    return _shares(overlaps[:, None] > THRESHOLDS)
+
+
+def success_auc(overlaps: Floats) -> float:
+    """Return the area under the success curve, as the mean over its 21 thresholds from 0 to 1."""
+    return float(success_curve(overlaps).mean())
+
+
+def precision_curve(distances: Floats) -> Floats:
+    """Return the share of frames whose distance between centers is at most each of `PIXELS`.
+
+    Distances (frames,) are in pixels. Wu, Lim and Yang, CVPR 2013, who rank trackers by the share
+    at 20 pixels. NaN where there are no frames.
+    """
+    return _shares(distances[:, None] <= PIXELS)
+
+
+def _shares(passed: Flags) -> Floats:
+    shares: Floats = passed.mean(axis=0) if len(passed) else np.full(passed.shape[1], np.nan)
+    return shares
+
+
+def enclosing_boxes(ellipses: Floats) -> Floats:
+    """Return the smallest boxes x, y, w, h (n, 4) around ellipses (n, 5), as `Ellipse.box` does."""
+    x, y, a, b, theta = ellipses.T
+    cos, sin = np.cos(theta), np.sin(theta)
+    half_width, half_height = np.hypot(a * cos, b * sin), np.hypot(a * sin, b * cos)
+    return np.stack(
+        [x - half_width + 0.5, y - half_height + 0.5, 2 * half_width, 2 * half_height], axis=1
+    )
+
+
+def overlap_distances(ellipses: Floats, truths: Floats) -> Floats:
+    """Return the overlap distance OD of each ellipse from its truth, (n,).
+
+        OD = 1 - 2 TP / (|A_c| + |A_gt|)
+
+    with TP the common area of the two. Maggio, Smeraldi and Cavallaro, equation 11. TP is the area
+    of the truth times the share of 4096 points, spread evenly over it, that lie in the ellipse.
+
+    Parameters
+    ----------
+    ellipses, truths
+        (n, 5): x, y, a, b, theta. A row that is no ellipse is as far as can be, OD 1; without a
+        truth OD is NaN.
+    """
+    out = np.ones(len(truths))
+    out[~_regions(truths)] = np.nan
+    both = np.flatnonzero(_regions(ellipses) & _regions(truths))
+    u, v = sunflower(_POINTS)
+    monomials = np.stack([u * u, u * v, v * v, u, v, np.ones(_POINTS)])
+    for rows in np.split(both, range(_CHUNK, len(both), _CHUNK)):
+        radii = _squared_radius(ellipses[rows], truths[rows]) @ monomials
+        areas, true_areas = (np.pi * each[rows, 2] * each[rows, 3] for each in (ellipses, truths))
+        common = np.minimum((radii <= 1).mean(axis=1) * true_areas, areas)
+        out[rows] = 1 - 2 * common / (areas + true_areas)
+    return out
+
+
+def _regions(ellipses: Floats) -> Flags:
+    return np.asarray(np.isfinite(ellipses).all(axis=1) & (ellipses[:, 2:4] > 0).all(axis=1))
+
+
+def _squared_radius(ellipses: Floats, truths: Floats) -> Floats:
+    """Return how far the truth's points are from an ellipse's center, squared, in its half-axes.
+
+    As polynomials (n, 6) of u², uv, v², u, v and 1, where (u, v) is the place of a point of the
+    truth in the unit disk; what is at most 1 lies in the ellipse.
+    """
+    x, y, a, b, theta = ellipses.T
+    true_x, true_y, true_a, true_b, true_theta = truths.T
+    cos, sin, dx, dy = np.cos(theta), np.sin(theta), true_x - x, true_y - y
+    turn_cos, turn_sin = np.cos(true_theta - theta), np.sin(true_theta - theta)
+    # A point is at (p0 + p1 u + p2 v, q0 + q1 u + q2 v) in the unit disk of the ellipse.
+    p0, p1, p2 = (cos * dx + sin * dy) / a, true_a * turn_cos / a, -true_b * turn_sin / a
+    q0, q1, q2 = (cos * dy - sin * dx) / b, true_a * turn_sin / b, true_b * turn_cos / b
+    return np.stack(
+        [
+            *(p1 * p1 + q1 * q1, 2 * (p1 * p2 + q1 * q2), p2 * p2 + q2 * q2),
+            *(2 * (p0 * p1 + q0 * q1), 2 * (p0 * p2 + q0 * q2), p0 * p0 + q0 * q0),
+        ],
+        axis=1,
+    )
+
+
+def first_lost(distances: Floats) -> int | None:
+    """Return the first row whose overlap distance is above `LOST_OD`; None if there is none."""
+    lost = np.flatnonzero(distances > LOST_OD)
+    return int(lost[0]) if lost.size else None
+
+
+def detection_recall(said: Flags, true: Flags) -> float:
+    """Return the share of the true frames in which it was said.
+
+    1 where nothing was said and nothing true; NaN where something was said, but nothing true.
+    """
+    return _ratio(said & true, true, empty=not said.any())
+
+
+def detection_precision(said: Flags, true: Flags) -> float:
+    """Return the share of what was said that was true.
+
+    1 where nothing was said and nothing true; NaN where something was true, but nothing said.
+    """
+    return _ratio(said & true, said, empty=not true.any())
+
+
+def _ratio(part: Flags, whole: Flags, empty: bool) -> float:
+    count = np.count_nonzero(whole)
+    if not count:
+        return 1.0 if empty else np.nan
+    return np.count_nonzero(part) / count
+
+
+def detection_f1(said: Flags, true: Flags) -> float:
+    """Return F1 of a yes-or-no statement per frame; 1 where nothing was said and nothing true."""
+    together = np.count_nonzero(said) + np.count_nonzero(true)
+    return 2 * np.count_nonzero(said & true) / together if together else 1.0
+
+
+def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
+    """Return how many losses count, and after how many of them the target was found again.
+
+    A loss is a frame in which the target is missed, after it was not missed in the last one that
+    had it. It counts if from there on the target is present in `REAPPEARANCE` frames in a row; it
+    is found again if some later frame is correct.
+
+    Parameters
+    ----------
+    present, missed, correct
+        (frames,): whether there is a target, whether the tracker does not have it, and whether it
+        has it well enough. Without a target, the latter two do not matter.
+    """
+    if len(present) < REAPPEARANCE:
+        return 0, 0
+    there = np.flatnonzero(present)
+    losses = there[1:][missed[there[1:]] & ~missed[there[:-1]]]
+    rows = np.convolve(present, np.ones(REAPPEARANCE, int), "valid") == REAPPEARANCE
+    begins, finds = (np.flatnonzero(flags) for flags in (rows, present & correct))
+    losses = losses[losses <= begins.max(initial=-1)]
+    return len(losses), int(np.count_nonzero(losses < finds.max(initial=-1)))
+
+
+def covered(offsets: Floats, covariances: Floats) -> Flags:
+    """Return whether points lie in the 95 % ellipses of normal distributions, (n,).
+
+    A point at d from the mean does if d' C^-1 d <= `CHI_SQUARE_95`; none does where C has no area,
+    or is NaN.
+
+    Parameters
+    ----------
+    offsets
+        (n, 2), of the points from the means.
+    covariances
+        (n, 3): xx, xy, yy.
+    """
+    (x, y), (xx, xy, yy) = offsets.T, covariances.T
+    area = xx * yy - xy * xy
+    inside = yy * x * x - 2 * xy * x * y + xx * y * y <= CHI_SQUARE_95 * area
+    return np.asarray(inside & (area > 0))
+
+
+class Reliability(NamedTuple):
+    """A reliability diagram: what happened where a confidence was said, each field (bins,).
+
+    Attributes
+    ----------
+    frames
+        Their number.
+    weight
+        Sum of their weights.
+    confidence
+        Mean confidence; NaN where there are no frames, like the next.
+    accuracy
+        Share of correct frames.
+    """
+
+    frames: NDArray[np.int64]
+    weight: Floats
+    confidence: Floats
+    accuracy: Floats
+
+    @property
+    def error(self) -> float:
+        """The expected calibration error (ECE): the mean gap of the bins; NaN without frames."""
+        total = self.weight.sum()
+        gaps = np.nan_to_num(np.abs(self.accuracy - self.confidence))
+        return float((self.weight * gaps).sum() / total) if total else np.nan
+
+
+def reliability(confidence: Floats, correct: Flags, weights: Floats) -> Reliability:
+    """Return how often frames are correct, in `BINS` equally wide bins of confidence.
+
+    Guo, Pleiss, Sun and Weinberger, On calibration of modern neural networks, ICML 2017. `weights`
+    (frames,) let each sequence count the same however long it is.
+    """
+    which = np.clip((confidence * BINS).astype(int), 0, BINS - 1)
+    weight, said, right = (
+        np.bincount(which, weights * values, minlength=BINS).astype(np.float64)
+        for values in (np.ones(confidence.size), confidence, correct)
+    )
+    with np.errstate(invalid="ignore"):  # 0 / 0 of an empty bin
+        means = said / weight, right / weight
+    return Reliability(np.bincount(which, minlength=BINS), weight, *means)
+
+
+def calibration_error(confidence: Floats, correct: Flags, weights: Floats) -> float:
+    """Return the expected calibration error (ECE).
+
+    The mean, over ten equally wide bins of confidence and weighted by their share of the frames, of
+    the distance between the mean confidence and the share of correct frames; see `reliability`.
+    """
+    return reliability(confidence, correct, weights).error
+
+
+def reset_accuracy(overlaps: Floats, started: Flags, tracked: Flags) -> float:
+    """Return the mean overlap of a tracker that is started anew wherever it fails.
+
+    Kristan et al., The visual object tracking VOT challenges, 2013 to 2016: the `BURN_IN` frames
+    from each start are left out, as they owe too much to it.
+
+    Parameters
+    ----------
+    overlaps
+        (frames,), NaN where there is no target.
+    started, tracked
+        Whether the tracker was started in a frame; whether it followed the target there, so that it
+        was neither started, nor failed, nor waiting.
+
+    Returns
+    -------
+    float
+        NaN if no frame is left.
+    """
+    age = np.arange(len(overlaps)) - np.maximum.accumulate(
+        np.where(started, np.arange(len(overlaps)), -BURN_IN)
+    )
+    counted = overlaps[tracked & (age >= BURN_IN) & np.isfinite(overlaps)]
+    return float(counted.mean()) if counted.size else np.nan
+
+
+def reset_robustness(failures: int, frames: int) -> float:
+    """Return the probability that a tracker has not failed after S = 30 frames.
+
+        R = exp(-S F / N)
+
+    with F failures in N frames. Čehovin, Leonardis and Kristan, Visual object tracking performance
+    measures revisited, TIP 2016; S as in VOT. NaN without frames.
+    """
+    return float(np.exp(-SENSITIVITY * failures / frames)) if frames else np.nan
+
+
+class Difference(NamedTuple):
+    """A mean difference and its interval of confidence; all NaN where nothing was compared."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def paired_difference(
+    rng: np.random.Generator, values: Floats, others: Floats, level: float = 0.95
+) -> Difference:
+    """Return the mean of values - others, (n,), and its percentile bootstrap interval.
+
+    Pairs are drawn with replacement, n at a time and `RESAMPLES` times. Efron and Tibshirani, An
+    introduction to the bootstrap, 1993, chapter 13. From one pair follows no interval: NaN.
+    """
+    differences = values - others
+    n = differences.size
+    mean = float(differences.mean()) if n else np.nan
+    if n < 2:
+        return Difference(mean, np.nan, np.nan)
+    chunks = np.full(10, RESAMPLES // 10)  # as n may be large
+    means = [differences[rng.integers(n, size=(chunk, n))].mean(axis=1) for chunk in chunks]
+    low, high = np.quantile(np.concatenate(means), [(1 - level) / 2, (1 + level) / 2])
+    return Difference(mean, float(low), float(high))
+
+
+def time_quantiles(seconds: Floats) -> tuple[float, float]:
+    """Return median and 95th percentile of running times (n,), in milliseconds; NaN of none."""
+    if not seconds.size:
+        return np.nan, np.nan
+    median, high = np.quantile(seconds, [0.5, 0.95]) * 1000
+    return float(median), float(high)

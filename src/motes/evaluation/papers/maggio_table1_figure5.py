@@ -1,0 +1,220 @@
+"""Maggio et al., table 1 and figure 5: the variants of their tracker on sequences with truth."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from motes.core.errors import SourceError
+from motes.evaluation import runner
+from motes.evaluation.adapters.registry import enter
+from motes.evaluation.aggregate import Evaluation, Mean
+from motes.evaluation.datasets.sot import Problem
+from motes.evaluation.datasets.sot import Sequence as Film
+from motes.evaluation.papers.result import Experiment, Result, over
+from motes.evaluation.report import sections as report_sections
+from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
+from motes.evaluation.runner import Pass
+from motes.evaluation.scores import Outcome
+from motes.output import charts
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMNS = {
+    "C": "maggio:C",
+    "O FOH": "maggio:O-FOH",
+    "O ROH": "maggio:O-ROH",
+    "C+O(SS) FOH": "maggio:C+O-SS-FOH",
+    "C+O(SS) ROH": "maggio:C+O-SS-ROH",
+    "C+O(A&SS) FOH": "maggio:C+O-A&SS-FOH",
+    "C+O(A&SS) ROH": "maggio:C+O-A&SS-ROH",
+}
+"""Those of table 1, and our presets."""
+FIXED_SCALE = {"C+O(A) FOH": "maggio:C+O-A-FOH", "C+O(A) ROH": "maggio:C+O-A-ROH"}
+"""What figure 5a compares in addition."""
+
+LT = "(LT)"
+PAPER = {
+    "P1": "0.535(LT) 0.932(LT) 0.513(LT) 0.322(LT) 0.190 0.294 0.183",
+    "P2": "0.861(LT) 0.944(LT) 0.940(LT) 0.433(LT) 0.403(LT) 0.414(LT) 0.351(LT)",
+    "P3": "0.457(LT) 0.896(LT) 0.828(LT) 0.333(LT) 0.304(LT) 0.339(LT) 0.268",
+    "F1": "0.281 0.742(LT) 0.710(LT) 0.228 0.213 0.240 0.222",
+    "F2": "0.397(LT) 0.633(LT) 0.519(LT) 0.376(LT) 0.337(LT) 0.355(LT) 0.320(LT)",
+    "F3": "0.279 0.369 0.305 0.235 0.237 0.244 0.229",
+    "V4": "0.249 0.845(LT) 0.844(LT) 0.275 0.322 0.253 0.239",
+}
+"""Table 1 as printed, by target."""
+
+
+class Score(NamedTuple):
+    """A column of table 1 in short.
+
+    Attributes
+    ----------
+    od
+        Mean over the sequences.
+    lost
+        How many of the tracks were lost.
+    """
+
+    od: Mean
+    lost: Mean
+
+
+def paper(column: str) -> Score | None:
+    """Return the paper's score of a column of `COLUMNS`; None for what it only draws."""
+    if column not in COLUMNS:
+        return None
+    cells = [row.split()[list(COLUMNS).index(column)] for row in PAPER.values()]
+    od = np.mean([float(cell.removesuffix(LT)) for cell in cells])
+    return Score(Mean(float(od)), Mean(sum(cell.endswith(LT) for cell in cells)))
+
+
+class Standing(NamedTuple):
+    """What is known after a job.
+
+    Attributes
+    ----------
+    evaluation
+        All that is over.
+    sequences
+        Those that every tracker has finished: only on these can they be compared.
+    problems
+        What went wrong.
+    progress
+        How many jobs are over, for people.
+    """
+
+    evaluation: Evaluation
+    sequences: list[str]
+    problems: tuple[Problem, ...]
+    progress: str
+
+    def score(self, tracker: str) -> Score:
+        """Return a tracker's score, with standard deviations over seeds."""
+        od = self.evaluation.mean(tracker, "ope", "od", self.sequences)
+        lost = self.evaluation.per_seed(tracker, "ope", report_sections.lost_track, self.sequences)
+        return Score(od, over(lost * len(self.sequences)))
+
+
+def evaluated(
+    trackers: Sequence[str], films: Sequence[Film], seeds: int, workers: int
+) -> Iterator[Standing]:
+    """Run trackers over sequences in worker processes and yield where they stand after each.
+
+    Raises
+    ------
+    SourceError
+        If no sequence can be opened.
+    """
+    entries, _ = enter(trackers)
+    jobs, unreadable = runner.plan(entries, films, ["ope"], seeds)
+    if not jobs:
+        raise SourceError(f"No sequence can be used. {unreadable[0].where}: {unreadable[0].what}")
+    outcomes: list[Outcome] = []
+    with TemporaryDirectory(prefix="motes-") as folder:
+        out, errors, done = Path(folder), dict[Pass, str](), 0
+        with contextlib.closing(runner.run(jobs, out, workers, runner.TIME_LIMIT)) as steps:
+            for job, failed in steps:
+                if failed is not None:
+                    errors |= failed
+                    outcomes += Outcome.of(job, out, errors)
+                    done += 1
+                    progress = f"{done} of {len(jobs)} jobs, last {job.name}"
+                    yield _standing(trackers, outcomes, unreadable, progress)
+
+
+def _standing(
+    trackers: Sequence[str], outcomes: list[Outcome], problems: list[Problem], progress: str
+) -> Standing:
+    evaluation = Evaluation(outcomes)
+    finished = [
+        set(evaluation.finished(tracker, "ope")) if tracker in evaluation.trackers else set()
+        for tracker in trackers
+    ]
+    common = set.intersection(*finished)
+    return Standing(
+        evaluation,
+        [name for name in evaluation.sequences if name in common],
+        tuple(report_sections.problems(problems, evaluation.outcomes)),
+        progress,
+    )
+
+
+def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
+    """Yield table 1 over the sequences so far, and its means beside the paper's."""
+    for standing in evaluated([*COLUMNS.values()], films, seeds, workers):
+        tables = {}
+        if standing.sequences:
+            tables = {"sequences": _sequences(standing), "means": _means(standing, COLUMNS)}
+        yield Result(tables, None, standing.problems, standing.progress)
+
+
+def _sequences(standing: Standing) -> Table:
+    """Return the paper's table: each OD, and LT where most of a tracker's runs lost the track."""
+    rows: list[Row] = []
+    for name in standing.sequences:
+        cells = []
+        for tracker in COLUMNS.values():
+            od, lost = standing._replace(sequences=[name]).score(tracker)
+            cells.append(f"{od.mean:.3f}{LT if lost.mean > 0.5 else ''}")
+        rows.append((Cell(name), *map(Cell, cells)))
+    for name, line in PAPER.items():
+        rows.append((Cell(f"the paper's {name}"), *map(Cell, line.split())))
+    note = f"Overlap distance, 0 to 1, mean over the seeds; {LT}: lost, with most of them."
+    return Table("Accuracy on each sequence", ("sequence", *COLUMNS), rows, note=note)
+
+
+def _means(standing: Standing, columns: dict[str, str]) -> Table:
+    rows: list[Row] = []
+    for column, tracker in columns.items():
+        (od, lost), known = standing.score(tracker), paper(column)
+        theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NOTHING),) * 2
+        rows.append((Cell(column), number(od), number(lost, 1), *theirs))
+    count = len(standing.sequences)
+    head = ("features", "mean OD", f"tracks lost of {count}", "the paper's OD", "its lost of 7")
+    return Table("All sequences", head, rows, note="Standard deviations are over the seeds.")
+
+
+def figure5(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
+    """Yield figure 5, and its numbers beside the means of the paper's table 1."""
+    columns = COLUMNS | FIXED_SCALE
+    for standing in evaluated([*columns.values()], films, seeds, workers):
+        tables = {"": _means(standing, columns)} if standing.sequences else {}
+        draw = partial(_draw, standing, columns)
+        yield Result(tables, draw, standing.problems, standing.progress)
+
+
+def _draw(standing: Standing, columns: dict[str, str]) -> Figure:
+    ods = {column: standing.score(tracker).od.mean for column, tracker in columns.items()}
+    figure = charts.new_figure(3.6)
+    left, right = figure.subplots(1, 2, sharey=True)
+    _bars(left, "(a) color and orientation", ["C+O(A)", "C+O(SS)", "C+O(A&SS)"], ods)
+    _bars(right, "(b) each alone, and both", ["O", "C", "C+O(A&SS)"], ods)
+    left.set_ylabel("mean overlap distance")
+    handles, labels = right.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    return figure
+
+
+def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) -> None:
+    """Draw ours as bars and the paper's as dashes; what has no orientation is the same in both."""
+    charts.plain(axes, title, "", "")
+    width = 0.38
+    for shift, form, color in ((-0.5, "FOH", charts.BLUE), (0.5, "ROH", charts.VERMILION)):
+        names = [group if group in ods else f"{group} {form}" for group in groups]
+        places = np.arange(len(groups)) + shift * width
+        axes.bar(places, [ods[name] for name in names], width, color=color, label=form)
+        theirs = [known.od.mean if (known := paper(name)) else np.nan for name in names]
+        label = "the paper's" if form == "ROH" else "_"  # named once in the legend
+        low, high = places - width / 2, places + width / 2
+        axes.hlines(theirs, low, high, color=charts.INK, linewidth=2, label=label)
+    axes.set_xticks(np.arange(len(groups)), groups)

@@ -1,0 +1,146 @@
+"""Ng and Delp, table 1: histograms over a part of a region's pixels against those over all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.color import Color
+from motes.cues.edge_histogram import Edges
+from motes.cues.histogram_cue import bhattacharyya
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
+from motes.evaluation.papers.result import Experiment, Result, over
+from motes.evaluation.papers.sample_regions import View
+from motes.evaluation.report.tables import Cell, Row, Table, number, percent
+from motes.sot.filtering.likelihood import Gaussian
+
+Floats = NDArray[np.float64]
+
+ALL = "all pixels"
+SAMPLINGS: dict[str, Sampling] = {
+    ALL: EveryPixel(),
+    "half": Checkerboard(share="half"),
+    "quarter": Checkerboard(share="quarter"),
+    **{f"lattice of {points}": Lattice(points=points) for points in (64, 128, 256, 512)},
+}
+CUES: dict[str, Callable[[Sampling], Color | Edges]] = {
+    "color": lambda sampling: Color(  # sections 3.1 and 3.3
+        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=sampling
+    ),
+    "edges": lambda sampling: Edges(kernel="epanechnikov", sampling=sampling),  # 3.2 and 3.3
+}
+LIKELIHOOD = Gaussian(sigma=0.15)  # equation 22, caption of table 1
+
+REGIONS = 50
+"""A histogram alone would take no longer than to ask for it: so many are timed together."""
+APART = 2.0
+"""They lie some pixels beside each other, as particles do; the processor shall not learn them."""
+ROUNDS = 40
+"""So often is a picture on its own timed; one of a film, once."""
+
+
+class Paper(NamedTuple):
+    """A column of the paper's table 1, which is of color."""
+
+    rho: float
+    distance: float
+    likelihood: float
+    seconds: float
+
+
+PAPER = {
+    ALL: Paper(1, 0, 1, 0.1304),
+    "half": Paper(0.9998, 0.0157, 0.9946, 0.0498),
+    "quarter": Paper(0.9993, 0.0258, 0.9853, 0.0252),
+}
+
+
+class Sample(NamedTuple):
+    """What one region gives; there is a number for each of the `SAMPLINGS`.
+
+    Attributes
+    ----------
+    distances
+        (S,), from the histogram over all pixels.
+    seconds
+        (rounds, S), of processor time for a histogram.
+    """
+
+    distances: Floats
+    seconds: Floats
+
+
+def sample(
+    cues: Sequence[Color | Edges], frame: Frame, ellipse: Ellipse, rounds: int
+) -> Sample | None:
+    """Compare a region's histograms by several cues with the first one's, and time them in turn.
+
+    What a cue computes of the whole picture, such as Sobel's edges, is not timed: it is done once
+    for all regions, whatever is read of it. None if nothing of the region is in the picture.
+    """
+    regions = np.tile(np.array(ellipse), (1 + REGIONS, 1))
+    regions[1:, :2] += np.random.default_rng(frame.index).normal(0, APART, (REGIONS, 2))
+    histograms = [cue.histograms(frame, regions)[0] for cue in cues]
+    if not histograms[0].any():
+        return None
+    seconds = np.empty((rounds, len(cues)))
+    for row in seconds:
+        for column, cue in enumerate(cues):
+            start = time.thread_time()
+            cue.histograms(frame, regions)
+            row[column] = time.thread_time() - start
+    return Sample(bhattacharyya(np.array(histograms), histograms[0]), seconds / len(regions))
+
+
+def table1(views: Iterable[View]) -> Experiment:
+    """Yield table 1 over the views so far, for the histogram of colors and for that of edges."""
+    cues = {name: [make(s) for s in SAMPLINGS.values()] for name, make in CUES.items()}
+    samples: dict[str, list[Sample]] = {name: [] for name in cues}
+    sizes = []
+    for seen, (frame, region, still) in enumerate(views, 1):
+        if region is not None:
+            sizes.append(region.box[2:])
+            for name, each in cues.items():
+                found = sample(each, frame, region, ROUNDS if still else 1)
+                if found is not None:
+                    samples[name].append(found)
+        width, height = np.median(sizes, axis=0)
+        where = f"ellipses of {width:.0f}x{height:.0f} pixels in {len(sizes)} of {seen} pictures"
+        tables = {name: _table(name, each, where) for name, each in samples.items() if each}
+        yield Result(tables, progress=f"picture {seen}")
+
+
+def _table(name: str, samples: Sequence[Sample], where: str) -> Table:
+    distances = np.array([sample.distances for sample in samples])
+    seconds = np.concatenate([sample.seconds for sample in samples])
+    likelihoods = np.exp(LIKELIHOOD.log([name], distances.reshape(1, -1)))
+    columns = zip(
+        (1 - distances**2).T,
+        distances.T,
+        likelihoods.reshape(distances.shape).T,
+        np.median(seconds, axis=0),
+        np.median(seconds / seconds[:, :1], axis=0),
+        strict=True,
+    )
+    rows: list[Row] = []
+    for pixels, (rho, distance, likelihood, taken, share) in zip(SAMPLINGS, columns, strict=True):
+        fit = [number(over(values), 4) for values in (rho, distance, likelihood)]
+        rows.append((Cell(pixels), *fit, number(1e6 * taken, 1), percent(share)))
+        if name == "color" and (paper := PAPER.get(pixels)):
+            fit = [number(value, 4) for value in paper[:3]]
+            share = paper.seconds / PAPER[ALL].seconds
+            time = number(1e6 * paper.seconds, 0)
+            rows.append((Cell(f"{pixels}, paper"), *fit, time, percent(share)))
+    head = ("pixels read", "rho", "distance", "likelihood", "µs", "against all")
+    note = (
+        "Likelihood with sigma 0.15. Median processor time of a histogram, measured in turn"
+        + ", Sobel's operator, the same for all, left out" * (name == "edges")
+        + "."
+    )
+    return Table(f"Histograms of {name}: {where}", head, rows, note=note)

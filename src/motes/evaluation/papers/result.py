@@ -1,0 +1,117 @@
+"""What an experiment has found so far, and the files that hold it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Generator, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from motes.core.errors import FormatError
+from motes.evaluation.aggregate import Mean
+from motes.evaluation.datasets.sot import Problem
+from motes.evaluation.report import markdown
+from motes.evaluation.report.tables import Cell, Table
+from motes.evaluation.scores import write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DPI = 110
+
+
+class Result(NamedTuple):
+    """What is known after a step of an experiment; the steps after it know more.
+
+    Attributes
+    ----------
+    tables
+        By what tells the experiment's tables apart; "" where there is one.
+    draw
+        Makes the plot; None for an experiment without.
+    problems
+        What went wrong while the rest went on.
+    progress
+        How far the experiment is, for people.
+    """
+
+    tables: dict[str, Table]
+    draw: Callable[[], Figure] | None = None
+    problems: tuple[Problem, ...] = ()
+    progress: str = ""
+
+
+Experiment = Generator[Result, None, None]
+"""It yields a result after every step; the last one is that of the whole experiment."""
+
+
+def over(values: Iterable[float]) -> Mean:
+    """Return mean and standard deviation of some values."""
+    return Mean.over(np.array([*values], np.float64))
+
+
+def files(name: str, tables: Iterable[str], plot: bool) -> list[str]:
+    """Return the names of the files of an experiment's results."""
+    return [f"{name}.md", *(_csv_name(name, table) for table in tables), *[f"{name}.png"] * plot]
+
+
+def _csv_name(name: str, table: str) -> str:
+    return f"{name}-{table}.csv" if table else f"{name}.csv"
+
+
+def save(result: Result, folder: Path, name: str) -> None:
+    """Write a result into a folder: tables as NAME.md and each as CSV, the plot as NAME.png.
+
+    Raises
+    ------
+    FormatError
+        If a file cannot be written.
+    """
+    tables = result.tables
+    text = "\n\n".join(markdown.table(table) for table in tables.values())
+    write_text(folder / f"{name}.md", f"{text}\n")
+    for key, table in tables.items():
+        write_text(folder / _csv_name(name, key), as_csv(table))
+    if result.draw is not None:
+        path = folder / f"{name}.png"
+        try:
+            result.draw().savefig(path, dpi=DPI)
+        except OSError as error:
+            raise FormatError(
+                f"The plot {path} cannot be written: {error.strerror}; choose another folder, or "
+                f"make room there."
+            ) from None
+
+
+def as_csv(table: Table) -> str:
+    """Return a table as CSV, numbers with six significant digits.
+
+    A column in which a number has a standard deviation is followed by one that holds it.
+    """
+    rows = [*table.rows, *table.foot]
+    spread = [any(row[i].deviation is not None for row in rows) for i in range(len(table.head))]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        name
+        for title, wide in zip(table.head, spread, strict=True)
+        for name in ([title, f"{title}, standard deviation"] if wide else [title])
+    )
+    for row in rows:
+        writer.writerow(
+            field
+            for cell, wide in zip(row, spread, strict=True)
+            for field in ([_field(cell), _number(cell.deviation)] if wide else [_field(cell)])
+        )
+    return text.getvalue()
+
+
+def _field(cell: Cell) -> str:
+    return cell.text if cell.value is None else _number(cell.value)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"

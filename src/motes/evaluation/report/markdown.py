@@ -1,0 +1,77 @@
+"""The summary of an evaluation as Markdown."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from motes.evaluation.aggregate import Evaluation
+from motes.evaluation.datasets.sot import Problem
+from motes.evaluation.report import cross_validation
+from motes.evaluation.report import sections as report_sections
+from motes.evaluation.report.speed_ratio import Wanted, paces
+from motes.evaluation.report.tables import Cell, Table
+
+
+def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, title: str) -> str:
+    """Return the contents of summary.md: the tables of each protocol, references and problems."""
+    sections: dict[str, list[Table]] = {}
+    for protocol in evaluation.protocols:
+        tables = [report_sections.overall(evaluation, protocol)]
+        if len(evaluation.trackers) > 1:
+            tables.append(report_sections.comparisons(evaluation, protocol))
+        for make in (
+            report_sections.per_sequence,
+            report_sections.lost_status,
+            report_sections.recovery,
+            report_sections.times,
+        ):
+            tables.append(make(evaluation, protocol))
+        if (pace := paces(evaluation, protocol, wanted.peer)).rows:
+            tables.append(pace)
+        if wanted.folds:
+            tables.append(
+                cross_validation.choices(evaluation, protocol, wanted.candidates, wanted.folds)
+            )
+        if protocol == "robust":
+            tables.append(report_sections.per_view(evaluation))
+        sections[report_sections.heading(evaluation, protocol)] = tables
+    if wanted.reference is not None:
+        sections["Other people's results"] = [
+            report_sections.reference(evaluation, wanted.reference)
+        ]
+    return document(title, report_sections.described(evaluation), sections, problems)
+
+
+def document(
+    title: str, described: str, sections: Mapping[str, list[Table]], problems: list[Problem]
+) -> str:
+    """Return a text of tables under the titles of their sections, and what went wrong."""
+    parts = [f"# {_literal(title)}", _literal(described)]
+    if problems:
+        sections = {**sections, "What went wrong": [report_sections.problem_table(problems)]}
+    for name, tables in sections.items():
+        parts += [f"## {_literal(name)}", *map(table, tables)]
+    return "\n\n".join(parts) + "\n"
+
+
+def table(table: Table) -> str:
+    """Return a table under its title; what cannot be sorted needs no more than that."""
+    lines = [
+        tuple(map(_literal, table.head)),
+        tuple("---" for _ in table.head),
+        *(tuple(map(_cell, row)) for row in (*table.rows, *table.foot)),
+    ]
+    rows = "\n".join(f"| {' | '.join(line)} |" for line in lines) if table.rows else ""
+    parts = (f"### {_literal(table.title)}", rows, _literal(table.note))
+    return "\n\n".join(part for part in parts if part)
+
+
+def _cell(cell: Cell) -> str:
+    text = _literal(cell.text)
+    return f"**{text}**" if cell.best else text
+
+
+def _literal(text: str) -> str:
+    """Return text in one line that means itself, not headings, links or columns."""
+    return re.sub(r"[\\`*|<>\[\]#$]|\b_|_\b", r"\\\g<0>", " ".join(text.split()))

@@ -1,0 +1,163 @@
+"""The folder of an evaluation: what it holds, and whether it may be used once more."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+import msgspec
+
+from motes import __version__
+from motes.core.config import Config, from_dict, from_json
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import PARTIAL, leftovers, write_whole
+from motes.evaluation.adapters.registry import Entry
+from motes.evaluation.datasets.sot import printable
+from motes.evaluation.protocols.perturbations import LONGEST
+from motes.evaluation.runner import Job
+
+
+class Record(Config, frozen=True):
+    """What a folder holds, in `run.json`, so that it can be resumed.
+
+    Attributes
+    ----------
+    motes
+        The version that made it.
+    dataset
+        Its path.
+    sequences
+        Names, and digests of their truth and detections.
+    trackers
+        Names and configurations.
+    protocols, seeds, time_limit, max_frames
+        Of the last run.
+    """
+
+    motes: str
+    dataset: str
+    sequences: dict[str, str]
+    trackers: dict[str, str]
+    protocols: tuple[str, ...]
+    seeds: int
+    time_limit: float
+    max_frames: int = LONGEST
+
+
+def record(
+    dataset: Path,
+    jobs: Iterable[Job],
+    entries: Iterable[Entry],
+    protocols: Iterable[str],
+    seeds: int,
+    time_limit: float,
+    max_frames: int = LONGEST,
+) -> Record:
+    """Return the record of an evaluation."""
+    sequences = {job.sequence.name: job.sequence for job in jobs}
+    return Record(
+        motes=__version__,
+        dataset=printable(os.path.abspath(dataset)),
+        sequences={name: sequence.digest for name, sequence in sequences.items()},
+        trackers={entry.name: entry.configuration for entry in entries},
+        protocols=tuple(protocols),
+        seeds=seeds,
+        time_limit=time_limit,
+        max_frames=max_frames,
+    )
+
+
+RECORD = "run.json"
+FILES = (RECORD, "results.csv", "summary.md", "report.html")
+"""What an evaluation writes beside the folder `tracks`."""
+
+
+def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = False) -> None:
+    """Make the folder of an evaluation; nothing is written if it cannot be used.
+
+    Raises
+    ------
+    ConfigError
+        If it shall be resumed and overwritten at once.
+    FormatError
+        If it holds an evaluation already that is not to be resumed or overwritten, or another one
+        than shall be resumed, or cannot be written.
+    """
+    if resume and overwrite:
+        raise ConfigError("--resume and --overwrite contradict each other; give one of them.")
+    present = [name for name in (*FILES, "tracks") if (out / name).exists()]
+    if present and not (resume or overwrite):
+        raise FormatError(
+            f"{out} holds an evaluation ({present[0]}); continue it with --resume, replace it with "
+            f"--overwrite, or choose another --out."
+        )
+    if present and resume:
+        now = _continued(out, now)
+    try:
+        if overwrite:
+            _clear(out)
+        out.mkdir(parents=True, exist_ok=True)
+        write_whole(out / RECORD, msgspec.json.format(msgspec.json.encode(now)) + b"\n")
+    except OSError as error:
+        raise FormatError(
+            f"{out} cannot be written: {error.strerror}; make room, or choose another --out."
+        ) from None
+
+
+def _continued(out: Path, now: Record) -> Record:
+    """Return the record of an evaluation that is resumed; raise a FormatError if it is another."""
+    try:
+        before: Record = from_dict(from_json((out / RECORD).read_bytes()), Record)
+    except (OSError, ConfigError) as error:
+        raise FormatError(
+            f"{out} cannot be resumed, as its {RECORD} cannot be read ({error}); replace it with "
+            f"--overwrite, or choose another --out."
+        ) from None
+    changed = [
+        f"tracker {name}, which was configured otherwise"
+        for name, text in now.trackers.items()
+        if before.trackers.get(name, text) != text
+    ]
+    changed += [
+        f"sequence {name}, whose truth or detections were others"
+        for name, text in now.sequences.items()
+        if before.sequences.get(name, text) != text
+    ]
+    if before.dataset != now.dataset:
+        changed.append(f"dataset, which was {before.dataset}")
+    if before.max_frames != now.max_frames:
+        changed.append(f"--max-frames, which was {before.max_frames}")
+    if before.motes != now.motes:
+        changed.append(f"version of motes, which was {before.motes}")
+    if changed:
+        raise FormatError(
+            f"{out} cannot be resumed with this {changed[0]}; replace it with --overwrite, or "
+            f"choose another --out."
+        )
+    return Record(
+        motes=now.motes,
+        dataset=now.dataset,
+        sequences=before.sequences | now.sequences,
+        trackers=before.trackers | now.trackers,
+        protocols=now.protocols,
+        seeds=now.seeds,
+        time_limit=now.time_limit,
+        max_frames=now.max_frames,
+    )
+
+
+def _clear(out: Path) -> None:
+    """Remove what an evaluation wrote, and nothing else."""
+    tracks = [
+        path
+        for ending in (".csv", ".txt", f".csv{PARTIAL}", f".txt{PARTIAL}")
+        for path in out.glob(f"tracks/*/*/*{ending}")
+    ]
+    summaries = [path for name in FILES for path in (out / name, *leftovers(out / name))]
+    for path in [*summaries, *tracks]:
+        path.unlink(missing_ok=True)
+    for folder in [*out.glob("tracks/*/*/"), *out.glob("tracks/*/"), out / "tracks"]:
+        with contextlib.suppress(OSError):  # somebody has put something there
+            folder.rmdir()

@@ -1,0 +1,1 @@
+"""Speed of trackers, measured side by side."""

@@ -1,0 +1,163 @@
+"""What was found about speed, as tables, and beside what was found before."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import statistics
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from motes.core.errors import SourceError
+from motes.evaluation.adapters.opencv import PEERS
+from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number, percent, three_digits
+from motes.evaluation.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Job, Step
+
+RATIOS = ("cv2:mosse", "cv2:csrt")
+"""The fastest and the best of OpenCV's trackers: a ratio to their time in the same run can be
+compared with that of another day, or of another machine."""
+SLOWER = 0.15
+"""A ratio that has grown by more than this share is marked."""
+TIMES = "times "
+"""The title of a column of ratios; after it comes whose time is 1."""
+
+Ratio = tuple[str, str, str]
+"""Tracker, target and peer."""
+
+
+class Growth(NamedTuple):
+    """How an update's time grows with a number of things.
+
+    Attributes
+    ----------
+    what
+        The things.
+    medians
+        Seconds of an update, by line of the plot and number.
+    """
+
+    what: str
+    medians: dict[str, dict[int, float]]
+
+    @classmethod
+    def over(cls, what: str, seconds: Mapping[Step, list[float]]) -> Self:
+        """Take the median of each step."""
+        medians: dict[str, dict[int, float]] = {}
+        for (line, n), times in seconds.items():
+            medians.setdefault(line, {})[n] = statistics.median(times)
+        return cls(what, medians)
+
+    @property
+    def title(self) -> str:
+        """Whose time it is, and in frames of what size."""
+        return f"{REFERENCE}, {named_size(LARGE if self.what == 'targets' else SIZE)}"
+
+    def exponent(self, line: str) -> float:
+        """Return p of the power n^p that fits a line best: its slope in logarithms of both."""
+        logs = np.log([*self.medians[line].items()])
+        return float(np.polyfit(logs[:, 0], logs[:, 1], 1)[0])
+
+    def table(self) -> Table:
+        """Return a column for each line, and what one of the things costs in the first."""
+        first, *_ = lines = [*self.medians.values()]
+        rows: list[Row] = [
+            (
+                Cell(f"{n}"),
+                *(number(1e3 * line[n]) for line in lines),
+                number(1e6 * first[n] / n, 1),
+            )
+            for n in first
+        ]
+        powers = (number(self.exponent(line), 2) for line in self.medians)
+        foot = (Cell("power"), *powers, Cell(""))
+        head = (self.what, *(f"{line}, ms" for line in self.medians), "µs for each")
+        note = "Times grow with that power of the number: 1 is in proportion."
+        return Table(f"{self.title}, by number of {self.what}", head, rows, (foot,), note)
+
+
+def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
+    """Return the time of an update of each tracker, and its ratios to others in the same run."""
+    medians = {job: statistics.median(times) for job, times in seconds.items()}
+    others = [name for name in (REFERENCE, *RATIOS) if (name, MAIN) in medians]
+    rows: list[Row] = []
+    for job, times in seconds.items():
+        high = statistics.quantiles(times, n=20)[-1]
+        milliseconds = (number(1e3 * value) for value in (medians[job], high))
+        ratios = (three_digits(medians[job] / medians[name, MAIN]) for name in others)
+        rows.append((Cell(job[0]), Cell(named_size(job[1])), *milliseconds, *ratios))
+    head = ("tracker", "target", "median ms", "95 % ms", *(TIMES + name for name in others))
+    note = f"Ratios are to the other one's median on the {named_size(MAIN)} target. {note}"
+    return Table(f"One update, {named_size(SIZE)}, one core", head, rows, note=note.strip())
+
+
+def stored_ratios(text: str, where: Path) -> dict[Ratio, float]:
+    """Return the ratios in the table of trackers of a Markdown file.
+
+    Raises
+    ------
+    SourceError
+        If there is none.
+    """
+    tables: list[list[list[str]]] = [[]]
+    for line in text.splitlines():
+        if line.startswith("|"):
+            tables[-1].append([cell.strip() for cell in line.strip().strip("|").split("|")])
+        else:
+            tables.append([])
+    for table in filter(None, tables):
+        if found := _ratios(table):
+            return found
+    raise SourceError(f"{where} holds no table of trackers such as motes bench --out writes.")
+
+
+def _ratios(lines: Sequence[Sequence[str]]) -> dict[Ratio, float]:
+    """Return the ratios of our trackers to peers in a table's lines, the head being the first."""
+    found: dict[Ratio, float] = {}
+    head, *rows = lines
+    for row in rows:
+        for title, cell in zip(head, row, strict=False):
+            peer = title.removeprefix(TIMES)
+            if peer in PEERS and row[0] not in PEERS:
+                with contextlib.suppress(ValueError):  # the line under the head, and gaps
+                    if 0 < (ratio := float(cell)) < math.inf:
+                        found[row[0], row[1], peer] = ratio
+    return found
+
+
+def against(table: Table, stored: Mapping[Ratio, float]) -> Table:
+    """Return the ratios of a table of trackers beside stored ones; what got slower is marked."""
+    found = _ratios([table.head, *([cell.text for cell in row] for row in table.rows)])
+    rows: list[Row] = []
+    slower = 0
+    for ratio, now in found.items():
+        before, change, mark = Cell(NOTHING), Cell(NOTHING), ""
+        if ratio in stored:
+            grown = now / stored[ratio] - 1
+            before, change = three_digits(stored[ratio]), Cell(f"{grown:+.0%}", grown)
+            if grown > SLOWER:
+                slower, mark = slower + 1, "slower"
+        rows.append((*map(Cell, ratio), three_digits(now), before, change, Cell(mark)))
+    head = ("tracker", "target", "peer", "ratio", "stored", "change", "")
+    note = f"{slower} of {len(rows)} are more than {SLOWER:.0%} slower against their peer."
+    return Table("Ratios to peers in the same run, now and as stored", head, rows, note=note)
+
+
+def files_table(seconds: Mapping[tuple[str, str], list[float]]) -> Table:
+    """Return how many frames of files are decoded and followed in a second, from s a frame."""
+    medians = {key: statistics.median(times) for key, times in seconds.items()}
+    rows: list[Row] = []
+    for name in dict.fromkeys(name for name, _ in medians):
+        rates = [1 / medians[name, what] for what in ("decoded", "followed")]
+        rows.append(
+            (Cell(name), *(number(rate, 0) for rate in rates), percent(rates[1] / rates[0]))
+        )
+    head = ("H.264 file", "decoded a second", "followed", "share")
+    return Table("Frames of files", head, rows, note="A thread decodes ahead of the tracker.")
+
+
+def named_size(target: tuple[int, int]) -> str:
+    """Return width and height as text."""
+    return f"{target[0]}x{target[1]}"

@@ -1,0 +1,33 @@
+"""Rendered clips with exact truth."""
+
+from __future__ import annotations
+
+from motes.evaluation.synthetic.clips import (
+    Clip,
+    Target,
+    Truth,
+    crossing,
+    crowd,
+    demo,
+    growing,
+    jumping,
+    occluded,
+    rolling,
+    still,
+    turning,
+)
+
+__all__ = [
+    "Clip",
+    "Target",
+    "Truth",
+    "crossing",
+    "crowd",
+    "demo",
+    "growing",
+    "jumping",
+    "occluded",
+    "rolling",
+    "still",
+    "turning",
+]

@@ -1,0 +1,1 @@
+"""Multi-object tracking: detection, association, counting, several cameras."""

@@ -1,0 +1,1 @@
+"""Counts, zones, lines, and positions on the ground."""

@@ -1,0 +1,312 @@
+"""Lines that objects cross and zones that they enter and leave: events, and counts of them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+from msgspec import Meta
+
+from motes.core.config import Config, Positive, from_dict, from_toml
+from motes.core.errors import ConfigError
+from motes.core.track import Status
+from motes.mot.analytics.ground_plane import Ground
+from motes.mot.tracked_object import SceneTrack
+
+Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "stays", "leaves"]
+Point: TypeAlias = tuple[float, float]
+
+MINUTE = 60.0
+SPEED_OVER = 0.5
+"""Seconds over which a speed is measured."""
+CLEAR = 0.1
+"""A foot is on one side of a line when it is this share of its object's height away from it."""
+
+
+class Line(Config, frozen=True):
+    """A line from the first to the second point: x1, y1, x2, y2, in pixels.
+
+    Who crosses it goes `right` or `left`, as seen by someone who looks from its first point to its
+    second.
+    """
+
+    points: tuple[float, float, float, float]
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.points[:2] == self.points[2:]:
+            raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
+
+
+class Zone(Config, frozen=True):
+    """A polygon: x1, y1, x2, y2, x3, y3, ..., in pixels.
+
+    Who is in it for `dwell` seconds stays there, which is told then; by default nobody does.
+    """
+
+    points: Annotated[tuple[float, ...], Meta(min_length=6)]
+    name: str = ""
+    dwell: Positive | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.points) % 2:
+            raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
+
+    def holds(self, point: Point) -> bool:
+        """Return whether a point lies in the zone: whether a ray to the right leaves it once."""
+        (x, y), inside = point, False
+        xs, ys = self.points[::2], self.points[1::2]
+        for x1, y1, x2, y2 in zip(xs, ys, xs[1:] + xs[:1], ys[1:] + ys[:1], strict=True):
+            if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+                inside = not inside
+        return inside
+
+
+class Places(Config, frozen=True):
+    """Where is counted, and on what ground.
+
+    In TOML, any number of [[line]] and [[zone]] with `points`, and `name`, and of a zone `dwell`;
+    and a [ground].
+    """
+
+    line: tuple[Line, ...] = ()
+    zone: tuple[Zone, ...] = ()
+    ground: Ground | None = None
+
+    @classmethod
+    def parse(cls, text: str, name: str = "this file") -> Places:
+        """Return the places in a TOML text; raise a ConfigError if it is none."""
+        places: Places = from_dict(from_toml(text, name), cls)
+        return places
+
+    @property
+    def lines(self) -> dict[str, Line]:
+        """Lines by name; a nameless one is called by its number, from 1."""
+        return {line.name or f"line {i}": line for i, line in enumerate(self.line, start=1)}
+
+    @property
+    def zones(self) -> dict[str, Zone]:
+        """Zones, likewise."""
+        return {zone.name or f"zone {i}": zone for i, zone in enumerate(self.zone, start=1)}
+
+
+class Event(msgspec.Struct, frozen=True):
+    """Something that an object does.
+
+    Attributes
+    ----------
+    frame, time
+        When; in seconds.
+    event
+        What.
+    identity
+        Who.
+    x, y
+        Where its foot is: the middle of its box's lower edge.
+    speed
+        In pixels a second, over the last half second.
+    place, direction
+        The line or zone, and to which side of a line.
+    seconds
+        How long it has been in the zone where it stays or that it leaves, or in the picture.
+    metres_per_second
+        The speed on the ground, where that is known.
+    """
+
+    frame: int
+    time: float
+    event: Kind
+    identity: int
+    x: float
+    y: float
+    speed: float
+    place: str | None = None
+    direction: Literal["left", "right"] | None = None
+    seconds: float | None = None
+    metres_per_second: float | None = None
+
+    def json(self) -> str:
+        """Return a line of JSON, rounded, without what does not apply."""
+        pairs = {name: getattr(self, name) for name in self.__struct_fields__}
+        return msgspec.json.encode(
+            {
+                key: round(value, 3) if isinstance(value, float) else value
+                for key, value in pairs.items()
+                if value is not None
+            }
+        ).decode()
+
+
+@dataclass(slots=True)
+class _Walk:
+    """An object's way: when and where it was lately, since when it is in which zone, and stays.
+
+    `clear` is where its foot last was clearly beside a line, by line: who trembles on it has not
+    crossed it.
+    """
+
+    since: float
+    feet: deque[tuple[float, Point]]
+    zones: dict[str, float]
+    clear: dict[str, Point]
+    stays: set[str]
+
+
+class Counting:
+    """Turns the tracks of a scene into events, and counts them.
+
+    An object is where its foot is, and only where it is seen: while it is hidden it does nothing,
+    and what it did in the meantime is told when it comes up again.
+
+    Parameters
+    ----------
+    places
+        Lines and zones.
+
+    Attributes
+    ----------
+    counts
+        Number of events for each (minute, event, place, direction).
+
+    Raises
+    ------
+    ConfigError
+        If two places have the same name.
+    """
+
+    counts: Counter[tuple[int, str, str, str]]
+
+    def __init__(self, places: Places | None = None) -> None:
+        places = places or Places()
+        self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
+        if len({*self._lines, *self._zones}) < len(places.line) + len(places.zone):
+            raise ConfigError("Two lines or zones have the same name; give each its own.")
+        self._walks: dict[int, _Walk] = {}
+        self.counts = Counter()
+
+    def update(self, tracks: Sequence[SceneTrack]) -> list[Event]:
+        """Return what happens in a frame, whose tracks a scene has given."""
+        events: list[Event] = []
+        for each in tracks:
+            if each.track.status is Status.TRACKING:
+                events += self._walk(each)
+            elif each.track.status is Status.LOST and each.identity in self._walks:
+                events += self._end(each)
+        for event in events:
+            key = event.event, event.place or "", event.direction or ""
+            self.counts[(int(event.time // MINUTE), *key)] += 1
+        return events
+
+    def _walk(self, each: SceneTrack) -> list[Event]:
+        """Return what an object does that is seen."""
+        foot, time = _foot(each), each.track.time
+        walk = self._walks.get(each.identity)
+        events = []
+        if walk is None:
+            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {}, {}, set())
+            events.append(self._event(each, walk, foot, "appears"))
+        walk.feet.append((time, foot))
+        while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
+            walk.feet.popleft()
+        for name, line in self._lines.items():
+            if _distance(line.points, foot) < CLEAR * each.track.box.height:
+                continue
+            side = crossing(line.points, walk.clear.get(name, foot), foot)
+            walk.clear[name] = foot
+            if side is not None:
+                events.append(self._event(each, walk, foot, "crosses", name, side))
+        for name, zone in self._zones.items():
+            holds = zone.holds(foot)
+            if holds and name not in walk.zones:
+                walk.zones[name] = time
+                events.append(self._event(each, walk, foot, "enters", name))
+            elif not holds and name in walk.zones:
+                since = walk.zones.pop(name)
+                walk.stays.discard(name)
+                events.append(self._event(each, walk, foot, "leaves", name, seconds=time - since))
+            elif holds and zone.dwell is not None and name not in walk.stays:
+                inside = time - walk.zones[name]
+                if inside >= zone.dwell:
+                    walk.stays.add(name)
+                    events.append(self._event(each, walk, foot, "stays", name, seconds=inside))
+        return events
+
+    def _end(self, each: SceneTrack) -> list[Event]:
+        """Return what an object does that is gone, where it was last seen."""
+        walk = self._walks.pop(each.identity)
+        last, foot = walk.feet[-1]
+        events = [
+            self._event(each, walk, foot, "leaves", name, seconds=last - since)
+            for name, since in walk.zones.items()
+        ]
+        return [*events, self._event(each, walk, foot, "disappears", seconds=last - walk.since)]
+
+    def _event(
+        self,
+        each: SceneTrack,
+        walk: _Walk,
+        foot: Point,
+        kind: Kind,
+        place: str | None = None,
+        direction: Literal["left", "right"] | None = None,
+        seconds: float | None = None,
+    ) -> Event:
+        (began, first), (now, last) = walk.feet[0], walk.feet[-1]
+        speed = math.dist(first, last) / (now - began) if now > began else 0.0
+        track = each.track
+        return Event(
+            track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds,
+            self._metres_per_second(walk),
+        )  # fmt: skip
+
+    def _metres_per_second(self, walk: _Walk) -> float | None:
+        """Return an object's speed on the ground; None where that or the ground is not known."""
+        (began, first), (now, last) = walk.feet[0], walk.feet[-1]
+        if self._ground is None:
+            return None
+        start, end = self._ground.metres(first), self._ground.metres(last)
+        if start is None or end is None:
+            return None
+        return math.dist(start, end) / (now - began) if now > began else 0.0
+
+
+def crossing(
+    line: tuple[float, float, float, float], before: Point, after: Point
+) -> Literal["left", "right"] | None:
+    """Return to which side a step from one point to another crosses a line, or None.
+
+    A step that ends on the line has not crossed it yet; the one that leaves it has.
+    """
+    start, end = line[:2], line[2:]
+    here, there = _side(start, end, before), _side(start, end, after)
+    if (here > 0) == (there > 0):
+        return None
+    if (_side(before, after, start) > 0) == (_side(before, after, end) > 0):
+        return None  # it passes beside the line's end
+    return "right" if there > 0 else "left"
+
+
+def _side(start: Point, end: Point, point: Point) -> float:
+    """Return on which side of a line a point lies: above 0 on the right, as seen along it."""
+    return (end[0] - start[0]) * (point[1] - start[1]) - (end[1] - start[1]) * (point[0] - start[0])
+
+
+def _distance(line: tuple[float, float, float, float], point: Point) -> float:
+    """Return how far a point is from a line that has no ends."""
+    return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
+
+
+def _foot(each: SceneTrack) -> Point:
+    """Return where an object stands."""
+    box = each.track.box
+    return box.x + (box.width - 1) / 2, box.y + box.height - 1
+
+
+def _text(points: Sequence[float]) -> str:
+    return ",".join(f"{value:g}" for value in points)

@@ -1,0 +1,98 @@
+"""Where on the ground, in metres, something stands that is seen in a picture."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Annotated, TypeAlias
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes.core.config import Config, Positive
+from motes.core.errors import ConfigError
+from motes.core.geometry import FARTHEST
+
+Point: TypeAlias = tuple[float, float]
+Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
+Pair = tuple[Number, Number, Number, Number]
+
+DEGENERATE = 1e-9
+"""Points on one line leave a homography undetermined: its second smallest singular value is 0."""
+
+
+class Ground(Config, frozen=True):
+    """A plane ground, told in one of three ways.
+
+    Attributes
+    ----------
+    scale
+        Pixels in a metre: for a camera that looks straight down, or where roughly will do.
+    homography
+        Nine numbers, row by row: maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything.
+    points
+        Four or more points on the ground, no three of four on a line, as x, y in the picture and
+        X, Y in metres; the homography that fits them best is taken.
+
+    Raises
+    ------
+    ConfigError
+        If it is not told in exactly one way, or does not determine a plane.
+    """
+
+    scale: Positive | None = None
+    homography: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)] | None = None
+    points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if sum(way is not None for way in (self.scale, self.homography, self.points)) != 1:
+            raise ConfigError("The ground takes exactly one of scale, homography and points.")
+        _matrix(self)
+
+    def metres(self, point: Point) -> Point | None:
+        """Return where on the ground a point of the picture is; None on the horizon or above."""
+        x, y, w = (_matrix(self) @ (*point, 1.0)).tolist()
+        return (x / w, y / w) if w > 0 else None
+
+
+@cache
+def _matrix(ground: Ground) -> NDArray[np.float64]:
+    """Return the homography, (3, 3), from pixels to metres; w > 0 is below the horizon."""
+    if ground.scale is not None:
+        return np.diag([1.0, 1.0, ground.scale])
+    if ground.points is not None:
+        return _fitted(np.array(ground.points))
+    matrix = np.reshape(np.array(ground.homography), (3, 3))
+    if abs(np.linalg.det(matrix)) <= DEGENERATE * np.linalg.norm(matrix) ** 3:
+        raise ConfigError("The homography maps the picture onto a line; give another one.")
+    return matrix
+
+
+def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the homography (3, 3) that takes points' x, y to their X, Y; both in `points` (n, 4).
+
+    The direct linear transform over normalized points: Hartley, In defense of the eight-point
+    algorithm, PAMI 1997. Its sign is such that w > 0 at the points.
+    """
+    pixels, metres = (_normalizing(part) for part in (points[:, :2], points[:, 2:]))
+    ones = np.ones((len(points), 1))
+    x = np.hstack([points[:, :2], ones]) @ pixels.T
+    u, v, _ = (np.hstack([points[:, 2:], ones]) @ metres.T).T
+    zero = np.zeros_like(x)
+    rows = np.vstack([np.hstack([x, zero, -u[:, None] * x]), np.hstack([zero, x, -v[:, None] * x])])
+    _, singular, basis = np.linalg.svd(rows)
+    if singular[7] <= DEGENERATE * singular[0]:
+        raise ConfigError("Points on a line say nothing of the ground beside it; give others.")
+    matrix: NDArray[np.float64] = np.linalg.inv(metres) @ basis[8].reshape(3, 3) @ pixels
+    w = np.hstack([points[:, :2], ones]) @ matrix[2]
+    if w.max() > 0 > w.min():
+        raise ConfigError("The points do not lie on one side of a horizon; check their order.")
+    return -matrix if w[0] < 0 else matrix
+
+
+def _normalizing(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the similarity (3, 3) that moves points to the origin, at a mean distance of 1."""
+    center = points.mean(axis=0)
+    spread = np.hypot(*(points - center).T).mean() or 1.0
+    return np.array([[1, 0, -center[0]], [0, 1, -center[1]], [0, 0, spread]]) / spread

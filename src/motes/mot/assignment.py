@@ -1,0 +1,79 @@
+"""Which of many objects is which of many detections, one to one, where few pairs are possible."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motes.mot.association import assign
+from motes.mot.pairs import Floats, Integers
+
+DENSE = 2**16
+"""Up to this many cells, a whole matrix of costs takes the least time."""
+
+
+def assign_pairs(
+    i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
+) -> list[tuple[int, int]]:
+    """Return the pairs of the one-to-one assignment of least cost, sorted.
+
+    As many pairs as possible are formed of those with finite costs. What has no pair in common, not
+    even by way of others, is assigned by itself.
+
+    Parameters
+    ----------
+    i, j, costs
+        (k,) each: rows, columns and costs of the pairs; all others are ruled out.
+    shape
+        Numbers of rows and of columns.
+    """
+    possible = np.isfinite(costs)
+    i, j, costs = i[possible], j[possible], costs[possible]
+    if shape[0] * shape[1] <= DENSE:
+        return _dense(i, j, costs, shape)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(i)), (i, j + shape[0])), (sum(shape), sum(shape)))
+    label = connected_components(graph, directed=False)[1][i]
+    order = np.argsort(label, kind="stable")
+    parts = np.split(order, 1 + np.flatnonzero(np.diff(label[order])))
+    return sorted(pair for part in parts for pair in _component(i[part], j[part], costs[part]))
+
+
+def _component(i: Integers, j: Integers, costs: Floats) -> list[tuple[int, int]]:
+    """Return the assignment of rows and columns that are all connected."""
+    if len(i) <= 1:
+        return list(zip(i.tolist(), j.tolist(), strict=True))
+    rows, row = np.unique(i, return_inverse=True)
+    columns, column = np.unique(j, return_inverse=True)
+    solve = _dense if len(rows) * len(columns) <= DENSE else _sparse
+    pairs = solve(row, column, costs, (len(rows), len(columns)))
+    return [(int(rows[a]), int(columns[b])) for a, b in pairs]
+
+
+def _dense(
+    i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
+) -> list[tuple[int, int]]:
+    """Return the assignment by a matrix of all costs."""
+    matrix = np.full(shape, np.inf)
+    matrix[i, j] = costs
+    return assign(matrix)
+
+
+def _sparse(
+    i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
+) -> list[tuple[int, int]]:
+    """Return the assignment without such a matrix.
+
+    Each row also has a column of its own, for no pair, which costs more than any number of pairs.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+    n, m = shape
+    none = 1 + 2 * min(n, m) * costs.max()
+    own = np.arange(n)
+    values = 1 + np.concatenate([costs, np.full(n, none)])  # a cost of 0 would be no pair
+    places = np.concatenate([i, own]), np.concatenate([j, m + own])
+    rows, columns = min_weight_full_bipartite_matching(csr_array((values, places), (n, m + n)))
+    return [(a, b) for a, b in zip(rows.tolist(), columns.tolist(), strict=True) if b < m]

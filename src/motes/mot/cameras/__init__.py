@@ -1,0 +1,1 @@
+"""Several cameras, and objects that keep their identity among them."""

@@ -1,0 +1,163 @@
+"""The process of a camera, as seen from the program and from inside."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from contextlib import suppress
+from multiprocessing.connection import Connection, wait
+
+import msgspec
+from msgspec.structs import replace
+
+from motes.core.errors import MotesError
+from motes.core.frame import Frame
+from motes.core.worker_processes import cause, deaf
+from motes.mot.cameras.camera_reporter import Lookout, Message, Notice, Over, Ready
+from motes.mot.cameras.reidentification import GAP, Camera, Report, Sighting
+from motes.mot.pipeline_config import named_detector
+from motes.mot.scene import Scene
+from motes.video.live import Live, open_watched
+from motes.video.reconnect import LONGEST_PAUSE
+
+
+class _Eye:
+    """The process of a camera, as seen from here.
+
+    One that ends without having said so is started again, after growing pauses. A live camera's
+    new process knows nobody: who it tells of is new to the rig, which may find them again by what
+    they look like. A recording's tells once more what the last one did, which is left out; where
+    it ends at the same frame again, it is given up.
+    """
+
+    def __init__(self, camera: Camera, seed: int, origin: float) -> None:
+        self.name = camera.name
+        self.reports: deque[Report] = deque()
+        self.live = self.over = False
+        self.due: float | None = None
+        """When it is started again; None while it runs, and after its end."""
+        self._args = camera, seed, origin
+        self._told = self._frames = self._identities = 0
+        """How many frames it has told of, and the first numbers that no frame and nobody has."""
+        self._ended: float | None = None
+        self._failed_at, self._pause = -1, GAP
+        self._start()
+
+    def _start(self) -> None:
+        """Start its process."""
+        context = multiprocessing.get_context("spawn")
+        with deaf():
+            self.pipe, theirs = context.Pipe(duplex=False)
+            args = (theirs, *self._args)
+            self.process = context.Process(target=_serve, args=args, daemon=True)
+            self.process.start()
+            theirs.close()
+        self.due = None
+        self._known = 0 if self.live else self._told
+        self._offsets = (self._frames, self._identities) if self.live else (0, 0)
+
+    @property
+    def behind(self) -> bool:
+        """Whether others have to wait for what it will tell."""
+        return not (self.live or self.over or self.reports)
+
+    def revive(self) -> None:
+        """Start it again if it is time to."""
+        if self.due is not None and time.monotonic() >= self.due:
+            self.pipe.close()
+            self._start()
+
+    def listen(self) -> Iterator[Notice | Over]:
+        """Take its next message; yield what is not to be handled in the order of time."""
+        try:
+            message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
+        except (EOFError, OSError):
+            self.process.join()
+            yield from self._fail(f"its process ended with {cause(self.process.exitcode)}")
+            return
+        if isinstance(message, Report):
+            yield from self._take(message)
+        elif isinstance(message, Ready):
+            self.live = message.live
+        else:
+            self.over = isinstance(message, Over)
+            yield message
+
+    def _take(self, report: Report) -> Iterator[Notice]:
+        """Keep a report that is new, under numbers that no former process has used."""
+        if self._known:
+            self._known -= 1
+            return
+        if self._ended is not None:
+            away = time.monotonic() - self._ended
+            self._ended = None
+            yield Notice(self.name, f"it is back after {away:.1f} s.")
+        self._told += 1
+        first, someone = self._offsets
+        sightings = tuple(_renumbered(each, someone) for each in report.sightings)
+        report = replace(report, frame=report.frame + first, sightings=sightings)
+        self._frames = report.frame + 1
+        self._identities = max([self._identities, *(each.identity for each in sightings)])
+        self.reports.append(report)
+
+    def _fail(self, why: str) -> Iterator[Notice | Over]:
+        """Say once that it failed, and when it is started again, unless that is in vain."""
+        again = self._failed_at == self._told
+        if again and not self.live:
+            self.over = True
+            yield Over(self.name, self._told, failure=why)
+            return
+        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else GAP
+        self.due, self._failed_at = time.monotonic() + self._pause, self._told
+        if self._ended is None:
+            self._ended = time.monotonic()
+            yield Notice(self.name, f"{why}. It is started again, with growing pauses.")
+
+
+def _renumbered(sighting: Sighting, offset: int) -> Sighting:
+    """Return a sighting with identities that are larger by an offset."""
+    behind = None if sighting.behind is None else sighting.behind + offset
+    return replace(sighting, identity=sighting.identity + offset, behind=behind)
+
+
+def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
+    """Watch a camera until it ends, and tell what it sees."""
+    os.dup2(2, 1)  # standard output is for rows
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+    frames, dropped, failure = 0, 0, None
+
+    def tell(message: Message) -> None:
+        pipe.send_bytes(msgspec.msgpack.encode(message))
+
+    with suppress(BrokenPipeError):
+        try:
+            lookout = Lookout(camera, Scene(named_detector(camera.detector), camera.preset, seed))
+            with open_watched(camera.source, origin) as film:
+                live = isinstance(film, Live)
+                tell(Ready(camera.name, live))
+                for news in film:
+                    if isinstance(news, str):
+                        tell(Notice(camera.name, news))
+                        continue
+                    offset = 0.0 if live else camera.offset
+                    tell(lookout.report(Frame(news.index, news.time + offset, news.pixels)))
+                    frames, dropped = frames + 1, film.dropped if isinstance(film, Live) else 0
+        except MotesError as error:
+            failure = str(error)
+        except BrokenPipeError:
+            raise
+        except Exception as error:  # whatever happens to one camera, the others shall know
+            failure = f"{type(error).__name__}: {error}"
+        tell(Over(camera.name, frames, dropped, failure))
+
+
+def _end_with(sentinel: int) -> None:
+    """End this process with the program, whatever ends that."""
+    wait([sentinel])
+    os._exit(1)

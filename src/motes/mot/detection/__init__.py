@@ -1,0 +1,1 @@
+"""Detectors: what there is in a frame."""

@@ -1,0 +1,146 @@
+"""Find all that look like one object, as the players of a team: Zhao and Pei, section 4.
+
+Needs no still camera, and nothing that moves: colors alone are compared, and of these only the ones
+that the chosen object has more of than its surroundings. A player on a lawn is mostly lawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.config import Config
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse, region_within
+from motes.cues.color import Color, ColorModel
+from motes.cues.sampling import Lattice
+from motes.sot.filtering.appearance_rule import AppearanceRule
+
+Floats = NDArray[np.float64]
+
+STEPS = 4
+"""Places are looked at so many times in a target's width and height."""
+SIZES = (0.8, 1.0, 1.25)
+"""Of the target's size."""
+SHIFTS = 5
+"""Mean-shift iterations from the best place on the grid."""
+SURROUNDINGS = 3.0
+"""What is around the target is this many times as wide and high."""
+LIMIT = 100
+"""At most so many are found in a frame."""
+
+
+class LookalikeConfig(Config, frozen=True, tag="like"):
+    """Whom a `LookalikeDetector` looks for, and how.
+
+    Attributes
+    ----------
+    box
+        The one in the first frame: x, y, width, height.
+    color
+        How colors are compared; by default with the histogram of Zhao and Pei.
+    rule
+        How alike is alike.
+    """
+
+    box: tuple[float, float, float, float]
+    color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128))
+    rule: AppearanceRule = AppearanceRule(margin=0.7)
+
+    def detector(self) -> LookalikeDetector:
+        """Return a detector that is set so."""
+        return LookalikeDetector(self)
+
+
+class LookalikeDetector:
+    """All regions whose colors resemble those of one region in the first frame that it is given.
+
+    Their rho must be larger than the appearance rule of Nummiaro et al. asks for, with the first
+    frame's other places as background. Whatever fulfills that has the score 1.
+
+    Parameters
+    ----------
+    like
+        The box in the first frame, x, y, width, height; or a configuration.
+
+    Raises
+    ------
+    ConfigError
+        On the first frame, if the box does not fit it.
+    """
+
+    def __init__(self, like: Sequence[float] | LookalikeConfig) -> None:
+        if not isinstance(like, LookalikeConfig):
+            like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
+        self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
+        self._model: ColorModel | None = None
+        self._least = 0.0
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the like ones in a frame, the most alike first."""
+        if self._model is None:
+            region = region_within(self._box, frame.width, frame.height)
+            self._model = self._distinctive(frame, region)
+            background = self._rule.background(
+                self._color, self._model, frame, region, target_in_frame=True
+            )
+            self._least = self._rule.threshold(background)
+        places = self._grid(frame)
+        rho = 1 - self._color.distances(self._model, frame, places) ** 2
+        order = np.argsort(-rho)
+        found: list[Detection] = []
+        for i in order[rho[order] > self._least].tolist():
+            if len(found) == LIMIT:
+                break
+            if not any(_meet(places[i], each.box) for each in found):
+                place = self._shifted(frame, Ellipse(*places[i].tolist()))
+                if not any(_meet(np.array(place), each.box) for each in found):
+                    found.append(Detection(place.box))
+        return found
+
+    def _distinctive(self, frame: Frame, region: Ellipse) -> ColorModel:
+        """Return a region's histogram over those colors that it has more of than what is around.
+
+        A bin counts by the posterior of the region against its surroundings, where that is above
+        one half; where it never is, the whole histogram has to do.
+        """
+        own = self._color.learn(frame, region).histogram
+        wide = region._replace(a=SURROUNDINGS * region.a, b=SURROUNDINGS * region.b)
+        both = self._color.learn(frame, wide).histogram
+        around = np.maximum(both - own / SURROUNDINGS**2, 0) / (1 - SURROUNDINGS**-2)
+        sums = own + around
+        posterior = np.divide(own, sums, out=np.zeros_like(own), where=sums > 0)
+        histogram = own * posterior * (posterior > 0.5)
+        if histogram.any():
+            own = histogram / histogram.sum()
+        return ColorModel(own, own)
+
+    def _grid(self, frame: Frame) -> Floats:
+        """Return the ellipses (N, 5) that are looked at."""
+        grids = []
+        for size in SIZES:
+            a, b = size * self._box.width / 2, size * self._box.height / 2
+            y, x = np.mgrid[
+                b : frame.height - b : 2 * b / STEPS, a : frame.width - a : 2 * a / STEPS
+            ]
+            grid = np.zeros((x.size, 5))
+            grid[:, 0], grid[:, 1], grid[:, 2], grid[:, 3] = x.ravel(), y.ravel(), a, b
+            grids.append(grid)
+        return np.concatenate(grids)
+
+    def _shifted(self, frame: Frame, place: Ellipse) -> Ellipse:
+        """Return a place after some iterations of mean shift."""
+        assert self._model is not None
+        for _ in range(SHIFTS):
+            x, y = self._color.shift(self._model, frame, place)
+            place = place._replace(x=x, y=y)
+        return place
+
+
+def _meet(ellipse: Floats, box: Box) -> bool:
+    """Return whether an ellipse's center lies in a box's middle part, half its size wide."""
+    x, y = box.x + box.width / 2, box.y + box.height / 2
+    return bool(abs(ellipse[0] - x) < box.width / 2 and abs(ellipse[1] - y) < box.height / 2)

@@ -1,0 +1,191 @@
+"""Where could targets be? Anything that finds objects in a frame can start a tracker."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta
+
+from motes.core.config import Config
+from motes.core.detection import Detection
+from motes.core.errors import LimitError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+
+
+class FacesConfig(Config, frozen=True, tag="faces"):
+    """How a `FaceDetector` looks for faces.
+
+    Attributes
+    ----------
+    upsample
+        How many times the image's size is doubled before looking: faces of about 80 pixels and
+        more are found with 0, of 40 with 1.
+    threshold
+        Least score, the distance from the classifier's boundary.
+    """
+
+    upsample: Annotated[int, Meta(ge=0)] = 1
+    threshold: float = 0.0
+
+    def detector(self) -> FaceDetector:
+        """Return a detector that is set so; raise a LimitError if dlib is missing."""
+        return FaceDetector(self)
+
+
+class FaceDetector:
+    """Upright frontal faces, by gradient histograms and a support vector machine.
+
+    The detector class of Nummiaro et al., section V, as dlib ships it, trained.
+
+    Parameters
+    ----------
+    config
+        How to look.
+
+    Raises
+    ------
+    LimitError
+        If dlib is not installed.
+    """
+
+    def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
+        try:
+            import dlib
+        except ImportError:
+            raise LimitError(
+                "Finding faces needs dlib; install it with: pip install 'motes[faces]'."
+            ) from None
+        self._find = dlib.get_frontal_face_detector()
+        self._config = config
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the faces in a frame."""
+        boxes, scores, _ = self._find.run(
+            frame.pixels, self._config.upsample, self._config.threshold
+        )
+        return [
+            Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
+            for r, score in zip(boxes, scores, strict=True)
+        ]
+
+
+class PeopleConfig(Config, frozen=True, tag="people"):
+    """How a `PeopleDetector` looks for people.
+
+    Attributes
+    ----------
+    threshold
+        Least score, the distance from the classifier's boundary.
+    stride
+        Places are looked at every so many pixels.
+    scale
+        Sizes are looked at of which each is so many times the one before.
+    """
+
+    threshold: float = 0.5
+    stride: Annotated[int, Meta(ge=8, multiple_of=8)] = 8
+    scale: Annotated[float, Meta(gt=1)] = 1.05
+
+    def detector(self) -> PeopleDetector:
+        """Return a detector that is set so; raise a LimitError if OpenCV is missing."""
+        return PeopleDetector(self)
+
+
+class PeopleDetector:
+    """Upright people of some 100 pixels and more, by gradient histograms and a linear classifier.
+
+    Dalal and Triggs, CVPR 2005, as OpenCV ships it, trained.
+
+    Parameters
+    ----------
+    config
+        How to look.
+
+    Raises
+    ------
+    LimitError
+        If OpenCV is not installed.
+    """
+
+    def __init__(self, config: PeopleConfig = PeopleConfig()) -> None:  # noqa: B008
+        try:
+            import cv2
+        except ImportError:
+            raise LimitError(
+                "Finding people needs OpenCV; install it with: pip install 'motes[opencv]'."
+            ) from None
+        self._find = cv2.HOGDescriptor()
+        self._find.setSVMDetector(np.array(cv2.HOGDescriptor.getDefaultPeopleDetector()))
+        self._config = config
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the people in a frame."""
+        if frame.width < 64 or frame.height < 128:  # its window does not fit in
+            return []
+        boxes, scores = self._find.detectMultiScale(
+            frame.pixels,
+            hitThreshold=self._config.threshold,
+            winStride=(self._config.stride, self._config.stride),
+            scale=self._config.scale,
+        )
+        # The window has a margin around the person.
+        return [
+            Detection(Box(x + 0.15 * w, y + 0.07 * h, 0.7 * w, 0.86 * h), score)
+            for (x, y, w, h), score in zip(
+                np.reshape(boxes, (-1, 4)).tolist(), np.ravel(scores).tolist(), strict=True
+            )
+        ]
+
+
+class RecordedConfig(Config, frozen=True, tag="recorded"):
+    """The file of `RecordedDetections`."""
+
+    file: str
+
+    def detector(self) -> RecordedDetections:
+        """Return its detections; raise a SourceError if there are none."""
+        return RecordedDetections(self.file)
+
+
+class RecordedDetections:
+    """Detections in a file as the MOTChallenge writes them, a line for each.
+
+    Its numbers, between commas, are frame, an identity that is ignored, x, y, width, height and
+    score, perhaps more; frames and pixels count from 1.
+
+    Raises
+    ------
+    SourceError
+        If the file cannot be read or a line is none.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._frames: dict[int, list[Detection]] = {}
+        try:
+            lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            raise SourceError(f"{path} cannot be read: {reason}; check the name.") from None
+        for number, line in enumerate(lines, start=1):
+            if not line.strip():
+                continue
+            try:
+                frame, _, x, y, width, height, score = map(float, (line + ",1").split(",")[:7])
+                if not (math.isfinite(x + y + score) and 0 < width < 1e6 and 0 < height < 1e6):
+                    raise ValueError
+                index = int(frame) - 1
+            except (ValueError, OverflowError):
+                raise SourceError(
+                    f"{path}, line {number}, is no detection: frame, -1, x, y, width, height, "
+                    f"score; got {line[:60]!r}."
+                ) from None
+            found = Detection(Box(x - 1, y - 1, width, height), score)
+            self._frames.setdefault(index, []).append(found)
+
+    def __call__(self, frame: Frame) -> list[Detection]:
+        """Return the detections that the file has for a frame."""
+        return self._frames.get(frame.index, [])

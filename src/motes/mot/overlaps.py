@@ -1,0 +1,93 @@
+"""How much boxes overlap that do: as pairs, so that many boxes take no matrix of all pairs.
+
+Each function returns indices into the first and the second boxes, sorted by the first, then by the
+second, and a value for each pair: (k,) each.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import iou
+from motes.mot.association import inside
+from motes.mot.pairs import Floats, Integers, meeting
+
+Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
+
+BLOCK = 500
+"""Detections are compared in blocks of this size, so that a heap of them needs little memory."""
+
+
+def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
+    """Return pairs of boxes (n, 4) and (m, 4) with a least intersection over union, and that.
+
+    With a least one of 0, all n m pairs.
+    """
+    if least > 0:
+        i, j = meeting(first, second)
+    else:
+        i, j = np.indices((len(first), len(second))).reshape(2, -1)
+    return _where(i, j, overlaps := iou(first[i], second[j]), overlaps >= least)
+
+
+def lying(first: Floats, second: Floats, share: float) -> Overlaps:
+    """Return pairs where more than a share of the first box lies in the second, and how much."""
+    i, j = meeting(first, second)
+    return _where(i, j, shares := inside(first[i], second[j]), shares > share)
+
+
+def nested(first: Floats, second: Floats, share: float) -> Overlaps:
+    """Return pairs where more than a share of either box lies in the other, and how much."""
+    i, j = meeting(first, second)
+    shares = np.maximum(inside(first[i], second[j]), inside(second[j], first[i]))
+    return _where(i, j, shares, shares > share)
+
+
+def largest(i: Integers, j: Integers, values: Floats) -> dict[int, int]:
+    """Return for each i its j with the largest value; of equal values, the smallest j."""
+    order = np.lexsort((j, -values, i))
+    rows, first = np.unique(i[order], return_index=True)
+    return dict(zip(rows.tolist(), j[order][first].tolist(), strict=True))
+
+
+def singles(boxes: Floats, share: float) -> list[int]:
+    """Return which boxes (n, 4) are kept if each one drops those after it that are the same.
+
+    Boxes are the same if more than a share of either lies in the other.
+    """
+    kept: list[int] = []
+    for start in range(0, len(boxes), BLOCK):
+        block = boxes[start : start + BLOCK]
+        dropped = set(nested(block, boxes[kept], share)[0].tolist())
+        rest = np.array([n for n in range(len(block)) if n not in dropped], np.int64)
+        i, j, _ = nested(block[rest], block[rest], share)
+        for one, before in zip(rest[i[j < i]].tolist(), rest[j[j < i]].tolist(), strict=True):
+            if before not in dropped:
+                dropped.add(one)
+        kept += [start + n for n in rest.tolist() if n not in dropped]
+    return kept
+
+
+def holding(places: Floats, boxes: Floats, share: float, larger: float) -> dict[int, list[int]]:
+    """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
+
+    Two objects or more lie in such a box with more than a share, and it is so many times larger
+    than any of them. An object in several such boxes counts where more of it lies.
+    """
+    i, j, shares = lying(places, boxes, share)
+    sizes = np.zeros(len(boxes))
+    np.maximum.at(sizes, j, places[i, 2:].prod(axis=1))
+    several = np.bincount(j, minlength=len(boxes)) > 1
+    several &= boxes[:, 2:].prod(axis=1) > larger * sizes
+    out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
+    for place, box in largest(*_where(i, j, shares, several[j])).items():
+        out[box].append(place)
+    return out
+
+
+def _where(i: Integers, j: Integers, values: Floats, chosen: NDArray[np.bool_]) -> Overlaps:
+    """Return some of the pairs."""
+    return i[chosen], j[chosen], values[chosen]

@@ -1,0 +1,49 @@
+"""What is watched for: how objects are found, and how they come, stay and go, as one value."""
+
+from __future__ import annotations
+
+from typing import TypeAlias, get_args
+
+from motes.core.config import from_dict
+from motes.core.detection import Detector
+from motes.core.errors import ConfigError
+from motes.mot.detection.background import BackgroundConfig, Method
+from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
+from motes.mot.scene_config import SceneConfig
+
+DetectorConfig: TypeAlias = (
+    BackgroundConfig | PeopleConfig | FacesConfig | RecordedConfig | LookalikeConfig
+)
+
+
+class WatchConfig(SceneConfig, frozen=True):
+    """A scene, and what finds objects in it."""
+
+    detector: DetectorConfig = BackgroundConfig()
+
+
+def detector_values(name: str | None) -> dict[str, str]:
+    """Return what users call a detector as values of a `DetectorConfig`; None for a background.
+
+    Raises
+    ------
+    ConfigError
+        If there is none of that name.
+    """
+    if name is None:
+        return {"type": "background"}
+    if name in ("people", "faces"):
+        return {"type": name}
+    if name.endswith(".txt"):
+        return {"type": "recorded", "file": name}
+    if name not in get_args(Method):
+        known = ", ".join(get_args(Method))
+        raise ConfigError(f"A detector is {known}, people, faces or a .txt file; got {name!r}.")
+    return {"type": "background", "method": name}
+
+
+def named_detector(name: str | None) -> Detector:
+    """Return what users call a detector, not set any further; raise a ConfigError for none."""
+    config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
+    return config.detector()

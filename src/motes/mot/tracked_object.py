@@ -1,0 +1,213 @@
+"""One of a scene's objects: what is known of it, how it moves, is seen, hides and ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse
+from motes.core.track import Status, Track
+from motes.cues.hog import HogModel
+from motes.sot.particle_filter import FilterState, ParticleFilter, combined
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneTrack:
+    """An object in a frame.
+
+    Attributes
+    ----------
+    identity
+        From 1 up; the same from entry to exit, and never used twice.
+    track
+        Where it is. While it is `occluded`, that is only foreseen, with confidence 0; in its last
+        frame it is `lost`.
+    behind
+        The identity of what hides it, if that is an object.
+    detected
+        Whether a detection confirms it in this frame.
+    """
+
+    identity: int
+    track: Track
+    behind: int | None = None
+    detected: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class Object:
+    """What is known of an object.
+
+    Attributes
+    ----------
+    identity
+        From 1 up.
+    tracker, rng, state
+        What follows it, its random numbers, and where that is.
+    track
+        Where the object is.
+    velocity
+        In pixels a second, (2,).
+    since, seen
+        Times of its first and its last detection.
+    detected, behind
+        As in `SceneTrack`.
+    place
+        Where it should be in this frame.
+    foreseen
+        The state before it looked at the frame.
+    met
+        Whether another one is so near that one may hide the other.
+    edges
+        What its edges looked like when the last one came so near.
+    rival
+        The identity of who last hid it, until it is clear which of both is which.
+    """
+
+    identity: int
+    tracker: ParticleFilter
+    rng: np.random.Generator
+    state: FilterState
+    track: Track
+    velocity: Floats
+    since: float
+    seen: float
+    detected: bool = True
+    behind: int | None = None
+    met: bool = False
+    edges: HogModel | None = None
+    rival: int | None = None
+    foreseen: FilterState = field(init=False)
+    place: Ellipse = field(init=False)
+
+    @classmethod
+    def begin(
+        cls,
+        identity: int,
+        tracker: ParticleFilter,
+        rng: np.random.Generator,
+        frame: Frame,
+        sightings: Sequence[tuple[float, Box]],
+    ) -> Self:
+        """Return an object that was detected at some times in some boxes, now in the last one."""
+        (began, first), (now, last) = sightings[0], sightings[-1]
+        start, end = fitting(tracker, first), fitting(tracker, last)
+        state, info = tracker.init(rng, frame, end)
+        velocity = np.zeros(2)
+        if now > began:
+            velocity = (np.array(end[:2]) - start[:2]) / (now - began)
+        track = replace(info.track, ellipse=end)
+        return cls(identity, tracker, rng, state, track, velocity, began, now)
+
+    @property
+    def hidden(self) -> bool:
+        """Whether it is there, but not seen."""
+        return self.track.status is Status.OCCLUDED
+
+    @property
+    def said(self) -> SceneTrack:
+        """What others are told about it."""
+        return SceneTrack(self.identity, self.track, self.behind, self.detected)
+
+    def foresee(self, dt: float) -> None:
+        """Say where it should be by now, and move its particles there."""
+        old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()
+        self.place = old._replace(x=old.x + dx, y=old.y + dy)
+        self._move(old, self.place)
+        self.detected = False
+
+    def detect(self, box: Box, time: float, steadiness: float = 0.0) -> None:
+        """Put it where it is detected; that share of its size is kept of the old."""
+        found, old = fitting(self.tracker, box), self.place
+        a = steadiness * old.a + (1 - steadiness) * found.a
+        b = steadiness * old.b + (1 - steadiness) * found.b
+        ellipse = found._replace(a=a, b=b)
+        self._move(old, ellipse)
+        self.state = replace(self.state, first=ellipse, status=Status.TRACKING, missed=0)
+        self.track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
+        self.seen, self.detected, self.behind = time, True, None
+
+    def turn(self, inertia: float, dt: float) -> None:
+        """Learn its velocity from how far off the detection is; `inertia` is kept of the old."""
+        off = np.array(self.track.ellipse[:2]) - self.place[:2]
+        self.velocity = self.velocity + (1 - inertia) * off / dt
+
+    def look(self, frame: Frame, dt: float, *, learn: bool) -> None:
+        """Let its filter look at the frame, around where it is detected or should be.
+
+        A detection says where it is; the filter, what it looks like.
+        """
+        self.foreseen = self.state
+        before = replace(self.state, time=frame.time - dt)
+        self.state, info = self.tracker.step(self.rng, before, frame)
+        if not learn:
+            self.state = replace(self.state, models=before.models, memories=before.memories)
+        found = self.track.ellipse if self.detected else info.track.ellipse
+        self.track = replace(info.track, ellipse=found)
+        if self.detected:
+            self._move(info.track.ellipse, found)
+            self.track = replace(self.track, status=Status.TRACKING)
+
+    @property
+    def recognized(self) -> bool:
+        """Whether what the filter saw of it in this frame keeps the appearance rule."""
+        return self.state.missed == 0 and self.track.status is Status.TRACKING
+
+    def hide(self) -> None:
+        """Take back what its filter saw in this frame: it was something else."""
+        self.state = self.foreseen
+        self.track = replace(self.track, status=Status.OCCLUDED, confidence=0.0)
+
+    def coast(self, frame: Frame) -> None:
+        """Go on, hidden, to where it should be."""
+        self.track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.place)
+
+    def trade(self, other: Object) -> None:
+        """Be who another one was taken for, and it this one: each stays where it is."""
+        mine, theirs = self.state, other.state
+        self.state, other.state = _as(mine, theirs), _as(theirs, mine)
+        self.identity, other.identity = other.identity, self.identity
+        self.since, other.since = other.since, self.since
+        self.edges, other.edges = other.edges, self.edges
+        self.rng, other.rng = other.rng, self.rng
+
+    def lose(self) -> None:
+        """End."""
+        self.track = replace(self.track, status=Status.LOST, confidence=0.0)
+
+    def distances(self, frame: Frame, boxes: Floats) -> Floats:
+        """Return how far boxes (m, 4) are from its models: (m,)."""
+        ellipses = np.array([Ellipse.from_box(box) for box in boxes.tolist()])
+        cues = self.tracker.cues
+        each = [
+            cue.distances(self.state.models[name], frame, ellipses) for name, cue in cues.items()
+        ]
+        return combined(np.array(each), np.full(len(cues), 1 / len(cues)))
+
+    def _move(self, old: Ellipse, new: Ellipse) -> None:
+        """Move and resize its particles as a whole; they are at rest then."""
+        motion = self.tracker.motion
+        ellipses = motion.ellipses(self.state.states).copy()
+        ellipses[:, :2] += np.array(new[:2]) - old[:2]
+        ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
+        self.state = replace(self.state, states=motion.initial(ellipses))
+
+
+def _as(here: FilterState, who: FilterState) -> FilterState:
+    """Return a state whose target is that of another one."""
+    return replace(here, models=who.models, memories=who.memories, backgrounds=who.backgrounds)
+
+
+def fitting(tracker: ParticleFilter, box: Box) -> Ellipse:
+    """Return the ellipse in a box as the motion model has it, perhaps turned by 90 degrees."""
+    motion = tracker.motion
+    upright = np.array([Ellipse.from_box(box)])
+    return Ellipse(*motion.ellipses(motion.initial(upright))[0].tolist())

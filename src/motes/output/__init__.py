@@ -1,0 +1,1 @@
+"""Tracks into files, pictures and plots."""

@@ -1,0 +1,202 @@
+"""What a run leaves behind for the papers' figures, and the files they become."""
+
+from __future__ import annotations
+
+from array import array
+from pathlib import Path
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.errors import FormatError, LimitError
+from motes.core.frame import Frame
+from motes.core.track import Status
+from motes.cues.structure_tensor import Orientation
+from motes.output import charts
+from motes.output.charts import STEPS, Edges, Series, Surface
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.mean_shift import MeanShift
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import TrackerConfig
+from motes.sot.step_info import Info
+
+FIGURES = (
+    "rho_surface.png",
+    "time_per_frame.png",
+    "appearing.png",
+    "size_and_displacement.png",
+)
+"""The files that `Recorder.save` writes for every tracker."""
+CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
+"""Those for a tracker with several cues, and for one with orientation."""
+DPI = 110
+
+
+class Recorder:
+    """Collects what the papers' figures need, and draws them.
+
+    These are Nummiaro et al.'s figures 3, 7, 12 and 14; with several cues Maggio et al.'s figure 3,
+    and with orientation their figure 1. A frame leaves a dozen numbers behind. Only one frame is
+    kept whole, for the figures that show a single one: the last whose number among the tracked
+    frames, from 1, is a power of two. It lies in the second half of these and is chosen without
+    knowing how many will come, or how good they are.
+
+    Parameters
+    ----------
+    config
+        Of the tracker that is recorded.
+
+    Raises
+    ------
+    LimitError
+        If matplotlib is not installed.
+    """
+
+    def __init__(self, config: TrackerConfig) -> None:
+        try:
+            import matplotlib  # noqa: F401
+        except ImportError:
+            raise LimitError(
+                "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
+            ) from None
+        self._config = config
+        self._numbers = array("d")
+        self._tracked = 0
+        self._kept: tuple[Frame, Info] | None = None
+
+    def add(self, frame: Frame, info: Info, seconds: float, shift_seconds: float | None) -> None:
+        """Take note of a frame.
+
+        Parameters
+        ----------
+        frame, info
+            The frame, and what the tracker said about it.
+        seconds
+            The tracker's running time.
+        shift_seconds
+            That of mean shift for the same frame, if it runs beside.
+        """
+        track, tracking = info.track, info.track.status is Status.TRACKING
+        shift = np.nan if shift_seconds is None else shift_seconds
+        self._numbers.extend(
+            (frame.index, *track.ellipse[:4], info.appearing, tracking, seconds, shift)
+        )
+        self._numbers.extend(info.shares.values())
+        self._tracked += tracking
+        if tracking and self._tracked.bit_count() == 1:
+            self._kept = frame, info
+
+    @property
+    def series(self) -> Series:
+        """The numbers kept so far."""
+        single = len(Series._fields) - 1
+        table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
+        return Series(*[*table.T[:single], table[:, single:]])
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files that `save` may write."""
+        cues = self._config.cues
+        more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
+        return FIGURES + more
+
+    def surface(self) -> Surface | None:
+        """Return the surface of figure 3 in the frame that was kept; None if none was tracked."""
+        if self._kept is None:
+            return None
+        frame, info = self._kept
+        ellipse = info.track.ellipse
+        reach = max(ellipse.box[2:])
+        x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), STEPS)
+        y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), STEPS)
+        moved = np.tile(np.array(ellipse), (STEPS, STEPS, 1))
+        moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
+        rho = np.zeros(STEPS * STEPS)
+        for name, cue in self._config.cues.items():
+            distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
+            rho += info.shares[name] * (1 - distances**2)
+        return Surface(
+            frame.index,
+            x,
+            y,
+            rho.reshape(STEPS, STEPS),
+            info.ellipses[:, :2],
+            np.array(ellipse[:2]),
+        )
+
+    def edges(self) -> Edges | None:
+        """Return the histograms of figure 1 in the frame that was kept, if there is one."""
+        cue = self._config.cues.get("orientation")
+        if self._kept is None or not isinstance(cue, Orientation):
+            return None
+        frame, info = self._kept
+        ellipse, box = info.track.ellipse, info.track.box
+        left, right = (
+            int(np.clip(x, 0, frame.width - 1))
+            for x in (box.x - box.width / 2, box.x + 1.5 * box.width)
+        )
+        top, bottom = (
+            int(np.clip(y, 0, frame.height - 1))
+            for y in (box.y - box.height / 2, box.y + 1.5 * box.height)
+        )
+        return Edges(
+            frame.index,
+            frame.pixels[top : bottom + 1, left : right + 1],
+            (left, top),
+            ellipse,
+            replace(cue, form="fourier").learn(frame, ellipse).histogram,
+            replace(cue, form="rotated").learn(frame, ellipse).histogram,
+            info.models["orientation"].histogram,
+        )
+
+    def save(self, folder: Path) -> list[Path]:
+        """Draw the figures into a folder, which is made if need be; return the files written.
+
+        They are among `files`, and replace files of these names. What shows a single frame is left
+        out where no frame was tracked; the times between two frames where there are not two; and
+        all of them where no frame was recorded.
+
+        Raises
+        ------
+        FormatError
+            If a file cannot be written.
+        """
+        series, surface, edges = self.series, self.surface(), self.edges()
+        if not series.frame.size:
+            return []
+        figures = {
+            "rho_surface.png": charts.rho_surface(surface) if surface else None,
+            "time_per_frame.png": charts.time_per_frame(series, self._name)
+            if series.frame.size > 1
+            else None,
+            "appearing.png": charts.appearing(series, *self._rule),
+            "size_and_displacement.png": charts.size_and_displacement(series),
+            CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues)),
+            ORIENTATION: charts.orientation_histograms(edges) if edges else None,
+        }
+        written = []
+        for name in self.files:
+            if figure := figures[name]:
+                path = folder / name
+                try:
+                    folder.mkdir(parents=True, exist_ok=True)
+                    figure.savefig(path, dpi=DPI)
+                except OSError as error:
+                    raise FormatError(
+                        f"The figure {path} cannot be written: {error.strerror}; choose another "
+                        f"folder, or make room there."
+                    ) from None
+                written.append(path)
+        return written
+
+    @property
+    def _name(self) -> str:
+        return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
+
+    @property
+    def _rule(self) -> tuple[int, float]:
+        """Number of samples N and fraction f of the appearance rule."""
+        if isinstance(self._config, Discriminative):
+            return self._config.particles, 0.0  # all of them, or none
+        samples = self._config.particles if isinstance(self._config, ParticleFilter) else 1
+        return samples, self._config.presence.fraction

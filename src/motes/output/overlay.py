@@ -1,0 +1,172 @@
+"""Estimates, particles and labels drawn on a frame."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from motes.core.errors import ConfigError
+from motes.core.frame import as_rgb
+from motes.core.track import Status, Track
+
+Color = tuple[int, int, int]
+
+# Okabe and Ito's palette: all readers can tell these apart.
+COLORS: dict[Status, Color] = {
+    Status.TRACKING: (86, 180, 233),
+    Status.SEARCHING: (230, 159, 0),
+    Status.OCCLUDED: (240, 228, 66),
+    Status.LOST: (213, 94, 0),
+}
+PARTICLE: Color = (255, 110, 205)
+CASING: Color = (0, 0, 0)
+"""A thin dark line on both sides of a bright one keeps it visible on every background."""
+FINE = 2
+"""Lines are drawn this much larger and then averaged, which smooths their edges."""
+
+
+def draw(
+    pixels: NDArray[np.uint8],
+    track: Track,
+    *,
+    particles: ArrayLike | None = None,
+    weights: ArrayLike | None = None,
+    trail: ArrayLike | None = None,
+    label: str | None = None,
+) -> NDArray[np.uint8]:
+    """Return a copy of a frame's pixels with a track drawn on it.
+
+    The estimate is an outline, solid and blue while tracking, dashed and orange while searching,
+    dashed and yellow when occluded, dashed and red-brown when lost. What lies
+    outside the frame is clipped.
+
+    Parameters
+    ----------
+    pixels
+        RGB uint8 of shape (H, W, 3); left as it is.
+    track
+        What to draw.
+    particles
+        (N, 5), of x, y, a, b, theta, or only their (N, 2) centers: one dot each.
+    weights
+        (N,), at least 0; the lighter a particle, the fainter its dot. Without them all are alike.
+    trail
+        (M, 2), previous centers, the oldest first, which fades; a center that is not finite
+        interrupts it.
+    label
+        Text for the upper left corner, over a bar of the confidence. By default the frame's
+        number, the status and the confidence; "" for no label at all.
+
+    Raises
+    ------
+    ConfigError
+        If the particles, the weights or the trail have another shape.
+    """
+    image = Image.fromarray(as_rgb(pixels))
+    line = max(1.0, min(image.size) / 240)
+    dots, alpha = _dots(particles, weights)
+    path = _points(trail, "trail")
+    # Ellipse.polygon starts at the end of the half-axis a; every dash takes three of six sides.
+    dashes = round(min(max(math.hypot(*track.ellipse[2:4]) / (2 * line), 6), 300))
+    outline = np.vstack([track.ellipse.polygon(6 * dashes), track.ellipse.polygon(1)])
+    strokes = [outline]
+    if track.status != Status.TRACKING:
+        strokes = [outline[start : start + 4] for start in range(0, 6 * dashes, 6)]
+
+    low, high = _region(np.concatenate([outline, dots, path]), 3 * line, image.size)
+    width, height = (high - low).tolist()
+    part = image.crop((*low.tolist(), *high.tolist()))
+    part = part.resize((FINE * width, FINE * height), Image.Resampling.NEAREST)
+    pen = ImageDraw.Draw(part, "RGBA")
+
+    def fine(points: NDArray[np.float64]) -> list[int]:
+        # Pillow counts in 32 bits; what lies a million pixels away is not seen anyway.
+        inner = FINE * (points - low) + (FINE - 1) / 2
+        flat: list[int] = np.rint(inner.clip(-1e6, 1e6)).astype(int).ravel().tolist()
+        return flat
+
+    color = COLORS[track.status]
+    for age, step in enumerate(np.stack([path[:-1], path[1:]], axis=1), start=1):
+        if np.isfinite(step).all():
+            ink = (*color, round(40 + 180 * age / len(path)))
+            pen.line(fine(step), ink, round(FINE * line))
+    for x, y, opacity in zip(*np.reshape(fine(dots), (-1, 2)).T.tolist(), alpha, strict=True):
+        radius = 0.8 * FINE * line
+        pen.ellipse((x - radius, y - radius, x + radius, y + radius), (*PARTICLE, opacity))
+    for thickness, ink in ((3 * line, (*CASING, 255)), (1.5 * line, (*color, 255))):
+        for stroke in strokes:
+            pen.line(fine(stroke), ink, round(FINE * thickness))
+    image.paste(part.reduce(FINE), tuple(low.tolist()))
+
+    if label != "":
+        _draw_label(image, label or _describe(track), track.confidence, color)
+    return np.array(image)
+
+
+def _points(points: ArrayLike | None, name: str) -> NDArray[np.float64]:
+    """Return the x and y of points, (N, 2)."""
+    if points is None or not np.size(points):
+        return np.empty((0, 2))
+    table = np.asarray(points, np.float64)
+    if table.ndim != 2 or table.shape[1] < 2:
+        raise ConfigError(
+            f"The {name} of an overlay must be rows that start with x, y; got shape {table.shape}."
+        )
+    return table[:, :2]
+
+
+def _dots(
+    particles: ArrayLike | None, weights: ArrayLike | None
+) -> tuple[NDArray[np.float64], list[int]]:
+    """Return the centers of finite particles and their opacities, 0 to 255."""
+    dots = _points(particles, "particles")
+    weight = np.ones(len(dots)) if weights is None else np.asarray(weights, np.float64)
+    if weight.shape != (len(dots),):
+        raise ConfigError(
+            f"An overlay of {len(dots)} particles needs one weight for each; "
+            f"got weights of shape {weight.shape}."
+        )
+    kept = np.isfinite(np.column_stack([dots, weight])).all(axis=1)
+    dots, weight = dots[kept], weight[kept]
+    share = weight / max(weight.max(initial=0), np.finfo(float).tiny)
+    return dots, np.rint(60 + 180 * share).astype(int).tolist()
+
+
+def _region(
+    points: NDArray[np.float64], margin: float, size: tuple[int, int]
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return the corners of the part of an image that drawing at points may change."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    limit = np.array(size)
+    low = np.floor(finite.min(axis=0) - margin).clip(0, limit - 1).astype(int)
+    high = np.ceil(finite.max(axis=0) + margin + 1).clip(low + 1, limit).astype(int)
+    return low, high
+
+
+def _describe(track: Track) -> str:
+    return f"{track.frame}  {track.status}  {track.confidence:.2f}"
+
+
+@lru_cache
+def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    """Return Pillow's own font in a size in pixels."""
+    return ImageFont.load_default(size)  # reading it takes longer than writing with it
+
+
+def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:
+    """Write text in the upper left corner, on a dark panel over a bar of the confidence."""
+    size = max(8, round(min(image.width / 40, image.height / 26)))
+    letters = font(size)
+    pen = ImageDraw.Draw(image, "RGBA")
+    pad = max(2, round(size / 2))
+    _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, letters)
+    panel = (pad, pad, right + pad, bottom + 2 * pad)
+    pen.rectangle(panel, (0, 0, 0, 165))
+    pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), letters)
+    bar = panel[3] - max(2, round(pad / 2))
+    end = panel[0] + (panel[2] - panel[0]) * min(max(confidence, 0), 1)
+    pen.rectangle((panel[0], bar, end, panel[3]), (*color, 255))

@@ -1,0 +1,275 @@
+"""Tracks into files: CSV and JSON Lines, a row for each frame.
+
+Rows reach the file one by one, numbers are rounded to fixed digits and none is NaN or infinite, so
+that equal runs give equal bytes. That is also how an interrupted file is continued: the run is
+repeated, and rows that are there already are compared instead of written.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import sys
+from pathlib import Path
+from typing import BinaryIO, Literal, Self
+
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import open_rows, write_all
+from motes.core.track import Status, Track
+
+Form = Literal["csv", "jsonl"]
+FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
+"""By file ending."""
+
+COLUMNS = (
+    "frame",
+    "time",
+    "x",
+    "y",
+    "a",
+    "b",
+    "theta",
+    "confidence",
+    "status",
+    "distance",
+    "effective_sample_size",
+)
+
+
+def form_of(path: str | Path, form: Form | None = None) -> Form:
+    """Return the form of a file: the one asked for, or what its ending says; `-` is CSV.
+
+    Raises
+    ------
+    ConfigError
+        If the ending says nothing.
+    """
+    if form is not None:
+        return form
+    if str(path) == "-":
+        return "csv"
+    ending = Path(path).suffix.lower()
+    if ending not in FORMS:
+        raise ConfigError(f"{path} ends neither in .csv nor in .jsonl; rename it or give a format.")
+    return FORMS[ending]
+
+
+def check_writable(path: str | Path, overwrite: bool = False) -> None:
+    """Check that a file can be made at `path`; a device or a pipe may well be there.
+
+    Raises
+    ------
+    FormatError
+        If a file is there and must not be overwritten, or the folder is missing or protected.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise FormatError(f"{path} is a folder; give the name of a file.")
+    if path.is_file() and not overwrite:
+        raise FormatError(f"{path} exists; choose another name, or overwrite it (--overwrite).")
+    if not path.parent.is_dir():
+        raise FormatError(f"There is no folder {path.parent} for {path.name}; make it first.")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise FormatError(f"{path} cannot be written: no permission; choose another place.")
+
+
+def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
+    """Check that a file that is being written still has a name.
+
+    Raises
+    ------
+    FormatError
+        If it was deleted, or another one took its name: what goes into it is lost.
+    """
+    opened = os.fstat(file.fileno())
+    if opened.st_nlink or (os.path.exists(path) and os.path.samestat(opened, os.stat(path))):
+        return
+    raise FormatError(f"{path} was deleted while it was written, with all that was in it.")
+
+
+class TrackWriter:
+    """Write tracks, a row for each frame; use it as a context manager.
+
+    The columns are `COLUMNS`: pixels, radians and seconds as in `Track`. A frame without a track
+    has empty fields (CSV) or null (JSON Lines) and the status `searching`. The file is made with
+    the first row; a row is in it as soon as `write` returns.
+
+    Parameters
+    ----------
+    path
+        The file, or `-` for standard output.
+    form
+        `csv` or `jsonl`; by default what the file's ending says, and CSV for `-`.
+    overwrite
+        Whether an existing file may be replaced.
+    resume
+        Whether an existing file is the beginning of these rows. Each row that is already there is
+        compared with what is written; a last line that was cut off is completed.
+
+    Attributes
+    ----------
+    form
+        As above.
+    resumed
+        Number of rows that were already there.
+    rows
+        Number of rows so far, those included.
+
+    Raises
+    ------
+    ConfigError
+        If the ending is unknown, or standard output shall be resumed.
+    FormatError
+        Here, if the file exists or cannot be written; later, if the disk is full, the file was
+        deleted or an existing row differs. Rows written before stay.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        form: Form | None = None,
+        *,
+        overwrite: bool = False,
+        resume: bool = False,
+    ) -> None:
+        self.form = form_of(path, form)
+        self.rows = self.resumed = 0
+        self._name = "Standard output" if str(path) == "-" else str(path)
+        self._path = None if str(path) == "-" else Path(path)
+        self._file: BinaryIO | None = None
+        self._old: BinaryIO | None = None
+        self._size = 0
+        self._overwrite = overwrite
+        if self._path is None:
+            if resume:
+                raise ConfigError("Standard output cannot be resumed; write the rows to a file.")
+            return
+        check_writable(self._path, overwrite or resume)
+        if resume and self._path.exists():
+            if not self._path.is_file():
+                raise ConfigError(f"{path} is no ordinary file and cannot be resumed.")
+            try:
+                self._old = self._path.open("rb")
+            except OSError as error:
+                raise self._failure(error) from error
+
+    def write(self, frame: int, time: float, track: Track | None) -> None:
+        """Write the row of a frame: its index, its time in seconds, and its track if any."""
+        if not self.rows and self.form == "csv":
+            self._put(",".join(COLUMNS), "its first line")
+        self._put(self._row(frame, time, track), f"the row of frame {frame}")
+        self.rows += 1
+        self.resumed += self._old is not None
+
+    def _row(self, frame: int, time: float, track: Track | None) -> str:
+        fields = [str(frame), _number(time, 6)]
+        if track is None:
+            fields += ["", "", "", "", "", "", Status.SEARCHING, "", ""]
+        else:
+            x, y, a, b, theta = track.ellipse
+            fields += [_number(value, 3) for value in (x, y, a, b)]
+            fields += [_number(theta, 5), _number(track.confidence, 5), track.status]
+            fields += [_number(track.distance, 5), _number(track.effective_sample_size, 2)]
+        if self.form == "csv":
+            return ",".join(fields)
+        pairs = zip(COLUMNS, fields, strict=True)
+        return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
+
+    def _put(self, text: str, what: str) -> None:
+        """Compare a line with the one already there, or write it."""
+        line = text.encode() + b"\n"
+        if self._old is not None:
+            there = self._old.readline()
+            if there == line:
+                self._size += len(line)
+                return
+            if not line.startswith(there):
+                raise FormatError(
+                    f"{self._name} cannot be resumed: {what} differs, so the source, the options "
+                    f"or the seed are not the same; repeat them, or write to another file."
+                )
+            self._old.close()
+            self._old = None
+            # What was cut off is the beginning of this line and disappears under it.
+            self._open("r+b")
+        elif self._file is None:
+            self._open("wb")
+        try:
+            self._write(line)
+        except BrokenPipeError:  # whoever reads has seen enough; no fault of the output
+            raise
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _open(self, mode: Literal["r+b", "wb"]) -> None:
+        try:
+            # Without a buffer, nothing is left over that would fail once more when closed.
+            if self._path is None:
+                self._file = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
+                return
+            if mode == "wb":
+                self._file = open_rows(self._path, self._overwrite)
+                return
+            self._file = self._path.open(mode, buffering=0)
+            self._file.seek(self._size)
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _write(self, line: bytes) -> None:
+        assert self._file is not None
+        if self._path is not None:
+            check_not_deleted(self._file, self._path)
+        try:
+            write_all(self._file, line)
+        except OSError:
+            with contextlib.suppress(OSError):  # leave whole rows, where that is possible
+                self._file.truncate(self._size)
+            raise
+        self._size += len(line)
+
+    def _failure(self, error: OSError) -> FormatError:
+        return FormatError(
+            f"{self._name} cannot be written: {error.strerror}; make room, or choose another "
+            f"place. The {self.rows} rows so far are kept."
+        )
+
+    def close(self) -> None:
+        """Close the file.
+
+        Raises
+        ------
+        FormatError
+            If a resumed file holds more rows than were written; they stay.
+        """
+        more = self._old is not None and self._old.read(1)
+        self._release()
+        if more:
+            raise FormatError(
+                f"{self._name} cannot be resumed: it holds more than the {self.rows} rows of this "
+                f"run, so the source or the options are not the same; write to another file."
+            )
+
+    def _release(self) -> None:
+        for file in (self._old, self._file):
+            if file is not None:
+                file.close()
+        self._old = self._file = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self._release()
+
+
+def _number(value: float, digits: int) -> str:
+    """Return a number with fixed digits, nothing for what is no number; zero has no sign."""
+    return f"{value:z.{digits}f}" if math.isfinite(value) else ""
+
+
+def _json(key: str, text: str) -> str:
+    return f'"{text}"' if key == "status" else text or "null"

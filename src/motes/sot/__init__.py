@@ -1,0 +1,1 @@
+"""Single-object tracking: trackers, their presets, and what they are made of."""

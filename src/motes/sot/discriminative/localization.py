@@ -1,0 +1,158 @@
+"""Where is the target? Particles over what one window says, sharpened step by step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config, NonNegative, Particles, Positive
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.color_posterior import CORE, Posterior, PosteriorModel, contrast
+from motes.cues.correlation_filter import FINE, Correlation, CorrelationModel, at, best_near
+from motes.cues.fourier_ridge import Spectra
+from motes.cues.search_window import CELL, Singles
+from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.sample_size import Budget
+
+Floats = NDArray[np.float64]
+
+
+class Known(msgspec.Struct, frozen=True, eq=False):
+    """What a look goes by.
+
+    Attributes
+    ----------
+    correlation, posterior
+        The models of place and colors.
+    contrast
+        By how much the target's colors stand out in the mean; it sets how much color counts.
+    """
+
+    correlation: CorrelationModel
+    posterior: PosteriorModel
+    contrast: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What one window says.
+
+    Attributes
+    ----------
+    place
+        The window is around this ellipse.
+    window, spectra, integral
+        Its samples; the transform of its features; the posterior's sums.
+    centers, weights
+        (N, 2), (N,) the particles.
+    found
+        Their mean, with the size and turn of `place`.
+    box
+        (4,) the same as the window has it: x and y off its center and half sides, in samples.
+    contrast
+        By how much the target's colors stand out there.
+    certainty
+        Geometric mean of the response of the first frame's filter and of the color contrast there,
+        0 to 1. Neither is learned into agreement with what the tracker follows: a response
+        relative to its own past says nothing, since it rises while the filter learns the wrong
+        thing.
+    response
+        That of the filter, there.
+    """
+
+    place: Ellipse
+    window: Singles
+    spectra: Spectra
+    integral: Floats
+    centers: Floats
+    weights: Weights
+    found: Ellipse
+    box: Floats
+    contrast: float
+    certainty: float
+    response: float
+
+
+class Looking(Config, frozen=True):
+    """How a window is looked at.
+
+    Attributes
+    ----------
+    particles
+        How many are spread over the window.
+    budget
+        How many of them go on from there: fewer, the fewer places there are to choose from.
+    correlation, posterior
+        The cues for the place.
+    color_gain
+        How much the color contrast counts in the pool of these cues.
+    sigma
+        Of the pool: particles weigh exp(pool / sigma).
+    resampling
+        How particles are selected.
+    """
+
+    particles: Particles = 400
+    budget: Budget = Budget(least=100, most=400, bin=0.25)
+    correlation: Correlation = Correlation(sharpness=1 / 12)
+    posterior: Posterior = Posterior()
+    color_gain: NonNegative = 1.0
+    sigma: Positive = 0.02
+    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
+
+    def look(self, rng: np.random.Generator, known: Known, frame: Frame, place: Ellipse) -> Look:
+        """Weigh particles by what the window around a place says, and take their mean.
+
+        Half of them are spread over the window, the others around the response's maximum; they
+        are weighed, selected, and weighed again nearby, which sharpens them step by step.
+        """
+        samples = known.correlation.grid
+        half = np.array(samples.half)
+        window = samples.cut(frame, place)
+        spectra = self.correlation.spectra(samples, window)
+        plane, first = self.correlation.responses(known.correlation, spectra)
+        integral = self.posterior.integral(known.posterior, window)
+        share = self.color_share(known)
+        core = CORE * samples.half[0], CORE * samples.half[1]
+
+        def weights(points: Floats) -> Weights:
+            pool = at(plane, points)
+            kernels.bilinear.pool(integral, core, share, points, pool)
+            return Weights.from_log(pool / self.sigma)
+
+        row, column = divmod(int(np.argmax(plane)), plane.shape[1])
+        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * CELL / FINE
+        narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
+        noise = rng.standard_normal((3, self.particles, 2))
+        points = noise[0]
+        points[::2] *= half
+        points[1::2] = points[1::2] * narrow + peak
+        for layer, spread in ((1, narrow / 2), (2, narrow / 4)):
+            weighed = weights(points)
+            chosen = points[self.resampling.ancestors(rng, weighed, len(points))]
+            count = min(self.budget.number(chosen / math.sqrt(half.prod())), self.particles)
+            chosen = points[self.resampling.ancestors(rng, weighed, count)]
+            points = chosen + noise[layer, :count] * spread
+        centers = samples.points(place, points)
+        centers = np.clip(centers, 0, (frame.width - 1, frame.height - 1))
+        weighed = weights(samples.offsets(place, centers))
+        x, y = (weighed.values @ centers).tolist()
+        box = np.append(samples.offsets(place, np.array((x, y))), half)
+        stands_out = contrast(integral, box)
+        alike = min(best_near(first, box[0], box[1]), 1.0)
+        certainty = math.sqrt(alike * max(stands_out, 0.0))
+        found = place._replace(x=x, y=y)
+        response = float(at(plane, box[None, :2])[0])
+        seen, said = (window, spectra, integral), (stands_out, certainty, response)
+        return Look(place, *seen, centers, weighed, found, box, *said)
+
+    def color_share(self, known: Known) -> float:
+        """Return color's share in the pool: more, the more the target stands out by it."""
+        counts = self.color_gain * max(known.contrast, 0.0)
+        return counts / (1 + counts)

@@ -1,0 +1,352 @@
+"""The default tracker: particles over cues that learn the target against its surroundings.
+
+A step is a particle filter in parts (MacCormick and Isard, ECCV 2000): first where, then how large,
+then where exactly. Particles look their likelihood up in dense results: the response of a
+correlation filter, and sums of the pixels' color posterior. The first frame's filter is kept, and
+how much the place found is like it and stands out in color says how sure the tracker is; it learns
+only while it is sure, and searches in the same frame when it is not.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Annotated
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.config import NonNegative, Positive
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import ELLIPSES, SAME, Array, check, middle_of, rows
+from motes.core.track import Status, Track
+from motes.cues.color_posterior import Posterior, borders, contrast
+from motes.cues.correlation_filter import Correlation
+from motes.cues.fourier_ridge import Spectra
+from motes.cues.scale_filter import SizeModel, Sizes
+from motes.cues.search_window import CELL
+from motes.sot.discriminative.confidence_gate import Standing, Trust
+from motes.sot.discriminative.localization import Known, Look, Looking
+from motes.sot.discriminative.redetection import LooksModel, Search, limits
+from motes.sot.filtering.appearance_rule import Calibration
+from motes.sot.filtering.moments import mean_ellipse
+from motes.sot.filtering.resampling import Weights
+from motes.sot.step_info import Info
+
+Floats = NDArray[np.float64]
+
+STEADY = 0.05
+"""Share of a frame in the running means of contrast and borders."""
+TURNED = 1.15
+"""A target is seen as turned only if that is so many times as certain: else noise would turn it."""
+NEAR = CELL
+"""A target so many samples off the middle of the window is seen well enough."""
+NOBODY = np.empty((0, 5))
+"""No searchers."""
+UNSEEN = 0.15
+"""Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
+answers for what it has learned, which may have drifted from the target's middle."""
+
+
+class DiscriminativeState(Known, frozen=True, eq=False):
+    """What the next step needs, beside what a look goes by.
+
+    Attributes
+    ----------
+    time
+        Of the last frame, in seconds.
+    ellipse
+        The last estimate: the box as an ellipse, turned by as much as the target since the start.
+    shape
+        The first region; what is reported is this, moved and scaled.
+    sizes, looks
+        The models of its size, and what the search goes by.
+    border
+        (2,) running mean of the posterior just inside and outside of the target's border.
+    searchers
+        (N, 5) the particles that search, none while the target is tracked.
+    sizing
+        Whether the next frame is one in which the target is sized; in the others it is looked at
+        turned. Each in every other frame is enough, and what is seldom sized jitters less.
+    factors
+        (N,) particles of its size, when it was last sized, as factors of the size before.
+    standing
+        Whether the target is tracked, and how surely it was.
+    """
+
+    time: Annotated[float, SAME]
+    ellipse: Ellipse
+    shape: Ellipse
+    sizes: SizeModel
+    looks: LooksModel
+    border: Floats
+    searchers: Annotated[Floats, ELLIPSES]
+    sizing: bool
+    factors: Annotated[Floats, Array(least=1e-6)]
+    standing: Standing
+
+
+class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
+    """The default tracker; as many particles as look at a window search for a missed target.
+
+    Attributes
+    ----------
+    sizes
+        The cue for the size.
+    search
+        How a target is searched for.
+    border_gain
+        How much the posterior across the border counts, beside the sizes' filter, for the size.
+    turn
+        In radians, by which a target is turned to see whether that makes it certain.
+    trust
+        How certain it must be to learn, and not to be lost.
+    calibration
+        From 1 - certainty to the confidence.
+    """
+
+    sizes: Sizes = Sizes()
+    search: Search = Search()
+    border_gain: NonNegative = 0.2
+    turn: Positive = 0.25
+    trust: Trust = Trust()
+    calibration: Calibration = Calibration(middle=0.73, width=0.05)
+
+    @cached_property
+    def cues(self) -> dict[str, Correlation | Posterior]:
+        """The cues for the place, by name."""
+        return {"correlation": self.correlation, "posterior": self.posterior}
+
+    def init(
+        self, rng: np.random.Generator, frame: Frame, region: Ellipse
+    ) -> tuple[DiscriminativeState, Info]:
+        """Learn the target in the box around `region` and start tracking it."""
+        box = Ellipse.from_box(region.box)
+        correlation = self.correlation.learn(frame, box)
+        posterior = self.posterior.learn(frame, box)
+        integral = self.posterior.integral(posterior, posterior.grid.cut(frame, box))
+        middle = np.array([0.0, 0.0, *correlation.grid.half])
+        state = DiscriminativeState(
+            time=frame.time,
+            ellipse=box,
+            shape=region,
+            correlation=correlation,
+            posterior=posterior,
+            sizes=self.sizes.learn(frame, box),
+            looks=self.search.learn(frame, box),
+            contrast=contrast(integral, middle),
+            border=borders(integral, middle[None])[0],
+            searchers=NOBODY,
+            sizing=True,
+            factors=np.ones(1),
+            standing=Standing(),
+        )
+        return state, self._put(state, frame)
+
+    def step(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
+    ) -> tuple[DiscriminativeState, Info]:
+        """Look where the target was, turned and elsewhere if need be; size it; look again."""
+        look = self.look(rng, state, frame, state.ellipse)
+        doubted = look.certainty < self.trust.of_first * state.standing.reference
+        turning = doubted and not state.sizing
+        if turning:
+            look = self._turn(rng, state, frame, look)
+        missed = not self.trust.keeps(look.certainty, state.standing.reference)
+        elsewhere = None
+        if missed and not (turning and state.standing.missed):
+            state, elsewhere = self._search(rng, state, frame, look.certainty)
+        look = elsewhere or look
+        place, spectra = look.found, None
+        if state.sizing and elsewhere is None and self.trust.trusts(state.standing):
+            state, place, spectra = self._sized(rng, state, frame, look)
+        if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
+            look, spectra = self.look(rng, state, frame, place), None
+        after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
+        if learned and state.sizing:
+            if spectra is None:
+                spectra = self.sizes.spectra(state.sizes, frame, after.ellipse)
+            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.sizes.rate))
+        return replace(after, sizing=not state.sizing), info
+
+    def correct(
+        self, state: DiscriminativeState, frame: Frame, region: Ellipse
+    ) -> tuple[DiscriminativeState, Info]:
+        """Put the target at `region` of the current frame; what was learned is kept."""
+        state = replace(
+            state,
+            ellipse=Ellipse.from_box(region.box),
+            shape=region,
+            searchers=NOBODY,
+            standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0, against=0),
+        )
+        return state, self._put(state, frame)
+
+    def check(self, state: DiscriminativeState, frame: Frame) -> None:
+        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+        middle = middle_of(frame, state.correlation.a, state.correlation.b)
+        fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
+        searchers = rows(np.zeros(5), state.searchers) if len(state.searchers) else NOBODY
+        factors = rows(1.0, state.factors)
+        check(state, replace(fresh, searchers=searchers, factors=factors), "state")
+
+    def _turn(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
+    ) -> Look:
+        """Return a look, or a surer one at the same place turned to either side."""
+        looks = [
+            self.look(rng, state, frame, look.place._replace(theta=look.place.theta + turn))
+            for turn in (-self.turn, self.turn)
+        ]
+        best = max(looks, key=lambda look: look.certainty)
+        return best if best.certainty > TURNED * look.certainty else look
+
+    def _sized(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
+    ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
+        """Return the state with particles of its size, the likeliest one, and what was seen.
+
+        Each size is weighed by the sizes' filter, and by how well the posterior just inside and
+        outside of its border is what it was. The likeliest one is taken, not the mean: what is
+        nearer to the last size than half a step is no change, so that noise does not add up.
+        """
+        model, sizes = state.sizes, self.sizes
+        factors = np.clip(sizes.factors, *limits(look.found, frame))
+        spectra = sizes.spectra(model, frame, look.found)
+        pool = sizes.response(model, spectra).astype(np.float64)
+        boxes = np.tile(look.box, (sizes.count, 1))
+        boxes[:, 2:] *= factors[:, None]
+        errors = borders(look.integral, boxes) - state.border
+        pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
+        weights = Weights.from_log(pool / self.sigma)
+        chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
+        likeliest = float(factors[np.argmax(pool)])
+        place = look.found._replace(a=likeliest * look.found.a, b=likeliest * look.found.b)
+        return replace(state, factors=chosen), place, spectra
+
+    def _search(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
+    ) -> tuple[DiscriminativeState, Look | None]:
+        """Return a look at where else the target is, if anywhere.
+
+        Parameters
+        ----------
+        here
+            How certain it is where it was.
+        """
+        searchers = state.searchers
+        if not len(searchers):
+            searchers = np.tile(np.array(state.ellipse), (self.particles, 1))
+        searchers, places = self.search.step(
+            rng, state.looks, searchers, frame, state.ellipse, state.standing.missed + 1
+        )
+        looks = [self.look(rng, state, frame, place) for place in places]
+        best = max(looks, key=lambda look: look.certainty)
+        there = best.certainty > here
+        there &= self.trust.finds(best.certainty, state.standing.reference)
+        return replace(state, searchers=searchers), best if there else None
+
+    def _observe(
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: Look,
+        *,
+        jumped: bool,
+    ) -> tuple[DiscriminativeState, Info, bool]:
+        """Judge and learn what was seen at last."""
+        standing, there, learned = self.trust.judge(
+            state.standing, look.certainty, look.response, jumped=jumped
+        )
+        followed = there or self.trust.follows(look.certainty, state.standing)
+        found = look.found if followed else state.ellipse
+        if not learned and not jumped:  # a size seen by one who is not sure is none
+            found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
+        after = replace(
+            state,
+            time=frame.time,
+            ellipse=found,
+            standing=standing,
+            searchers=state.searchers if standing.missed else NOBODY,
+        )
+        if learned:
+            after = self._learned(after, look)
+        if followed:
+            weights, factors = look.weights, np.resize(state.factors, len(look.centers))
+            ellipses = np.tile(np.array(found), (len(factors), 1))
+            ellipses[:, :2] = look.centers
+            # The size is the likeliest one; the particles say how sure that is.
+            ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
+        else:
+            ellipses = state.searchers
+            if not len(ellipses):  # the first look was certain, the second was not
+                ellipses = np.tile(np.array(found), (self.particles, 1))
+            weights = Weights.uniform(len(ellipses))
+        return after, self._told(after, frame, ellipses, weights, look.certainty), learned
+
+    def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
+        """Return what there is to say of a target that somebody else has found."""
+        ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+        return self._told(state, frame, ellipses, Weights.uniform(self.particles), 1.0)
+
+    def _told(
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        ellipses: Floats,
+        weights: Weights,
+        certainty: float,
+    ) -> Info:
+        """Return the estimate in the form of the first region, and the particles."""
+        size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
+        shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
+        shaped[:, :2] = ellipses[:, :2]
+        shaped[:, 2:4] *= size
+        shaped[:, 4] += ellipses[:, 4]
+        grown = state.ellipse.a / Ellipse.from_box(state.shape.box).a
+        found = state.shape._replace(
+            x=state.ellipse.x,
+            y=state.ellipse.y,
+            a=state.shape.a * grown,
+            b=state.shape.b * grown,
+            theta=state.shape.theta + state.ellipse.theta,
+        )
+        covariance = mean_ellipse(shaped, weights.values)[1]
+        if certainty < 1:
+            side = 2 * math.sqrt(state.ellipse.a * state.ellipse.b)
+            covariance[[0, 1], [0, 1]] += (UNSEEN * side) ** 2
+        track = Track(
+            frame=frame.index,
+            time=frame.time,
+            ellipse=found,
+            covariance=covariance,
+            confidence=self.calibration.probability(1 - certainty),
+            status=state.standing.status,
+            distance=1 - certainty,
+            effective_sample_size=weights.effective_sample_size,
+        )
+        share = self.color_share(state)
+        return Info(
+            track,
+            shaped,
+            weights.values,
+            np.full(len(shaped), 1 - certainty),
+            len(shaped) if state.standing.missed == 0 else 0,
+            {"correlation": state.correlation, "posterior": state.posterior},
+            {"correlation": 1 - share, "posterior": share},
+        )
+
+    def _learned(self, state: DiscriminativeState, look: Look) -> DiscriminativeState:
+        """Return the state after a frame of which the tracker is certain."""
+        x, y = look.box[:2].tolist()
+        border = borders(look.integral, look.box[None])[0]
+        correlation, posterior = self.correlation, self.posterior
+        return replace(
+            state,
+            correlation=correlation.taught(state.correlation, look.spectra, correlation.rate, x, y),
+            posterior=posterior.taught(state.posterior, look.window, posterior.rate, x, y),
+            contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
+            border=(1 - STEADY) * state.border + STEADY * border,
+        )

@@ -1,0 +1,266 @@
+"""How a target model learns from where the target was found, for any cue that compares histograms.
+
+A strategy is a pure function: from a model's histogram, the first frame's, the one that is seen and
+what it remembers, to the new histogram and what it remembers next.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from functools import lru_cache
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes.core.config import Config, Count, NonNegative, Share
+from motes.core.saved_state import NotNegative
+
+Floats = NDArray[np.float64]
+
+
+class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
+    """What `KalmanBins` remembers of one cue.
+
+    Attributes
+    ----------
+    squares
+        The mean square of the residuals over all bins, in each of the last L frames.
+    noise
+        Variance of the measurement noise, delta_v²; None until there are L frames.
+    variance
+        That of the filtering error, q. One number: in equations 3 to 11 nothing tells one bin's
+        from another's.
+    """
+
+    squares: tuple[NonNegative, ...] = ()
+    noise: NonNegative | None = None
+    variance: NonNegative = 0.0
+
+
+class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
+    """What `GaussianBins` remembers of one cue: the histograms seen from the first frame on.
+
+    Attributes
+    ----------
+    frames
+        How many.
+    mean
+        (m,), mu of each bin.
+    squares
+        (m,), the sum of squared deviations from it.
+    """
+
+    frames: int
+    mean: NotNegative
+    squares: NotNegative
+
+
+Memory = KalmanMemory | GaussianMemory
+
+
+class Lesson(NamedTuple):
+    """What a strategy made of a frame.
+
+    Attributes
+    ----------
+    residuals
+        (m,), the histogram seen minus the model's.
+    gain
+        Share of the way that the model has gone: of equation 5, or the rate of equation 16; 0 where
+        it has not learned.
+    accepted
+        Share of the bins that passed the strategy's test: all or none with equation 14.
+    """
+
+    residuals: Floats
+    gain: float
+    accepted: float
+
+
+class Learned(NamedTuple):
+    """A model's next histogram, with what the strategy remembers, and what it says, if anything."""
+
+    histogram: Floats
+    memory: Memory | None = None
+    lesson: Lesson | None = None
+
+
+class Strategy(Config, frozen=True):
+    """What a way of learning must offer."""
+
+    @property
+    def learns(self) -> bool:
+        """Whether the model ever changes."""
+        return True
+
+    @abstractmethod
+    def learn(
+        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> Learned:
+        """Return what becomes of a model.
+
+        Parameters
+        ----------
+        memory
+            What was remembered last; None in the beginning.
+        histogram, first, seen
+            (m,) each: the model's, the first frame's and this frame's, in which something is seen.
+        """
+
+
+class Forgetting(Strategy, frozen=True, tag="forgetting"):
+    """The model moves by a fixed share; Nummiaro et al. name such models in sections IV and VIII.
+
+    Attributes
+    ----------
+    rate
+        Share of each frame's estimate that enters the model; 0 keeps the model fixed.
+    anchor
+        Share of the first frame's model that is kept for good: what enters is taken from it by this
+        share.
+    """
+
+    rate: Share = 0.0
+    anchor: Share = 0.0
+
+    @property
+    def learns(self) -> bool:
+        """Whether the rate is above 0."""
+        return self.rate > 0
+
+    def learn(
+        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> Learned:
+        """Return the model moved towards what is seen; remembers nothing."""
+        entering = self.anchor * first + (1 - self.anchor) * seen
+        return Learned((1 - self.rate) * histogram + self.rate * entering)
+
+
+class KalmanBins(Strategy, frozen=True, tag="kalman"):
+    """A Kalman filter for each bin, and a t test that refuses it: Zhao and Pei, equations 3 to 15.
+
+    The first L frames, in which the model stays, give the noise (equation 11); from then on the
+    gain follows from the residuals of the last L. Three readings are not the print's:
+
+    - Equation 7 has q^(i-1) for the predicted variance, and (10) may fall below zero, which is no
+      variance: it is then 0.
+    - The test (12 to 14) asks whether this frame's residuals are larger than those of the last L.
+      Its samples are their squares, one for each bin, as those are what (9) is the mean of: signed
+      residuals sum to 0, their sizes have a mean that is hardly ever above the root of (9), and the
+      test would refuse nothing.
+    - s in (12) is the standard deviation of the samples.
+
+    Attributes
+    ----------
+    frames
+        L, of which the paper gives no number.
+    alpha
+        Significance level: the chance to refuse a frame like any other.
+    """
+
+    frames: Count = 10
+    alpha: Annotated[float, Meta(ge=1e-6, le=0.5)] = 0.1
+
+    def learn(
+        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> Learned:
+        """Return the filtered model, or the same one if the test refuses the frame."""
+        before = memory if isinstance(memory, KalmanMemory) else KalmanMemory()
+        residuals = seen - histogram  # 8
+        samples = residuals**2
+        mean = float(samples.mean())
+        squares = (*before.squares, mean)[-self.frames :]
+        usual = sum(squares) / len(squares)  # 9
+        noise, variance, drift = before.noise, before.variance, 0.0
+        if noise is not None:
+            drift = max(0.0, usual - noise - variance)  # 10
+        elif len(squares) == self.frames:
+            noise = variance = 0.5 * usual  # 11
+        else:
+            return Learned(histogram, KalmanMemory(squares), Lesson(residuals, 0.0, 1.0))
+        predicted = variance + drift  # 4
+        if self._refuses(samples, mean - usual):  # the model stays (15): nothing was measured
+            memory = KalmanMemory(squares, noise, predicted)
+            return Learned(histogram, memory, Lesson(residuals, 0.0, 0.0))
+        total = predicted + noise
+        gain = predicted / total if total > 0 else 0.0  # 5; without any residual there is no noise
+        memory = KalmanMemory(squares, noise, (1 - gain) * predicted)  # 7
+        return Learned(histogram + gain * residuals, memory, Lesson(residuals, gain, 1.0))  # 6
+
+    def _refuses(self, samples: Floats, excess: float) -> bool:
+        """Tell whether samples whose mean is so far above the usual one are too large (14)."""
+        if excess <= 0:
+            return False
+        error = float(samples.std(ddof=1)) / math.sqrt(samples.size)
+        return excess >= critical(self.alpha, samples.size - 1) * error
+
+
+class GaussianBins(Strategy, frozen=True, tag="gaussian"):
+    """Each bin moves towards the mean of all that was seen: Zhao and Pei, equation 16.
+
+    mu and delta of each bin are taken over all frames so far. The print compares B_i with 3 delta
+    where its distance from mu is meant. B_i is the model's bin on both sides: so beta is a rate of
+    learning, as the text calls it. Were it the frame's, the model would be nearly replaced by every
+    frame. Histograms are scaled to sum to 1 again.
+
+    Attributes
+    ----------
+    beta
+        Share of the way to mu that a bin goes.
+    deviations
+        A bin that is more than so many delta away from mu becomes mu.
+    """
+
+    beta: Share = 0.1
+    deviations: NonNegative = 3.0
+
+    def learn(
+        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> Learned:
+        """Return the model moved towards the mean."""
+        if not isinstance(memory, GaussianMemory):
+            memory = GaussianMemory(1, first, np.zeros_like(first))
+        frames, off = memory.frames + 1, seen - memory.mean
+        mean = memory.mean + off / frames
+        squares = memory.squares + off * (seen - mean)
+        near = np.abs(histogram - mean) <= self.deviations * np.sqrt(squares / frames)
+        moved = np.where(near, self.beta * mean + (1 - self.beta) * histogram, mean)
+        moved /= moved.sum()
+        lesson = Lesson(seen - histogram, self.beta, float(near.mean()))
+        return Learned(moved, GaussianMemory(frames, mean, squares), lesson)
+
+
+AnyStrategy = Forgetting | KalmanBins | GaussianBins
+
+
+class ByCue(Config, frozen=True, tag="by_cue"):
+    """A strategy for each cue.
+
+    Attributes
+    ----------
+    cues
+        By name; the model of a cue that is not named stays fixed.
+    """
+
+    cues: dict[str, AnyStrategy] = {}  # noqa: RUF012  (msgspec copies it)
+
+
+Adaptation = AnyStrategy | ByCue
+
+
+@lru_cache(maxsize=64)
+def critical(alpha: float, freedom: int) -> float:
+    """Return t_alpha(freedom), which Student's t exceeds with probability alpha (equation 13).
+
+    In the angle whose tangent is t / sqrt(freedom), the density is cos^(freedom - 1), which is
+    summed up. Right to a share of 1e-6 up to 1,000 degrees of freedom and for alpha from 0.01.
+    """
+    angle = np.linspace(0, np.pi / 2, 20_001)
+    density = np.cos(angle) ** (freedom - 1)
+    below = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
+    found = np.interp((1 - 2 * alpha) * below[-1], below, angle)
+    return math.sqrt(freedom) * math.tan(float(found))

@@ -1,0 +1,318 @@
+"""How a target moves: p(x_t | x_{t-1}).
+
+A motion model keeps its own state columns and shows the rest of the program nothing but ellipses.
+Noise of positions and sizes is proportional to the target's first region, and all of it is given
+for one reference interval of 1/25 s: over dt seconds, positions and sizes wander with the square
+root of dt. Nummiaro et al., equations 8 and 9 and section VII.
+
+Colors say little about size: a smaller ellipse inside the target has much the same histogram. So
+the two half-axes mostly grow and shrink together, and are drawn back, slowly, to their first size.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Protocol
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config, Share
+from motes.core.frame import FRAME_INTERVAL
+from motes.core.geometry import Ellipse
+
+Floats = NDArray[np.float64]
+Scale = Annotated[float, Meta(ge=0, le=1e6)]
+"""Large enough for any motion, small enough that nothing overflows."""
+Return = Annotated[float, Meta(ge=0, lt=1)]
+
+LONGEST_INTERVAL = 1.0
+"""Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
+
+
+class Motion(Protocol):
+    """What a motion model must offer."""
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return states (N, d), at rest, for ellipses (N, 5)."""
+        ...
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return new states drawn from p(x_t | x_{t-1}); `first` is the target's first region."""
+        ...
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses (N, 5) of states (N, d)."""
+        ...
+
+
+class Noise(Config, frozen=True):
+    """Standard deviations for one reference interval of 1/25 s.
+
+    Attributes
+    ----------
+    position
+        Of x and y, as a share of the first region's mean half-axis, sqrt(a b).
+    size
+        Of the logarithm of a factor common to both half-axes.
+    size_return
+        Share of the way, in logarithms, that half-axes go back to the first region's.
+    aspect
+        Of each half-axis by itself, as a share of the first region's.
+    angle
+        Of theta, in radians.
+    """
+
+    position: Scale = 0.6
+    size: Share = 0.05
+    size_return: Share = 0.05
+    aspect: Scale = 0.003
+    angle: Scale = 0.0
+
+
+class RandomWalk(Config, frozen=True, tag="random_walk"):
+    """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta."""
+
+    noise: Noise = Noise()
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses themselves, (N, 5)."""
+        return ellipses.copy()
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return states plus noise."""
+        return _walked(rng, states, dt, first, self.noise, (), 1.0)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the states themselves."""
+        return states
+
+
+class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
+    """First order (equation 8): position and half-axes change at velocities that change by noise.
+
+    State: x, y, a, b, theta and the changes of the first four, per reference interval.
+
+    Attributes
+    ----------
+    noise
+        Of x, y, a, b and theta.
+    velocity
+        Standard deviation of the changes' noise, as a share of `noise`.
+    persistence
+        Share of a velocity that is left after one reference interval: 1 is the paper's constant
+        velocity, 0 is a random walk.
+    """
+
+    noise: Noise = Noise()
+    velocity: Scale = 0.5
+    persistence: Share = 1.0
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest, (N, 9)."""
+        return np.concatenate([ellipses, np.zeros((len(ellipses), 4))], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w (equation 9)."""
+        return _walked(rng, states, dt, first, self.noise, (self.velocity,), self.persistence)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the first five columns."""
+        return states[:, :5]
+
+
+class SecondOrder(Config, frozen=True, tag="second_order"):
+    """Second order: velocities change at accelerations that change by noise.
+
+    The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
+    velocities and accelerations of the first four, per reference interval.
+
+    Attributes
+    ----------
+    noise
+        Of x, y, a, b and theta.
+    velocity, acceleration
+        Standard deviations of these changes' noise, as shares of `noise`.
+    persistence
+        Share of a velocity and of an acceleration that is left after one reference interval.
+    """
+
+    noise: Noise = Noise()
+    velocity: Scale = 0.5
+    acceleration: Scale = 0.2
+    persistence: Share = 0.9
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest, (N, 13)."""
+        return np.concatenate([ellipses, np.zeros((len(ellipses), 8))], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w, with A of second order."""
+        changes = (self.velocity, self.acceleration)
+        return _walked(rng, states, dt, first, self.noise, changes, self.persistence)
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the first five columns."""
+        return states[:, :5]
+
+
+class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
+    """Zero order in the state of Maggio et al.: x, y, h, e, theta, each plus Gaussian noise.
+
+    h is the half-length of the minor axis, e the eccentricity sqrt(1 - (minor / major)²), theta the
+    angle of the major axis. Section 5 gives the noise.
+
+    Attributes
+    ----------
+    position
+        Standard deviation of x and y, in pixels: 5.5.
+    size
+        Of h, relative to h: 0.05.
+    eccentricity
+        Of e: 0.021.
+    angle
+        Of theta, in radians: 10 degrees.
+    """
+
+    position: Scale = 5.5
+    size: Share = 0.05
+    eccentricity: Share = 0.021
+    angle: Scale = math.radians(10)
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return x, y, h, e, theta of ellipses, (N, 5)."""
+        states = ellipses.copy()
+        a, b = ellipses[:, 2], ellipses[:, 3]
+        minor, major = np.minimum(a, b), np.maximum(a, b)
+        states[:, 2], states[:, 3] = minor, np.sqrt(1 - (minor / major) ** 2)
+        states[:, 4] += np.where(a < b, np.pi / 2, 0.0)
+        return states
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return states plus noise; e stays within [0, 0.995], h at one pixel or more."""
+        grown = math.sqrt(dt / FRAME_INTERVAL)
+        out = rng.standard_normal(states.shape)
+        out *= [self.position * grown] * 2 + [
+            self.size * grown, self.eccentricity * grown, self.angle * grown
+        ]  # fmt: skip
+        out[:, 2] = np.maximum(np.exp(out[:, 2]) * states[:, 2], 1.0)
+        out[:, :2] += states[:, :2]
+        out[:, 3:] += states[:, 3:]
+        out[:, 3] = np.minimum(np.abs(out[:, 3]), 0.995)
+        return out
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses, a being the major half-axis."""
+        out = states.copy()
+        out[:, 2], out[:, 3] = states[:, 2] / np.sqrt(1 - states[:, 3] ** 2), states[:, 2]
+        return out
+
+
+class Autoregressive(Config, frozen=True, tag="autoregressive"):
+    """Second-order autoregressive dynamics: Zhao and Pei, equation 17.
+
+    State: x, y, s, their previous values, the width w and height h that the scale s multiplies, and
+    x0, y0, where the target began; then theta, which stays (the paper's boxes are upright). With
+    origins x0, y0 and 1,
+
+        x_t - x0 = (k + p) (x_{t-1} - x0) - k p (x_{t-2} - x0) + noise
+
+    and y and s alike. The paper does not give its A. With k = 1 and p = 1 a target goes on as it
+    went before, x0 cancelling out; p below 1 lets it slow down, k below 1 draws it back to its
+    origin. Previous values are those of one reference interval ago, whatever the time between
+    frames.
+
+    Attributes
+    ----------
+    position
+        Standard deviation of x and y, as a share of the first region's mean half-axis, sqrt(a b).
+    size
+        Of s.
+    persistence
+        p: share of a displacement that is left after one reference interval.
+    position_return, size_return
+        1 - k: share of the way to its origin that a position goes, and a size.
+    """
+
+    position: Scale = 0.6
+    size: Share = 0.05
+    persistence: Share = 0.5
+    position_return: Return = 0.0
+    size_return: Return = 0.05
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest at their origins, (N, 11)."""
+        x, y, a, b, theta = ellipses.T
+        one = np.ones(len(ellipses))
+        return np.stack([x, y, one, x, y, one, 2 * a, 2 * b, x, y, theta], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w; half-axes stay at one pixel or more."""
+        steps = dt / FRAME_INTERVAL
+        position = self.position * math.sqrt(first.a * first.b)
+        noise = rng.standard_normal((len(states), 3)) * [position, position, self.size]
+        kept = 1 - np.array([self.position_return, self.position_return, self.size_return])
+        origin = np.ones((len(states), 3))
+        origin[:, :2] = states[:, 8:10]
+        # What x_t - x0 has beyond k (x_{t-1} - x0) is left to the share p, and driven by the noise.
+        off = states[:, :3] - origin
+        change = off - kept * (states[:, 3:6] - origin)
+        change = self.persistence**steps * change + math.sqrt(steps) * noise
+        off = kept**steps * off + steps * change
+        out = states.copy()
+        out[:, :3], out[:, 3:6] = origin + off, origin + (off - change) / kept
+        out[:, 2] = np.maximum(out[:, 2], 2 / states[:, 6:8].min(axis=1))
+        return out
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the ellipses: half-axes s w / 2 and s h / 2."""
+        out = np.empty((len(states), 5))
+        out[:, :2], out[:, 4] = states[:, :2], states[:, 10]
+        out[:, 2:4] = 0.5 * states[:, 2:3] * states[:, 6:8]
+        return out
+
+
+AnyMotion = RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk | Autoregressive
+
+
+def _walked(
+    rng: np.random.Generator,
+    states: Floats,
+    dt: float,
+    first: Ellipse,
+    noise: Noise,
+    changes: tuple[float, ...],
+    persistence: float,
+) -> Floats:
+    """Return new states (N, 5 + 4k): ellipses, and k orders of changes of their first four columns.
+
+    `changes` are the standard deviations of these orders' noise, as shares of `noise`, and
+    `persistence` the share of a change that is left after one reference interval.
+    """
+    steps = dt / FRAME_INTERVAL
+    grown = math.sqrt(steps)
+    mean = math.sqrt(first.a * first.b)  # a narrow target moves sideways as fast as any
+    position, aspect = mean * noise.position * grown, noise.aspect * grown
+    spread = [position, position, first.a * aspect, first.b * aspect]
+    deviations = [*spread, noise.angle * grown, *(share * s for share in changes for s in spread)]
+    normal = rng.standard_normal((len(states), len(deviations) + 1))
+    out = np.empty((len(states), len(deviations)))
+    kernels.particles.walk(
+        states, normal, np.array(deviations), steps, persistence**steps, first.a, first.b,
+        (1 - noise.size_return) ** steps, noise.size * grown, out,
+    )  # fmt: skip
+    return out

@@ -1,0 +1,245 @@
+"""The mean-shift tracker that Nummiaro et al. compare with (section VI).
+
+One hypothesis climbs the Bhattacharyya coefficient by the mean-shift vector of Comaniciu, Ramesh
+and Meer (CVPR 2000), for three sizes; optionally from where a Kalman filter expects the target
+(Comaniciu and Ramesh, ICIP 2000).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from motes.core.config import Config, Count, Positive, Share
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
+from motes.core.track import Status, Track
+from motes.cues import Cue
+from motes.cues.color import Color, ColorModel
+from motes.cues.sampling import EveryPixel
+from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.motion import LONGEST_INTERVAL
+from motes.sot.step_info import Info
+
+Floats = NDArray[np.float64]
+
+
+class Kalman(Config, frozen=True, tag="kalman"):
+    """Constant-velocity Kalman filter for the center; x and y share one covariance.
+
+    Attributes
+    ----------
+    acceleration
+        Standard deviation of the velocity's change in one reference interval of 1/25 s, as a share
+        of the first region's mean half-axis.
+    measurement
+        Standard deviation of the mean-shift result, in the same unit.
+    """
+
+    acceleration: Positive = 0.5
+    measurement: Positive = 0.2
+
+    def predict(self, mean: Floats, covariance: Floats, dt: float, unit: float) -> Moments:
+        """Return mean (2, 2), rows position and velocity, and covariance (2, 2), dt s later."""
+        steps = dt / FRAME_INTERVAL
+        move = np.array([[1.0, steps], [0.0, 1.0]])
+        noise = np.array([[steps**4 / 4, steps**3 / 2], [steps**3 / 2, steps**2]])
+        noise *= (self.acceleration * unit) ** 2
+        return move @ mean, move @ covariance @ move.T + noise
+
+    def update(self, mean: Floats, covariance: Floats, center: Floats, unit: float) -> Moments:
+        """Return mean and covariance after the center (2,) was measured."""
+        gain = covariance[:, 0] / (covariance[0, 0] + (self.measurement * unit) ** 2)
+        mean = mean + np.outer(gain, center - mean[0])
+        return mean, covariance - np.outer(gain, covariance[0])
+
+
+Moments = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShiftState:
+    """What the next step needs.
+
+    Attributes
+    ----------
+    time
+        Of the last frame, in seconds.
+    ellipse
+        The only hypothesis.
+    model, background
+        The target model, and what the appearance rule compares with.
+    unit
+        Mean half-axis of the first region, in pixels.
+    mean, covariance
+        (2, 2) each: the Kalman filter's, rows of the mean being position and velocity.
+    status, missed
+        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+    """
+
+    time: Annotated[float, SAME]
+    ellipse: Ellipse
+    model: ColorModel
+    background: Background
+    unit: Annotated[float, Meta(ge=LEAST_HALF)]
+    mean: Floats
+    covariance: Floats
+    status: Status
+    missed: int
+
+
+class MeanShift(Config, frozen=True, tag="mean_shift"):
+    """A tracker with one hypothesis.
+
+    Attributes
+    ----------
+    color
+        The color histogram; the shift reads the same pixels.
+    prediction
+        Start from a Kalman filter's prediction; without, from the last position.
+    scale
+        Sizes 1 - scale, 1 and 1 + scale times the last one are tried; the most similar is taken.
+    iterations
+        At most so many shifts for each size.
+    tolerance
+        A shift below so many pixels ends the iterations.
+    presence, calibration
+        The status and confidence of the single hypothesis, as in the particle filter. Reading every
+        pixel around every pixel of the background would take seconds; fewer places are looked at.
+    """
+
+    color: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
+    prediction: Kalman | None = None
+    scale: Share = 0.05
+    iterations: Count = 20
+    tolerance: Positive = 0.5
+    presence: AppearanceRule = AppearanceRule(places=5000)
+    calibration: Calibration = Calibration(middle=0.245, width=0.066)
+
+    @property
+    def cues(self) -> dict[str, Cue]:
+        """The only cue, by name."""
+        return {"color": self.color}
+
+    def init(
+        self, rng: np.random.Generator, frame: Frame, region: Ellipse
+    ) -> tuple[ShiftState, Info]:
+        """Learn the target in `region` and start tracking it; draws no random numbers."""
+        model = self.color.learn(frame, region)
+        background = self.presence.background(
+            self.color, model, frame, region, target_in_frame=True
+        )
+        return self._observe(_begun(frame, region, model, background), frame, region)
+
+    def step(
+        self, rng: np.random.Generator, state: ShiftState, frame: Frame
+    ) -> tuple[ShiftState, Info]:
+        """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
+        start, mean, covariance = state.ellipse, state.mean, state.covariance
+        if self.prediction:
+            dt = min(frame.time - state.time, LONGEST_INTERVAL)
+            mean, covariance = self.prediction.predict(mean, covariance, dt, state.unit)
+            inside = np.clip(mean[0], 0, [frame.width - 1, frame.height - 1])
+            start = start._replace(x=float(inside[0]), y=float(inside[1]))
+        found = [
+            self._climb(state.model, frame, start._replace(a=start.a * size, b=start.b * size))
+            for size in (1.0, 1 - self.scale, 1 + self.scale)
+            if size >= 1 or min(start.a, start.b) * size >= 1
+        ]
+        distances = self.color.distances(state.model, frame, np.array(found))
+        ellipse = found[int(np.argmin(distances))]
+        if self.prediction:
+            mean, covariance = self.prediction.update(
+                mean, covariance, np.array([ellipse.x, ellipse.y]), state.unit
+            )
+        state = replace(state, time=frame.time, mean=mean, covariance=covariance)
+        return self._observe(state, frame, ellipse)
+
+    def correct(self, state: ShiftState, frame: Frame, region: Ellipse) -> tuple[ShiftState, Info]:
+        """Put the target at `region` of the current frame; the target model is kept."""
+        state = replace(
+            state,
+            mean=np.array([[region.x, region.y], [0.0, 0.0]]),
+            covariance=np.diag([0.0, state.unit**2]),
+            status=Status.TRACKING,
+            missed=0,
+        )
+        return self._observe(state, frame, region)
+
+    def check(self, state: ShiftState, frame: Frame) -> None:
+        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+        middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
+        model = self.color.learn(frame, middle)
+        check(state, _begun(frame, middle, model, Background(0.0, 0.0)), "state")
+
+    def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
+        """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
+        distance = self._distance(model, frame, ellipse)
+        for _ in range(self.iterations):
+            x, y = self.color.shift(model, frame, ellipse)
+            moved = ellipse._replace(x=x, y=y)
+            step = math.hypot(x - ellipse.x, y - ellipse.y)
+            after = self._distance(model, frame, moved)
+            while after > distance and step >= self.tolerance:
+                moved = moved._replace(x=(moved.x + ellipse.x) / 2, y=(moved.y + ellipse.y) / 2)
+                step /= 2
+                after = self._distance(model, frame, moved)
+            if after > distance:
+                break
+            ellipse, distance = moved, after
+            if step < self.tolerance:
+                break
+        return ellipse
+
+    def _distance(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> float:
+        return float(self.color.distances(model, frame, np.array([ellipse]))[0])
+
+    def _observe(
+        self, state: ShiftState, frame: Frame, ellipse: Ellipse
+    ) -> tuple[ShiftState, Info]:
+        """Judge whether the target is there."""
+        distances = self.color.distances(state.model, frame, np.array([ellipse]))
+        appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
+        status, missed = self.presence.next_status(state.status, appears, state.missed)
+        track = Track(
+            frame=frame.index,
+            time=frame.time,
+            ellipse=ellipse,
+            covariance=np.zeros((5, 5)),
+            confidence=self.calibration.probability(float(distances[0])) * appears,
+            status=status,
+            distance=float(distances[0]),
+            effective_sample_size=1.0,
+        )
+        info = Info(
+            track,
+            np.array([ellipse]),
+            np.ones(1),
+            distances,
+            int(appears),
+            {"color": state.model},
+            {"color": 1.0},
+        )
+        return replace(state, ellipse=ellipse, status=status, missed=missed), info
+
+
+def _begun(frame: Frame, region: Ellipse, model: ColorModel, background: Background) -> ShiftState:
+    """Return the state at the start."""
+    unit = math.sqrt(region.a * region.b)
+    return ShiftState(
+        time=frame.time,
+        ellipse=region,
+        model=model,
+        background=background,
+        unit=unit,
+        mean=np.array([[region.x, region.y], [0.0, 0.0]]),
+        covariance=np.diag([0.0, unit**2]),
+        status=Status.TRACKING,
+        missed=0,
+    )

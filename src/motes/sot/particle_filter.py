@@ -1,0 +1,431 @@
+"""The particle filter: one pure step, after Nummiaro et al., figure 2.
+
+With several cues, after Maggio et al., section 4, or Ng and Delp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.config import Config, Particles
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import (
+    ELLIPSES,
+    LARGEST,
+    SAME,
+    Array,
+    check,
+    check_numbers,
+    middle_of,
+    rows,
+)
+from motes.core.track import Status, Track
+from motes.cues import AdaptableCue, Cue
+from motes.cues.color import Color, ColorModel
+from motes.cues.color_posterior import Posterior, PosteriorModel
+from motes.cues.correlation_filter import Correlation, CorrelationModel
+from motes.cues.edge_histogram import Edges, EdgesModel
+from motes.cues.hog import Hog, HogModel
+from motes.cues.structure_tensor import Orientation, OrientationModel
+from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion
+from motes.sot.filtering.likelihood import Gaussian, Likelihood
+from motes.sot.filtering.model_update import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
+from motes.sot.filtering.moments import mean_ellipse
+from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
+from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.sample_size import Budget
+from motes.sot.step_info import Info
+
+Floats = NDArray[np.float64]
+Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
+
+
+class FilterState(msgspec.Struct, frozen=True, eq=False):
+    """What the next step needs.
+
+    Attributes
+    ----------
+    time
+        Of the last frame, in seconds.
+    states
+        (N, d) the particles, in the motion model's columns.
+    weights
+        Theirs, after the last frame.
+    models
+        The target model of each cue.
+    memories
+        What its strategy of adaptation remembers, for each cue whose does.
+    backgrounds
+        What the appearance rule compares with, for each cue.
+    first
+        The target's first region; all noise is proportional to its size.
+    places
+        (R, 4) boxes over which particles are spread in a search.
+    status, missed
+        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+    """
+
+    time: Annotated[float, SAME]
+    states: Floats
+    weights: Weights
+    models: dict[str, Model]
+    memories: dict[str, Memory]
+    backgrounds: dict[str, Background]
+    first: Ellipse
+    places: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    status: Status
+    missed: int
+
+
+class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
+    """A tracker with many hypotheses.
+
+    Attributes
+    ----------
+    particles
+        How many: N; with a budget, only at the start.
+    budget
+        How many the next frame gets; without one, always the same number.
+    motion
+        How the target moves.
+    color, orientation, edges, hog, correlation, posterior
+        The cues: what pixels say about an ellipse. At least one.
+    fusion
+        How several cues become one.
+    likelihood
+        From a cue's distance to a log-likelihood.
+    resampling
+        When and how particles are selected.
+    presence
+        When the target counts as there, lost and found.
+    calibration
+        From the estimate's distance to its confidence.
+    adaptation
+        How models that are histograms learn, while the appearance rule holds; those of the cues
+        `correlation` and `posterior` then learn at the cue's own rate.
+    """
+
+    particles: Particles = 100
+    motion: AnyMotion = ConstantVelocity()
+    color: Color | None = None
+    orientation: Orientation | None = None
+    edges: Edges | None = None
+    hog: Hog | None = None
+    correlation: Correlation | None = None
+    posterior: Posterior | None = None
+    fusion: Fusion = Adaptive()
+    likelihood: Likelihood = Gaussian()
+    resampling: Resampling = Resampling()
+    presence: AppearanceRule = AppearanceRule()
+    calibration: Calibration = Calibration()
+    adaptation: Adaptation = Forgetting()
+    budget: Budget | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.cues:
+            raise ConfigError(
+                "A particle filter needs a cue: color, orientation, edges, hog, correlation or "
+                "posterior."
+            )
+        named: dict[str, Mapping[str, object]] = {}
+        if isinstance(self.likelihood, Gaussian):
+            named["likelihood.cues"] = self.likelihood.cues
+        if isinstance(self.fusion, Fixed):
+            named["fusion.weights"] = self.fusion.weights
+        if isinstance(self.adaptation, ByCue):
+            named["adaptation.cues"] = self.adaptation.cues
+        for key, values in named.items():
+            for name in values:
+                if name not in self.cues:
+                    raise ConfigError(
+                        f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
+                    )
+                if key == "adaptation.cues" and name not in self.strategies:
+                    raise ConfigError(f"{key} names {name!r}, which learns at {name}.rate.")
+
+    @cached_property
+    def cues(self) -> dict[str, Cue]:
+        """The cues in use, by name."""
+        cues: dict[str, Cue | None] = {
+            "color": self.color,
+            "orientation": self.orientation,
+            "edges": self.edges,
+            "hog": self.hog,
+            "correlation": self.correlation,
+            "posterior": self.posterior,
+        }
+        return {name: cue for name, cue in cues.items() if cue is not None}
+
+    @cached_property
+    def strategies(self) -> dict[str, Strategy]:
+        """How the models that are histograms learn, by their cue's name."""
+        names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
+        if isinstance(self.adaptation, ByCue):
+            return {name: self.adaptation.cues.get(name, Forgetting()) for name in names}
+        return dict.fromkeys(names, self.adaptation)
+
+    def init(
+        self, rng: np.random.Generator, frame: Frame, region: Ellipse
+    ) -> tuple[FilterState, Info]:
+        """Learn the target in `region` and start tracking it: initialization by hand."""
+        # As the motion model has it: a turned by half a turn, b being the longer half-axis.
+        region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
+        models = {name: cue.learn(frame, region) for name, cue in self.cues.items()}
+        backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
+        places = np.array([[0.0, 0.0, frame.width, frame.height]])
+        start = np.tile(np.array(region), (self.particles, 1))
+        return self._begin(frame, start, models, backgrounds, region, places, Status.TRACKING)
+
+    def search(
+        self,
+        rng: np.random.Generator,
+        frame: Frame,
+        models: dict[str, Model],
+        size: Ellipse,
+        places: Floats | None = None,
+        background: Frame | None = None,
+    ) -> tuple[FilterState, Info]:
+        """Start looking for a target whose model is known: initialization by a known histogram.
+
+        Parameters
+        ----------
+        rng
+            Source of randomness.
+        frame
+            The first frame.
+        models, size
+            The target's model for each cue, and an ellipse of its size, wherever its center.
+        places
+            (R, 4) boxes where it may appear, such as doors and borders; else the whole frame.
+        background
+            An image without the target; else `frame` is taken for one.
+        """
+        if places is None:
+            places = np.array([[0.0, 0.0, frame.width, frame.height]])
+        backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
+        start = spread(rng, places, size, self.particles)
+        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
+
+    def step(
+        self,
+        rng: np.random.Generator,
+        state: FilterState,
+        frame: Frame,
+        affordable: int | None = None,
+    ) -> tuple[FilterState, Info]:
+        """Select, propagate, observe and estimate (figure 2), then judge and learn.
+
+        While the target is searched for, half of the particles go on from where they are, and the
+        other half is spread anew over the places where it may appear. With a budget, there are no
+        more particles than are `affordable`, but never fewer than its range allows.
+        """
+        searching = state.status is not Status.TRACKING
+        n = self._count(state, affordable)
+        states, prior = state.states, state.weights.log
+        if searching or n != len(states) or self.resampling.due(state.weights):
+            states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
+            prior = np.zeros(n)
+        dt = min(frame.time - state.time, LONGEST_INTERVAL)
+        states = self.motion.propagate(rng, states, dt, state.first)
+        if searching:
+            fresh = spread(rng, state.places, state.first, (n + 1) // 2)
+            # A random half: most schemes return ancestors in order, so that any fixed half would
+            # lose some particles for certain, however good.
+            replaced = rng.choice(n, len(fresh), replace=False)
+            states[replaced] = self.motion.initial(fresh)
+        return self._observe(state, frame, states, prior)
+
+    def correct(
+        self, state: FilterState, frame: Frame, region: Ellipse
+    ) -> tuple[FilterState, Info]:
+        """Put the target at `region` of the current frame; the target model is kept."""
+        states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
+        state = replace(state, status=Status.TRACKING, missed=0)
+        return self._observe(state, frame, states, np.zeros(self.particles))
+
+    def check(self, state: FilterState, frame: Frame) -> None:
+        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+        middle = middle_of(frame, *state.first[2:4])
+        models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
+        memories = dict[str, Memory]()
+        for name in filter(self.strategies.get, state.memories):
+            flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
+            memory = self.strategies[name].learn(None, flat, flat, flat).memory
+            if memory is not None:
+                memories[name] = memory
+        [start] = self.motion.initial(np.array([middle]))
+        states = rows(start, state.states)
+        zeros = rows(0.0, states)
+        fresh = FilterState(
+            time=frame.time,
+            states=states,
+            weights=Weights(zeros, zeros, False),
+            models=models,
+            memories=memories,
+            backgrounds=dict.fromkeys(self.cues, Background(0.0, 0.0)),
+            first=middle,
+            places=rows(np.zeros(4), state.places),
+            status=Status.TRACKING,
+            missed=0,
+        )
+        check(state, fresh, "state")
+        # A motion model that multiplies two columns would forgive two wrong signs.
+        [corner] = self.motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
+        least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
+        check_numbers(state.states, "state.states", Array(least))
+        with np.errstate(all="ignore"):
+            ellipses = self.motion.ellipses(state.states)
+        check_numbers(ellipses, "state.states", ELLIPSES)
+
+    def _count(self, state: FilterState, affordable: int | None) -> int:
+        """Return how many particles the next frame gets."""
+        # Particles all in one place, as at the start, do not say how far they will spread.
+        if self.budget is None or (state.states == state.states[0]).all():
+            return self.particles
+        wanted = self.budget.count(self.motion.ellipses(state.states), state.first)
+        if affordable is None:
+            return wanted
+        return max(min(wanted, affordable), self.budget.least)
+
+    def _backgrounds(
+        self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
+    ) -> dict[str, Background]:
+        return {
+            name: self.presence.background(
+                cue, models[name], frame, region, target_in_frame=target_in_frame
+            )
+            for name, cue in self.cues.items()
+        }
+
+    def _begin(
+        self,
+        frame: Frame,
+        ellipses: Floats,
+        models: dict[str, Model],
+        backgrounds: dict[str, Background],
+        first: Ellipse,
+        places: Floats,
+        status: Status,
+    ) -> tuple[FilterState, Info]:
+        state = FilterState(
+            time=frame.time,
+            states=self.motion.initial(ellipses),
+            weights=Weights.uniform(self.particles),
+            models=models,
+            memories={},
+            backgrounds=backgrounds,
+            first=first,
+            places=places,
+            status=status,
+            missed=0,
+        )
+        return self._observe(state, frame, state.states, np.zeros(self.particles))
+
+    def _observe(
+        self, state: FilterState, frame: Frame, states: Floats, prior: Floats
+    ) -> tuple[FilterState, Info]:
+        """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
+        ellipses = self.motion.ellipses(states)
+        distances = self._distances(state.models, frame, ellipses)
+        names = list(self.cues)
+        logs = self.likelihood.log(names, distances)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.first)
+        estimate, covariance = mean_ellipse(ellipses, weights.values)
+        seen = self._distances(state.models, frame, np.array([estimate]))
+        overall, distance = combined(distances, shares), float(combined(seen, shares)[0])
+        threshold = 0.0
+        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
+            threshold += share * self.presence.threshold(background)
+        appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
+        there = appearing > self.presence.fraction * len(states)
+        status, missed = self.presence.next_status(state.status, there, state.missed)
+        models, memories, lessons = state.models, state.memories, dict[str, Lesson]()
+        if there and frame.time > state.time:  # a frame that was learned from has no more to say
+            models, memories, lessons = self._learned(state, frame, estimate)
+        track = Track(
+            frame=frame.index,
+            time=frame.time,
+            ellipse=estimate,
+            covariance=covariance,
+            confidence=self.calibration.probability(distance) * min(1.0, support),
+            status=status,
+            distance=distance,
+            effective_sample_size=weights.effective_sample_size,
+        )
+        info = Info(
+            track,
+            ellipses,
+            weights.values,
+            overall,
+            appearing,
+            state.models,
+            dict(zip(self.cues, shares.tolist(), strict=True)),
+            lessons,
+        )
+        after = replace(
+            state,
+            time=frame.time,
+            states=states,
+            weights=weights,
+            models=models,
+            memories=memories,
+            status=status,
+            missed=missed,
+        )
+        return after, info
+
+    def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances (J, N) of ellipses (N, 5) by each cue."""
+        return np.array(
+            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
+        )
+
+    def _learned(
+        self, state: FilterState, frame: Frame, estimate: Ellipse
+    ) -> tuple[dict[str, Model], dict[str, Memory], dict[str, Lesson]]:
+        """Return models, memories and lessons after a frame in which the target is there."""
+        models, memories, lessons = dict[str, Model](), dict(state.memories), dict[str, Lesson]()
+        for name, cue in self.cues.items():
+            model: Any = state.models[name]
+            strategy = self.strategies.get(name)
+            if strategy is not None and strategy.learns and isinstance(cue, AdaptableCue):
+                seen = cue.observe(model, frame, estimate)
+                if seen.any():
+                    memory = state.memories.get(name)
+                    learned = strategy.learn(memory, model.histogram, model.anchor, seen)
+                    model = replace(model, histogram=learned.histogram)
+                    if learned.memory is not None:
+                        memories[name] = learned.memory
+                    if learned.lesson is not None:
+                        lessons[name] = learned.lesson
+            models[name] = cue.settle(model, frame, estimate)
+        return models, memories, lessons
+
+
+def combined(distances: Floats, shares: Floats) -> Floats:
+    """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
+    out = np.empty(distances.shape[1])
+    kernels.particles.combine(distances, shares, out)
+    return out
+
+
+def spread(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
+    """Return n ellipses (n, 5) of one size, centers uniform over the boxes `places` (R, 4)."""
+    area = places[:, 2] * places[:, 3]
+    chosen = places[rng.choice(len(places), n, p=area / area.sum())]
+    ellipses = np.empty((n, 5))
+    ellipses[:, :2] = chosen[:, :2] - 0.5 + rng.random((n, 2)) * chosen[:, 2:]
+    ellipses[:, 2:] = size[2:]
+    return ellipses

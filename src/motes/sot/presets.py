@@ -1,0 +1,200 @@
+"""The papers' trackers as configuration values; each number names where it comes from."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from typing import Any
+
+from msgspec.structs import replace
+
+from motes.core.config import from_dict, merge, to_dict
+from motes.core.errors import ConfigError
+from motes.cues.color import Color
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
+from motes.cues.sampling import EveryPixel, Lattice
+from motes.cues.structure_tensor import Orientation
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
+from motes.sot.filtering.model_update import ByCue, Forgetting, GaussianBins, KalmanBins
+from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.particle_filter import ParticleFilter
+
+TrackerConfig = ParticleFilter | MeanShift | Discriminative
+
+# Nummiaro et al. give no value for sigma and for the noise, only that the noise is proportional to
+# the first region. These are round numbers from a plateau over 24 real sequences. Three things are
+# not the paper's: a persistence below 1, the lattice, which stands for every pixel, and the margin
+# that the appearance rule asks for in addition.
+NUMMIARO = ParticleFilter(
+    particles=100,  # section VII
+    motion=ConstantVelocity(  # equations 8 and 9
+        noise=Noise(position=0.6, size=0.05, size_return=0.05, aspect=0.003),
+        velocity=0.5,
+        persistence=0.8,
+    ),
+    color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=Lattice(points=256)),  # III
+    likelihood=Gaussian(sigma=0.1),  # equation 10
+    resampling=Resampling(scheme="multinomial", threshold=1.0),  # figure 2
+    presence=AppearanceRule(fraction=0.1, deviations=2.0, margin=0.7),  # section V, equation 13
+    calibration=Calibration(middle=0.34, width=0.08),
+)
+
+# A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
+ADAPTIVE = replace(
+    NUMMIARO,
+    adaptation=Forgetting(rate=0.05, anchor=0.4),  # sections IV and VIII
+    presence=replace(NUMMIARO.presence, margin=0.75),
+    calibration=Calibration(middle=0.31, width=0.09),
+)
+
+MEAN_SHIFT = MeanShift(  # section VI
+    color=Color(space="rgb", bins=(8, 8, 8), kernel="epanechnikov", sampling=EveryPixel()),
+    scale=0.05,
+)
+
+# Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale, nor a
+# floor of uncertainty. Not the paper's: the lattice, and the appearance rule with its margin.
+ROH = Orientation(bins=36, form="rotated", scale_selection=True, kept=0.5)  # sections 3.2 and 5
+FOH = replace(ROH, form="fourier")  # section 3.2.1
+MAGGIO = ParticleFilter(
+    particles=150,  # section 5
+    motion=EllipseWalk(position=5.5, size=0.05, eccentricity=0.021, angle=math.radians(10)),  # 5
+    color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov"),  # sections 3.1 and 5
+    orientation=ROH,
+    fusion=Adaptive(floor=0.5),  # equations 8 to 10
+    likelihood=Gaussian(sigma=0.15),  # equation 6
+    resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
+    presence=AppearanceRule(margin=0.7),
+    calibration=Calibration(middle=0.37, width=0.08),
+)
+MAGGIO_FOH = replace(
+    MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
+)  # spectra differ less than histograms: a calibration of their own, as each cue alone has
+FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
+
+# Ng and Delp give neither motion, nor number of particles, nor bins of edges, and do not say how
+# color and edges become one. The motion is nummiaro's; 150 particles are those of the other filter
+# of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
+# many bad particles outweigh the good ones; 150 times 0.001 is less than the best one's exp(-1).
+# Not the paper's: the appearance rule with its margin, and lattices, which read fewer pixels still:
+# so many points as cost no accuracy.
+NG_DELP = ParticleFilter(
+    particles=150,
+    motion=NUMMIARO.motion,
+    color=Color(  # sections 3.1 and 3.3
+        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
+    ),
+    edges=Edges(  # section 3.2, equation 14
+        threshold=100.0, bins=8, kernel="epanechnikov", sampling=Lattice(points=128)
+    ),
+    fusion=Product(),
+    likelihood=BestParticle(epsilon=0.001),  # equations 23 and 24
+    resampling=Resampling(scheme="multinomial", threshold=1.0),
+    presence=AppearanceRule(margin=0.7),
+    calibration=Calibration(middle=0.55, width=0.17),  # particles that appear have little weight
+)
+
+# Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
+# their color histogram they cite Nummiaro et al. Nor do they say how color and HOG become one;
+# multiplied, their distances are added up in the exponent. Not the paper's: the appearance rule
+# with its margin, without which no model learns, and the lattice.
+ZHAO_PEI = ParticleFilter(
+    particles=400,  # section 4
+    motion=Autoregressive(  # equation 17
+        position=0.6, size=0.02, persistence=0.5, position_return=0.0, size_return=0.1
+    ),
+    color=Color(space="hsv+v", bins=(8, 8, 8), kernel="radial"),  # sections 2.1 and 3.1
+    hog=Hog(cells=1, bins=8, kernel="gaussian"),  # equations 1 and 2, section 4
+    fusion=Product(),
+    likelihood=Exponential(rate=20.0),  # section 2.3
+    resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
+    presence=AppearanceRule(margin=0.7),
+    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
+    adaptation=ByCue(
+        cues={
+            "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15
+            "hog": GaussianBins(beta=0.1, deviations=3.0),  # equation 16
+        }
+    ),
+)
+
+PRESETS: dict[str, TrackerConfig] = {
+    "default": Discriminative(),
+    "nummiaro": NUMMIARO,
+    "nummiaro:adaptive": ADAPTIVE,
+    "mean_shift": MEAN_SHIFT,
+    "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
+    "maggio": MAGGIO,
+    # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
+    "maggio:C": replace(MAGGIO, orientation=None, calibration=Calibration(middle=0.36, width=0.1)),
+    "maggio:O-FOH": replace(
+        MAGGIO_FOH, color=None, calibration=Calibration(middle=0.02, width=0.1)
+    ),
+    "maggio:O-ROH": replace(MAGGIO, color=None, calibration=Calibration(middle=0.17, width=0.05)),
+    "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
+    "maggio:C+O-SS-ROH": replace(
+        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)
+    ),
+    "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
+    "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
+    "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
+    "maggio:C+O-A&SS-ROH": MAGGIO,
+    "ng_delp": NG_DELP,
+    "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
+    "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
+    "zhao_pei": ZHAO_PEI,
+    "zhao_pei:fixed": replace(  # figure 2, above
+        ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)
+    ),
+    "zhao_pei:72": replace(  # section 2.1
+        ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
+    ),
+    "zhao_pei:color": replace(
+        ZHAO_PEI,
+        hog=None,
+        adaptation=KalmanBins(frames=10, alpha=0.1),
+        calibration=Calibration(middle=0.11, width=0.2),
+    ),
+    "zhao_pei:hog": replace(
+        ZHAO_PEI,
+        color=None,
+        adaptation=GaussianBins(beta=0.1, deviations=3.0),
+        calibration=Calibration(middle=0.0, width=0.05),
+    ),
+}
+
+
+def preset(name: str) -> TrackerConfig:
+    """Return a preset's configuration.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown name, with the nearest known one.
+    """
+    if name in PRESETS:
+        return PRESETS[name]
+    near = difflib.get_close_matches(name, PRESETS, n=1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
+
+
+def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
+    """Return a configuration with changes laid over it, from plain nested values (TOML, flags).
+
+    Raises
+    ------
+    ConfigError
+        For an unknown key or a value that does not fit.
+    """
+    values = to_dict(base)
+    for change in changes:
+        values = merge(values, change)
+    config: TrackerConfig = from_dict(values, TrackerConfig)
+    return config

@@ -1,0 +1,351 @@
+"""Tracker: a thin shell that feeds frames to a tracking algorithm, one at a time."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Self, get_args
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.config import from_dict, to_dict
+from motes.core.detection import Detector, best
+from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
+from motes.core.files import write_whole
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import region_within
+from motes.core.saved_state import LARGEST
+from motes.core.track import Track
+from motes.sot.discriminative.tracker import Discriminative, DiscriminativeState
+from motes.sot.filtering.sample_size import Budget, Pace
+from motes.sot.known_target import Place, Target, boxes_of
+from motes.sot.mean_shift import MeanShift, ShiftState
+from motes.sot.particle_filter import FilterState, ParticleFilter
+from motes.sot.presets import TrackerConfig, preset
+from motes.sot.step_info import Info
+
+Picture = Frame | NDArray[Any]
+State = FilterState | ShiftState | DiscriminativeState
+STATES = {
+    ParticleFilter: FilterState,
+    MeanShift: ShiftState,
+    Discriminative: DiscriminativeState,
+}
+"""Which state each algorithm keeps."""
+
+
+class Tracker:
+    """Follows one object from frame to frame.
+
+    Parameters
+    ----------
+    config
+        A preset's name or a configuration.
+    seed
+        Of the random numbers; the same seed gives the same tracks to the last bit.
+    fps_target
+        Frames a second that the tracker shall manage by itself, decoding left aside: it then has a
+        budget, if need be the default one, and within its range no more particles than time allows.
+        Since that depends on the machine and its mood, tracks are then not the same twice.
+
+    Attributes
+    ----------
+    info
+        What happened in the last step: particles, weights, distances.
+
+    Frames are `Frame`s, or images as `as_rgb` takes them; an image counts as coming 1/25 s after
+    the one before.
+    """
+
+    info: Info
+
+    def __init__(
+        self,
+        config: str | TrackerConfig = "default",
+        seed: int = 0,
+        fps_target: float | None = None,
+    ) -> None:
+        self.config = preset(config) if isinstance(config, str) else config
+        if not isinstance(self.config, TrackerConfig):
+            raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
+        if not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
+            raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
+        self._pace: Pace | None = None
+        if fps_target is not None:
+            self._pace = Pace(fps_target)
+            if not isinstance(self.config, ParticleFilter):
+                raise ConfigError("Only a particle filter can choose how many particles it has.")
+            if self.config.budget is None:
+                self.config = replace(self.config, budget=Budget())
+        self._seed = int(seed)
+        self._rng = np.random.Generator(np.random.PCG64(self._seed))
+        self._state: State | None = None
+        self._frame: Frame | None = None
+
+    def init(self, frame: Picture, region: Sequence[float]) -> Track:
+        """Start afresh on the object in `region`: a box (x, y, w, h) or (x, y, a, b, theta).
+
+        Raises
+        ------
+        ConfigError
+            If the region is not one, or does not fit the frame.
+        """
+        picture = _first(frame)
+        ellipse = region_within(region, picture.width, picture.height)
+        self._restart()
+        return self._take(picture, self.config.init(self._rng, picture, ellipse))
+
+    def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
+        """Forget the target and follow the object in `region` from here, in the same video.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`, or as `init` does.
+        """
+        self._started()
+        picture = self.picture(frame)
+        ellipse = region_within(region, picture.width, picture.height)
+        return self._take(picture, self.config.init(self._rng, picture, ellipse))
+
+    def detect(self, frame: Picture, detector: Detector) -> Track | None:
+        """Start afresh on the surest object that a detector finds in a frame; None without one.
+
+        A detector is any callable from a `Frame` to a list of `Detection`s.
+        """
+        picture = _first(frame)
+        found = best(detector(picture), picture)
+        if found is None:
+            return None
+        return self.init(picture, found.box)
+
+    def search(
+        self,
+        frame: Picture,
+        target: Target,
+        places: Sequence[Place] = (),
+        background: Picture | None = None,
+    ) -> Track:
+        """Start afresh by looking for a known target.
+
+        Parameters
+        ----------
+        frame
+            The first frame.
+        target
+            What to look for; the tracker's own color cue must have the same bins.
+        places
+            Where it may appear; anywhere if empty.
+        background
+            An image without the target; else the first frame is taken for one.
+
+        Raises
+        ------
+        ConfigError
+            If the tracker cannot search, or reads colors differently than the target.
+        """
+        config = self.config
+        if not isinstance(config, ParticleFilter) or not config.color or len(config.cues) > 1:
+            raise ConfigError(
+                "Only a particle filter on color alone can search; choose preset nummiaro."
+            )
+        mine, its = config.color, target.cue
+        if (mine.space, mine.bins) != (its.space, its.bins):
+            raise ConfigError(
+                f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
+                f"{its.bins}; make it anew with the tracker's settings."
+            )
+        picture = _first(frame)
+        middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
+        size = region_within(middle, picture.width, picture.height)
+        boxes = boxes_of(tuple(places), picture) if places else None
+        empty = None if background is None else _first(background)
+        self._restart()
+        begun = config.search(self._rng, picture, {"color": target.model}, size, boxes, empty)
+        return self._take(picture, begun)
+
+    def update(self, frame: Picture) -> Track:
+        """Return where the target is in the next frame.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`.
+        SourceError
+            If the frame's size has changed, or its time is not after the last one's.
+        """
+        state, last = self._started()
+        picture = self.picture(frame)
+        if picture.pixels.shape != last.pixels.shape:
+            raise SourceError(
+                f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
+                f"{last.width}x{last.height}; start anew with init."
+            )
+        if not picture.time > last.time:
+            raise SourceError(
+                f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
+                f"give frames in order, or start anew with init."
+            )
+        if self._pace is None:
+            return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
+        clock = time.perf_counter()
+        begun = self.config.step(self._rng, state, picture, self._pace.affordable)  # type: ignore
+        track = self._take(picture, begun)
+        self._pace.add(time.perf_counter() - clock, len(self.info.weights))
+        return track
+
+    def correct(self, region: Sequence[float]) -> Track:
+        """Say where the target really is in the last frame; what it looks like is kept."""
+        state, last = self._started()
+        ellipse = region_within(region, last.width, last.height)
+        return self._take(last, self.config.correct(state, last, ellipse))  # type: ignore[arg-type]
+
+    def save(self, path: str | Path) -> None:
+        """Write everything that the next call needs, to continue after `load` to the last bit.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be written.
+        """
+        state, last = self._started()
+        saved = {
+            "motes": FORMAT,
+            "config": to_dict(self.config),
+            "seed": self._seed,
+            "random": json.dumps(self._rng.bit_generator.state),
+            "frame": [last.index, last.time, last.pixels],
+            "state": state,
+        }
+        try:
+            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=_pack))
+        except OSError as error:
+            raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Return a tracker as `save` wrote it; its next call is `update`.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be read or is no tracker, or its state is none that the tracker's
+            configuration could have come to.
+        """
+        try:
+            saved = msgspec.msgpack.decode(Path(path).read_bytes())
+            if saved["motes"] != FORMAT:
+                raise FormatError(f"{path} was saved by another version of motes; save it anew.")
+            tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
+            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=_unpack))
+        except OSError as error:
+            raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
+        except FormatError:
+            raise
+        except UNREADABLE as error:
+            said = " ".join(str(error).split()) or type(error).__name__
+            raise FormatError(f"{path} is not a saved tracker ({said}).") from None
+        return tracker
+
+    def _continue(self, saved: _Saved) -> None:
+        """Take over what was saved, of which nothing is believed unseen."""
+        kind: Any = STATES[type(self.config)]
+        state = msgspec.convert(saved.state, kind, dec_hook=_unpack)
+        random = json.loads(saved.random)
+        self._rng.bit_generator.state = random
+        if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
+            raise ValueError("this is no state of random numbers")
+        index, seconds, pixels = saved.frame
+        frame = Frame(index, seconds, pixels)
+        if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
+            raise ValueError("the last frame is none")
+        self.config.check(state, frame)
+        self._state, self._frame = state, frame
+
+    def __copy__(self) -> Self:
+        """Return a tracker that goes on by itself; states and frames never change, and are shared.
+
+        So `copy.copy` and `copy.deepcopy` are one.
+        """
+        twin = object.__new__(type(self))
+        twin.__dict__.update(self.__dict__)
+        twin._rng, twin._pace = copy.deepcopy((self._rng, self._pace))
+        return twin
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return copy.copy(self)
+
+    def _restart(self) -> None:
+        self._rng = np.random.Generator(np.random.PCG64(self._seed))
+        self._frame = None
+
+    def _started(self) -> tuple[State, Frame]:
+        if self._state is None or self._frame is None:
+            raise ConfigError("The tracker has no target yet; call init or search first.")
+        return self._state, self._frame
+
+    def picture(self, frame: Picture) -> Frame:
+        """Return an image as the frame after the last one; a `Frame` says itself which it is."""
+        if isinstance(frame, Frame) or self._frame is None:
+            return _first(frame)
+        return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
+
+    def _take(self, frame: Frame, result: tuple[State, Info]) -> Track:
+        self._state, self.info = result
+        self._frame = frame
+        return self.info.track
+
+
+def _first(frame: Picture) -> Frame:
+    """Return a picture as the first frame of a video, unless it says which one it is."""
+    if not isinstance(frame, Frame):
+        return Frame(0, 0.0, frame)
+    if not math.isfinite(frame.time):
+        raise SourceError(f"Frame {frame.index} is at {frame.time} s; give it a finite time.")
+    return frame
+
+
+FORMAT = 2
+"""Of saved trackers."""
+UNREADABLE = (
+    msgspec.MsgspecError,
+    MotesError,
+    TypeError,
+    ValueError,
+    LookupError,
+    OverflowError,
+    RecursionError,
+    MemoryError,
+)
+"""What reading anything may raise: bytes that are nested, too large, or of another kind."""
+Size = Annotated[int, Meta(ge=0)]
+
+
+class _Saved(msgspec.Struct):
+    """What a file holds beside the configuration; `state` is converted by the kind of tracker."""
+
+    random: str
+    frame: tuple[int, float, NDArray[np.uint8]]
+    state: Any
+
+
+def _pack(value: Any) -> Any:
+    """Return an array as [dtype, shape, bytes]."""
+    return [value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes()]
+
+
+def _unpack(kind: Any, value: Any) -> Any:
+    """Return an array of the type that the state's field says."""
+    dtype = np.dtype(get_args(get_args(kind)[1])[0])
+    name, shape, data = msgspec.convert(value, tuple[str, tuple[Size, ...], bytes])
+    if name != dtype.str:
+        raise ValueError(f"an array is {name}, not {dtype.str}")
+    return np.frombuffer(data, dtype).reshape(shape).copy()

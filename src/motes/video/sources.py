@@ -1,0 +1,345 @@
+"""Frames from video files, images, cameras and streams.
+
+`open_source` takes whatever a user names and gives a `Source`, an iterator of frames. What could
+not be read is counted in its `Report`, not hidden.
+"""
+
+from __future__ import annotations
+
+import glob
+import itertools
+import os
+import re
+import sys
+from collections.abc import Callable, Generator, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Protocol, Self
+from urllib.parse import urlsplit
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.video.animation import Animation, picture_numbers, pixels_of, readable
+from motes.video.decoder import REMEDY, Decoder, Report, Stamped, camera
+from motes.video.reconnect import Persistent
+
+IMAGE_ENDINGS = frozenset(
+    {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
+)
+
+SCHEMES = ("http", "https", "rtsp", "rtsps")
+
+_TICK = 1e-6
+"""Times closer than this, in seconds, are the same but for rounding."""
+
+_URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
+
+
+class _Reader(Protocol):
+    """The pictures of one kind of source; every other step is the same for all kinds."""
+
+    @property
+    def fps(self) -> float | None: ...
+    @property
+    def duration(self) -> float | None: ...
+    @property
+    def count(self) -> int | None: ...
+    @property
+    def live(self) -> bool: ...
+
+    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
+        """Yield the pictures in order; only those whose pixels are asked for are converted."""
+
+    def file_of(self, index: int) -> str | None:
+        """Return the file of a picture that has one of its own."""
+
+    def close(self) -> None: ...
+
+
+class Source:
+    """An iterator of frames, and a context manager that closes what it reads; see `open_source`.
+
+    Attributes
+    ----------
+    name
+        What is read, for messages; passwords in addresses are left out.
+    width, height
+        Of every frame, in pixels.
+    fps
+        Nominal frames per second, None if unknown.
+    duration
+        Of the whole source in seconds, None if unknown.
+    frame_count
+        Estimate of how many frames the chosen range holds, None if unknown.
+    live
+        Whether frames come at the pace of a camera, without an end.
+    report
+        See `Report`; complete once the source is exhausted.
+    """
+
+    def __init__(
+        self, name: str, reader: _Reader, start: int, end: int | None, stride: int
+    ) -> None:
+        self.name = name
+        self.fps, self.duration, self.live = reader.fps, reader.duration, reader.live
+        self.report = Report()
+        self._reader = reader
+        ends = [stop for stop in (end, reader.count) if stop is not None]
+        self.frame_count = len(range(start, min(ends), stride)) if ends else None
+        # Closed before the reader, which a thread may be reading.
+        self._pictures = reader.pictures(self.report)
+        frames = self._select(start, end, stride)
+        try:
+            first = next(frames, None)
+            if first is None and self.report.decoded:
+                raise SourceError(
+                    f"{name} has {self.report.decoded} frames, none of them from {start} on; "
+                    f"choose a smaller start."
+                )
+            if first is None:
+                raise SourceError(f"{name} holds no readable picture; {REMEDY}")
+        except BaseException:
+            frames.close()
+            self._pictures.close()
+            reader.close()
+            raise
+        self.width, self.height = first.width, first.height
+        self._frames: Iterator[Frame] = itertools.chain([first], frames)
+
+    def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
+        interval = 1 / self.fps if self.fps else FRAME_INTERVAL
+        size, origin, last = None, None, -interval
+        pictures = itertools.islice(self._pictures, end)
+        for index, (stamp, load) in enumerate(pictures):
+            self.report.decoded += 1
+            expected = last + interval
+            if origin is None and stamp is not None:
+                origin = stamp - expected
+            moment = expected if stamp is None or origin is None else stamp - origin
+            if stamp is None or moment - last < _TICK:
+                self.report.retimed += 1
+                moment = expected
+            last = moment
+            if index < start or (index - start) % stride:
+                continue
+            pixels = load()
+            height, width, _ = pixels.shape
+            size = size or (width, height)
+            if size != (width, height):
+                raise SourceError(
+                    f"Frame {index} of {self.name} has {width}x{height} pixels, those before "
+                    f"{size[0]}x{size[1]}; split or rescale it so that all have one size."
+                )
+            yield Frame(index, moment, pixels)
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Frame:
+        return next(self._frames)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the file, camera or connection; there are no frames after that."""
+        self._frames = iter(())
+        self._pictures.close()
+        self._reader.close()
+
+    def file_of(self, index: int) -> str | None:
+        """Return the name of a frame's image file in the folder of all images; None for a video."""
+        return self._reader.file_of(index)
+
+    def stop(self) -> None:
+        """Wait no longer for a live source that dropped: the frames end there; from any thread."""
+        if isinstance(self._reader, Persistent):
+            self._reader.stop()
+
+
+def open_source(
+    source: str | int | Path,
+    *,
+    start: int = 0,
+    end: int | None = None,
+    stride: int = 1,
+    on_drop: Callable[[str], None] | None = None,
+) -> Source:
+    """Open a source of frames and read up to its first chosen frame.
+
+    Parameters
+    ----------
+    source
+        A video file; an image, all of it if it is animated or a TIFF of several pages; a folder of
+        images or a pattern such as "dir/*.jpg", in the natural order of their names (img2 before
+        img10), the first picture of each; the number of a camera, 0 or "0" (write "./0" for a file
+        of that name); or an http, https, rtsp or rtsps address.
+    start, end, stride
+        The frames with index start, start + stride, ... below end. `Frame.index` counts in the
+        source: start 10 and stride 2 give 10, 12, ...
+    on_drop
+        If given, a live source that ends or fails is opened again after growing pauses, its frames
+        go on, and this is called with one line each time. By default, that is an error. Live are
+        cameras, rtsp addresses, streams of JPEGs and HLS, unless they give a duration; and any
+        address that gives neither a duration nor a length, unless it sends faster than its own
+        clock runs (see `motes.video.pace`): then it is a recording, with an end.
+
+    Returns
+    -------
+    Source
+        Its frames are upright (rotation marks are honored), RGB uint8, all of one size. Their
+        times are the container's, in seconds since the first frame of the source, and strictly
+        increase; images are `FRAME_INTERVAL` apart.
+
+    Raises
+    ------
+    SourceError
+        If there is nothing to read, now or, while iterating, later on.
+    ConfigError
+        If start, end and stride make no sense.
+    """
+    for what, number in (("start", start), ("end", end), ("stride", stride)):
+        if number is not None or what != "end":
+            _check_whole(what, number)
+    if start < 0:
+        raise ConfigError(f"start is {start}; the first frame has index 0.")
+    if stride < 1:
+        raise ConfigError(f"stride is {stride}; give 1 for every frame, 2 for every other.")
+    if end is not None and end > sys.maxsize:
+        raise ConfigError(f"end is {end}; no source has so many frames, leave it out for all.")
+    if end is not None and end <= start:
+        raise ConfigError(f"end is {end}, start {start}; end must be greater.")
+    name, reader = _find(str(source), on_drop)
+    return Source(name, reader, start, end, stride)
+
+
+def _check_whole(name: str, number: object) -> None:
+    """Check that a number counts frames."""
+    whole = isinstance(number, int | np.integer) and not isinstance(number, bool)
+    if not whole or number > sys.maxsize:  # type: ignore[operator]
+        raise ConfigError(f"{name} is {number!r}; give a whole number of frames below 2**63.")
+
+
+def is_remote(source: str) -> bool:
+    """Return whether a source is a camera or an address, which may answer later if not now."""
+    url = _URL.match(source)
+    return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
+
+
+def read_image(path: str | Path) -> NDArray[np.uint8]:
+    """Read an image, upright, as RGB uint8 of shape (height, width, 3); of several, the first.
+
+    Raises
+    ------
+    SourceError
+        If the file is missing or not an image.
+    """
+    with readable(path), Image.open(path) as image:
+        return pixels_of(image)
+
+
+def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Reader]:
+    """Return the name for messages and the reader of what a user named."""
+    if source.isdecimal():
+        name = f"camera {source}"
+        return name, _persistent(partial(camera, int(source)), name, on_drop)
+    if url := _URL.match(source):
+        if not is_remote(source):
+            raise SourceError(f"{url[1]}:// is not known; use http, https, rtsp or rtsps.")
+        name = _without_password(source)
+        # Over TCP, as UDP loses packets wherever there is a firewall or a full link.
+        options = {"rtsp_transport": "tcp"} if url[1].lower().startswith("rtsp") else {}
+        advice = "check the address and the network."
+        connect = partial(Decoder, source, name, advice, options=options, remote=True)
+        return name, _persistent(connect, name, on_drop)
+    if os.path.isdir(source):
+        return source, _Images(source, _folder(source))
+    if not os.path.exists(source):
+        if glob.has_magic(source):
+            return source, _Images(source, glob.glob(source, recursive=True))
+        raise SourceError(f"There is no file or folder {source}; check the name.")
+    if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
+        return source, Animation(source)
+    if os.path.isfile(source) and not os.path.getsize(source):
+        raise SourceError(f"{source} is empty; {REMEDY}")
+    # With "file:", as FFmpeg would take a name with a colon for an address.
+    return source, Decoder(f"file:{source}", source, "check the file.")
+
+
+def _persistent(
+    connect: Callable[[], Decoder], name: str, on_drop: Callable[[str], None] | None
+) -> _Reader:
+    """Open a camera or an address; what is live and shall be, again and again."""
+    film = connect()
+    if on_drop is None or not film.live:
+        return film
+    return Persistent(connect, film, name, on_drop)
+
+
+def _folder(path: str) -> list[str]:
+    try:
+        return [os.path.join(path, name) for name in os.listdir(path)]
+    except OSError as error:
+        raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
+
+
+def _without_password(url: str) -> str:
+    parts = urlsplit(url)
+    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
+
+
+def _natural(name: str) -> list[tuple[int, int | str]]:
+    parts = re.findall(r"\d+|\D+", name)
+    return [(0, int(part)) if part.isdecimal() else (1, part) for part in parts]
+
+
+class _Images:
+    """Image files, one frame each."""
+
+    fps: float | None = 1 / FRAME_INTERVAL
+    duration: float | None
+    count: int | None
+    live = False
+
+    def __init__(self, name: str, paths: list[str]) -> None:
+        self._paths = sorted(
+            (
+                path
+                for path in paths
+                if os.path.splitext(path)[1].lower() in IMAGE_ENDINGS
+                and not os.path.basename(path).startswith(".")
+            ),
+            key=_natural,
+        )
+        if not self._paths:
+            endings = ", ".join(sorted(IMAGE_ENDINGS))
+            raise SourceError(f"There are no images in {name}; they would end in {endings}.")
+        self._folder = os.path.commonpath({os.path.dirname(path) for path in self._paths})
+        self.count = len(self._paths)
+        self.duration = len(self._paths) * FRAME_INTERVAL
+
+    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
+        for index, path in enumerate(self._paths):
+            yield index * FRAME_INTERVAL, partial(_first_picture, path, report)
+
+    def file_of(self, index: int) -> str | None:
+        return Path(os.path.relpath(self._paths[index], self._folder or ".")).as_posix()
+
+    def close(self) -> None:
+        pass
+
+
+def _first_picture(path: str, report: Report) -> NDArray[np.uint8]:
+    """Read an image among others; where it holds several, count those that are left out."""
+    with readable(path), Image.open(path) as image:
+        numbers = picture_numbers(image)
+        report.left_out += len(numbers) - 1
+        image.seek(numbers[0])
+        return pixels_of(image)

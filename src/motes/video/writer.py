@@ -1,0 +1,209 @@
+"""Annotated video out: nothing is lost when the program is killed or the disk fills up."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+from fractions import Fraction
+from pathlib import Path
+from typing import Self
+
+import av
+import numpy as np
+from av.container import OutputContainer
+from av.video.reformatter import VideoReformatter
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import PartialFile
+from motes.video.decoder import ONE_THREAD
+
+# A fragment or cluster for each picture is what a killed program leaves readable. When closed, the
+# fragments become an ordinary film with an index.
+_FRAGMENTS = {"movflags": "hybrid_fragmented+empty_moov+frag_every_frame+default_base_moof"}
+_CONTAINERS = {
+    ".m4v": ("ipod", _FRAGMENTS),
+    ".mkv": ("matroska", {"cluster_time_limit": "1"}),
+    ".mov": ("mov", _FRAGMENTS),
+    ".mp4": ("mp4", _FRAGMENTS),
+}
+ENDINGS = tuple(_CONTAINERS)
+
+_MILLISECOND = Fraction(1, 1000)
+_BT601 = 6  # the matrix, in the numbers of ITU-T H.273, that swscale uses unless told otherwise
+
+
+class VideoWriter:
+    """Write RGB pictures as H.264 video; use it as a context manager.
+
+    The pictures go to a partial file beside the target, which in the end becomes the target (see
+    `motes.core.files`). If the program is killed, or an exception passes through the `with`, the
+    partial file stays, and has all pictures but the last one or two; the target is untouched.
+    Without a picture there is no file at all.
+
+    Parameters
+    ----------
+    path
+        The target; its ending names the container: .m4v, .mkv, .mov or .mp4.
+    fps
+        Nominal frames per second; pictures without a time of their own follow each other at this
+        rate.
+    overwrite
+        Whether an existing target may be replaced.
+
+    Raises
+    ------
+    FormatError
+        Here, if the target exists or cannot be written; later, if a picture cannot be written.
+    ConfigError
+        If the ending is unknown or the rate is not a positive number.
+    """
+
+    def __init__(self, path: str | Path, fps: float, overwrite: bool = False) -> None:
+        self.path = Path(path)
+        if self.path.suffix.lower() not in ENDINGS:
+            raise ConfigError(f"{path} does not end like a video; use {', '.join(ENDINGS)}.")
+        if not (math.isfinite(fps) and fps > 0):
+            raise ConfigError(f"A video cannot have {fps} frames per second; give more than 0.")
+        folder = self.path.parent
+        if not folder.is_dir():
+            raise FormatError(f"There is no folder {folder} for {self.path.name}; make it first.")
+        if not os.access(folder, os.W_OK):
+            raise FormatError(f"Nothing can be written to {folder}; choose another folder.")
+        if self.path.exists() and not (overwrite and self.path.is_file()):
+            raise FormatError(f"{path} exists; choose another name, or allow it to be overwritten.")
+        self._fps = fps
+        self._overwrite = overwrite
+        self._file: PartialFile | None = None
+        self._container: OutputContainer | None = None
+        self._shape: tuple[int, ...] = ()
+        self._frames = 0
+        self._last = -1
+        self._reformatter = VideoReformatter()
+
+    def write(self, pixels: NDArray[np.uint8], time: float | None = None) -> None:
+        """Append a picture.
+
+        Parameters
+        ----------
+        pixels
+            RGB, shape (height, width, 3), the same for all pictures. Odd sizes, which H.264 does
+            not have, grow by one row or column that repeats the edge.
+        time
+            Seconds since the start; kept to the millisecond. Give it for all pictures or none.
+
+        Raises
+        ------
+        FormatError
+            If the picture does not fit or the disk is full; what was written before stays in the
+            partial file.
+        """
+        if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
+            raise FormatError(
+                f"A picture is uint8 (height, width, 3); got {pixels.dtype} {pixels.shape}."
+            )
+        if self._container is None:
+            self._shape = pixels.shape
+            self._container = self._begin(pixels.shape[0], pixels.shape[1])
+        if pixels.shape != self._shape:
+            raise FormatError(
+                f"Picture {self._frames} of {self.path.name} has shape {pixels.shape}, those "
+                f"before {self._shape}; give all the same size."
+            )
+        height, width, _ = pixels.shape
+        if height % 2 or width % 2:
+            pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+        seconds = self._frames / self._fps if time is None else time
+        self._last = max(round(seconds * 1000), self._last + 1)
+        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+        frame = self._reformatter.reformat(frame, format="yuv420p", **ONE_THREAD)
+        frame.pts, frame.time_base = self._last, _MILLISECOND
+        try:
+            self._container.mux(self._stream.encode(frame))
+        except (av.FFmpegError, OSError) as error:
+            if not self._frames:
+                self._give_up()
+            raise self._failure(error) from error
+        self._frames += 1
+
+    def _begin(self, height: int, width: int) -> OutputContainer:
+        form, muxing = _CONTAINERS[self.path.suffix.lower()]
+        try:
+            self._file = PartialFile(self.path, self.path.suffix)
+        except OSError as error:
+            raise self._failure(error) from error
+        options = {**muxing, "flush_packets": "1"}
+        container = av.open(self._file, "w", format=form, options=options)
+        # Tuned so, the encoder holds back no picture. It then gives still parts more bits than it
+        # would with a look ahead; crf 22 looks as good as 20 does with one.
+        self._stream = container.add_stream(
+            "libx264",
+            rate=Fraction(self._fps).limit_denominator(1001),
+            options={"preset": "veryfast", "crf": "22", "tune": "zerolatency"},
+        )
+        self._stream.width, self._stream.height = width + width % 2, height + height % 2
+        self._stream.pix_fmt = "yuv420p"
+        self._stream.codec_context.time_base = _MILLISECOND
+        self._stream.codec_context.colorspace = _BT601
+        return container
+
+    @property
+    def result(self) -> Path | None:
+        """The file that holds the pictures: the target once it is whole, a partial one before."""
+        if self._file is None:
+            return None
+        return self.path if self._file.whole else self._file.path
+
+    def _failure(self, error: av.FFmpegError | OSError) -> FormatError:
+        kept = f" What there is so far is in {self.result}." if self.result else ""
+        return FormatError(
+            f"{self.path} cannot be written: {error.strerror}; make room there.{kept}"
+        )
+
+    def close(self) -> None:
+        """Finish the video and give it its name.
+
+        Raises
+        ------
+        FormatError
+            If that cannot be written; the partial file stays.
+        """
+        try:
+            self._finish(named=True)
+        except FileExistsError as error:
+            raise FormatError(
+                f"{self.path} appeared while it was written; the video is in {self.result}."
+            ) from error
+        except (av.FFmpegError, OSError) as error:
+            raise self._failure(error) from error
+
+    def _finish(self, *, named: bool) -> None:
+        container, self._container = self._container, None
+        if container is None or self._file is None:
+            return
+        with contextlib.closing(self._file):
+            try:
+                container.mux(self._stream.encode(None))
+            finally:
+                container.close()
+            self._file.settle()
+            if named:
+                self._file.finish(overwrite=self._overwrite)
+
+    def _give_up(self) -> None:
+        """Leave the partial file as whole as can be; without a picture, none."""
+        with contextlib.suppress(av.FFmpegError, OSError):
+            self._finish(named=False)
+        if self._file is not None and not self._frames:
+            self._file.drop()
+            self._file = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:  # the exception on its way says more than one that would follow from it
+            self._give_up()

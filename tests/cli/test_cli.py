@@ -1,0 +1,827 @@
+"""The command line: what users see, what they get, and how it fails."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import errno
+import importlib
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import av
+import numba
+import numpy as np
+import pytest
+from numba.core import event
+from PIL import Image
+
+from motes import Tracker, kernels, open_source
+from motes.cli import main, options
+from motes.cli.track_loop import follow, on_region
+from motes.core.config import to_dict
+from motes.core.errors import SourceError
+from motes.core.track import Status
+from motes.evaluation import synthetic
+from motes.kernels import keeping
+from motes.output.figures import FIGURES
+from motes.output.track_rows import COLUMNS
+from motes.sot.presets import PRESETS, preset
+from motes.video.prefetch import prefetch
+from motes.video.sources import Source
+from motes.video.writer import VideoWriter
+
+FRAMES = 60
+SIZE = (160, 120)
+PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    """Return a small video and, as an option takes it, the target's box in its first frame."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    clip = synthetic.still(SIZE, target=(30, 40), frames=FRAMES)
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels, frame.time)
+    box = clip[0][1][0].ellipse.box
+    Tracker("nummiaro", seed=0).init(clip[0][0], box)  # compiles, so no command has to say it does
+    return str(path), ",".join(f"{value:.1f}" for value in box)
+
+
+@pytest.fixture
+def go(
+    film: tuple[str, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> Callable[..., tuple[int, str, str]]:
+    """Run a command in an empty folder; return exit code, standard output, standard error.
+
+    In the arguments, FILM is the video and BOX its target.
+    """
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> tuple[int, str, str]:
+        words = {"FILM": film[0], "BOX": film[1]}
+        capfd.readouterr()
+        code = main([words.get(word, word) for word in line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+Go = Callable[..., tuple[int, str, str]]
+
+
+def table(path: str) -> list[dict[str, str]]:
+    with Path(path).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def count(path: Path) -> int:
+    """Return the number of whole lines in a file that may not be there yet."""
+    return path.read_bytes().count(b"\n") if path.exists() else 0
+
+
+@contextlib.contextmanager
+def started(arguments: list[str], **streams: Any) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [*PROGRAM, *arguments], stderr=streams.pop("stderr", subprocess.PIPE), text=True, **streams
+    )
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def wait_for(done: Callable[[], bool]) -> None:
+    end = time.monotonic() + 60
+    while not done():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.002)
+
+
+@pytest.fixture(scope="module")
+def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return a source that takes long enough to be interrupted: many links to few pictures."""
+    folder = tmp_path_factory.mktemp("slow")
+    with open_source(film[0]) as source:
+        for frame in source:
+            Image.fromarray(frame.pixels).save(folder / f"{frame.index}.png")
+    for index in range(FRAMES, 5000):
+        (folder / f"{index}.png").symlink_to(folder / f"{index % FRAMES}.png")
+    return str(folder)
+
+
+# What users get
+
+
+def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
+    error = go("track FILM --init BOX -o r.csv --fps-target 1e6 --budget.least 31")[2]
+    assert "31 to 100 particles" in error  # 100 before it knows its pace
+    error = go("track FILM --init BOX -o s.csv --preset nummiaro --budget.least 31")[2]
+    found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
+    assert found
+    least, most, mean = map(int, found.groups())
+    assert 31 <= least < mean < most <= 500
+    error = go(
+        "track FILM --init BOX -o t.csv --preset nummiaro --budget.least 40 --budget.most 40 "
+        "--particles 40"
+    )[2]
+    assert "ms a frame, 40 particles; wrote t.csv" in error
+
+
+def test_rows_are_what_the_tracker_says(go: Go, film: tuple[str, str]) -> None:
+    code, out, error = go("track FILM --init BOX -o r.csv")
+    assert (code, out) == (0, "")
+    assert re.fullmatch(
+        r"motes: 60 frames, tracked in 100\.0 %, tracker [\d.]+ ms a frame; wrote r\.csv\.\n", error
+    )
+    tracker = Tracker(seed=0)
+    region = [float(number) for number in film[1].split(",")]
+    with open_source(film[0]) as source:
+        tracks = [
+            tracker.update(frame) if frame.index else tracker.init(frame, region)
+            for frame in source
+        ]
+    read = table("r.csv")
+    assert len(read) == FRAMES
+    for track, row in zip(tracks, read, strict=True):
+        assert (int(row["frame"]), row["status"]) == (track.frame, track.status)
+        assert float(row["x"]) == round(track.ellipse.x, 3)
+        assert float(row["confidence"]) == round(track.confidence, 5)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_does_not(go: Go) -> None:
+    for name, seed in (("a", 3), ("b", 3), ("c", 4)):
+        assert go(f"track FILM --init BOX -o {name}.jsonl --seed {seed} --end 8")[0] == 0
+    a, b, c = (Path(f"{name}.jsonl").read_bytes() for name in "abc")
+    assert a == b != c
+    assert set(json.loads(a.splitlines()[0])) == set(COLUMNS)
+
+
+def test_standard_output_holds_rows_and_nothing_else(go: Go) -> None:
+    code, out, error = go("track FILM --init BOX -o - --end 4")
+    assert code == 0
+    assert out.splitlines()[0] == ",".join(COLUMNS)
+    assert out.count("\n") == 5
+    assert error.count("\n") == 1
+    assert go("track FILM --init BOX --end 4")[1] == out
+    lines = go("track FILM --init BOX -o - --format jsonl --end 4")[1].splitlines()
+    assert [json.loads(line)["frame"] for line in lines] == [0, 1, 2, 3]
+
+
+def test_frames_are_chosen_and_the_region_is_in_the_first_of_them(go: Go) -> None:
+    _, out, _ = go("track FILM --init BOX --start 10 --end 20 --stride 3 -o -")
+    rows = [line.split(",") for line in out.splitlines()[1:]]
+    assert [row[0] for row in rows] == ["10", "13", "16", "19"]
+    assert [row[1] for row in rows] == ["0.400000", "0.520000", "0.640000", "0.760000"]
+
+
+def test_an_ellipse_is_taken_as_it_is(go: Go) -> None:
+    _, out, _ = go("track FILM --ellipse 60,50,20,10,0.5 --end 1 -o -")
+    assert out.splitlines()[1].startswith("0,0.000000,60.000,50.000,20.000,10.000,0.50000,")
+
+
+def test_a_region_may_start_left_of_the_frame(go: Go) -> None:
+    assert go("track FILM --init -5,10,20,20 --end 2 -o -")[0] == 0
+
+
+def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_frame(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda *_: False)
+    code, _, error = go("track FILM --init BOX --figures f/g")
+    assert code == 5
+    assert error == "motes: error: f/g cannot be written: no permission; choose another folder.\n"
+
+
+def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
+    code, out, error = go(
+        "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
+    )
+    assert (code, out) == (0, "")
+    assert error.rstrip().endswith("wrote o.mp4, 4 figures in f.")
+    assert sorted(os.listdir()) == ["f", "o.mp4"]
+    assert sorted(os.listdir("f")) == sorted(FIGURES)
+    with av.open("o.mp4") as drawn_file:
+        assert drawn_file.streams.video[0].start_time == 0
+    with open_source("o.mp4") as drawn, open_source(film[0], start=5) as plain:
+        pairs = list(zip(drawn, plain, strict=True))
+    assert [round(a.time - b.time, 3) for a, b in pairs] == [-0.2] * 55
+    changed = [np.abs(a.pixels.astype(int) - b.pixels).max() > 100 for a, b in pairs]
+    assert all(changed)
+
+
+def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    times = []
+    monkeypatch.setattr(
+        "motes.output.figures.Recorder.add", lambda *arguments: times.append(arguments[3:])
+    )
+    assert go("track FILM --init BOX --figures f --end 5")[0] == 0
+    assert times[0][1] is None
+    assert len(times) == 5
+    assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
+
+
+def test_nothing_is_overwritten_unasked(go: Go) -> None:
+    Path("r.csv").write_text("precious")
+    Path("o.mp4").write_text("precious")
+    Path("f").mkdir()
+    Path("f", FIGURES[0]).write_text("precious")
+    for option in ("-o r.csv", "--overlay o.mp4", "--figures f"):
+        code, _, error = go(
+            f"track FILM --init BOX -o new.csv {option}".replace("-o new.csv -o", "-o")
+        )
+        assert (code, "exists; choose another" in error) == (5, True)
+        assert "--overwrite" in error
+        assert not Path("new.csv").exists()
+    assert Path("r.csv").read_text() == Path("o.mp4").read_text() == "precious"
+    line = "track FILM --init BOX --end 3 -o r.csv --overlay o.mp4 --figures f --overwrite"
+    assert go(line)[0] == 0
+    assert len(table("r.csv")) == 3
+    for path in ("o.mp4", f"f/{FIGURES[0]}"):
+        assert Path(path).stat().st_size > 1000
+
+
+def test_histogram_then_search(go: Go) -> None:
+    code, _, error = go("histogram FILM --init BOX --frame 3 -o h.json --color.bins 6,6,6")
+    assert (code, "wrote h.json" in error) == (0, True)
+    Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
+    assert go("histogram FILM --init BOX -o h.json")[0] == 5
+    line = "track FILM --histogram h.json --at at.toml -o r.csv --overwrite"
+    code, _, error = go(line)  # the bins are the file's
+    assert (code, "found at frame" in error) == (0, True)
+    rows = table("r.csv")
+    assert rows[0]["status"] == "searching"
+    assert rows[-1]["status"] == "tracking"
+    code, _, error = go(line + " --color.bins 4,4,4")
+    assert (code, "the histogram is rgb (6, 6, 6)" in error) == (2, True)
+    dumped = go("track --histogram h.json --dump-config")[1]
+    assert "6,\n    6,\n    6," in dumped
+
+
+def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
+    Image.new("RGB", SIZE, (200, 0, 200)).save("empty.png")
+    assert go("histogram FILM --init BOX -o h.json")[0] == 0
+    assert go("track FILM --histogram h.json --background empty.png -o -")[0] == 0
+
+
+def test_never_found(go: Go) -> None:
+    for index in range(3):
+        Image.new("RGB", SIZE, (0, 90, 90)).save(f"{index}.png")
+    assert go("histogram FILM --init BOX -o h.json")[0] == 0
+    code, _, error = go("track *.png --histogram h.json -o r.csv")
+    assert code == 4
+    assert error.splitlines()[-1].startswith("motes: error: The target was never found; ")
+    assert len(table("r.csv")) == 3
+
+
+def test_without_a_face_every_row_is_empty(go: Go) -> None:
+    pytest.importorskip("dlib", reason="faces need dlib")
+    assert go("track FILM --detect face -o r.csv --overlay o.mkv --figures f --end 3")[0] == 4
+    assert Path("r.csv").read_text().splitlines()[1] == "0,0.000000,,,,,,,searching,,"
+    with open_source("o.mkv") as drawn:
+        assert len(list(drawn)) == 3
+
+
+def test_a_face_is_found_and_followed(go: Go, data: Path) -> None:
+    pytest.importorskip("dlib", reason="faces need dlib")
+    folder = data / "sot" / "FaceOcc1"
+    code, _, _ = go(f"track {folder}/img --detect face --end 8 -o r.csv")
+    assert code == 0
+    truth = [
+        float(v) for v in re.split(r"[,\s]+", (folder / "groundtruth_rect.txt").read_text())[:4]
+    ]
+    last = table("r.csv")[-1]
+    assert last["status"] == "tracking"
+    assert abs(float(last["x"]) - truth[0] - truth[2] / 2) < truth[2] / 2
+    assert abs(float(last["y"]) - truth[1] - truth[3] / 2) < truth[3] / 2
+
+
+def test_a_real_sequence_from_end_to_end(go: Go, data: Path) -> None:
+    folder = data / "sot" / "seg-swan"
+    rows = (folder / "groundtruth_rect.txt").read_text().splitlines()
+    truth = [[float(value) for value in re.split(r"[,\s]+", row.strip())] for row in rows]
+    box = ",".join(str(value) for value in truth[0])
+    assert go(f"track {folder}/img --init {box} -o r.csv")[0] == 0
+    read = table("r.csv")
+    assert len(read) == len(truth) == 50
+    inside = [
+        x <= float(row["x"]) <= x + width and y <= float(row["y"]) <= y + height
+        for row, (x, y, width, height) in zip(read, truth, strict=True)
+    ]
+    assert sum(inside) > 40
+
+
+# Configuration
+
+
+def test_layers_preset_then_file_then_options(go: Go) -> None:
+    Path("c.toml").write_text("particles = 30\n[motion.noise]\nposition = 0.25\nsize = 0.0625\n")
+    code, out, _ = go(
+        "track --preset nummiaro:adaptive --config c.toml --motion.noise.size 0.5 "
+        "--color.bins=16,16,16 --color.space hsv --dump-config"
+    )
+    assert code == 0
+    Path("all.toml").write_text(out)
+    assert go("track --config all.toml --dump-config")[1] == out
+    for line in ("particles = 30", "position = 0.25", "size = 0.5", 'space = "hsv"', "rate = 0.05"):
+        assert f"{line}\n" in out
+
+
+def test_another_type_brings_its_own_values(go: Go) -> None:
+    _, out, _ = go(
+        "track --preset nummiaro --motion.type random_walk --motion.noise.position 0.3 "
+        "--dump-config"
+    )
+    assert 'type = "random_walk"\n\n[motion.noise]' in out
+    assert go("track --type mean_shift --dump-config")[1].startswith('type = "mean_shift"')
+
+
+def test_options_may_come_before_the_source(go: Go) -> None:
+    assert go("track --particles 20 --sizes.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
+
+
+def flat(values: dict[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in values.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{path}{key}.")
+        else:
+            yield path + key, value
+
+
+def test_help_knows_the_configuration(go: Go) -> None:
+    """Where this fails, the table in options.py is no longer what the preset says."""
+    expected = []
+    for key, value in flat(to_dict(preset("nummiaro"))):
+        if value is None or value == {}:
+            continue
+        text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+        if key.endswith("type") and (text[0].isupper() or key in SINGLE_TYPES):
+            continue
+        expected.append(f"  --{key} {text}")
+    assert options.CONFIG_FLAGS.splitlines() == expected
+    for command in ("track", "histogram"):
+        out = go(f"{command} --help")[1]
+        assert all(line in out for line in expected)
+
+
+SINGLE_TYPES = ("type",)
+"""A preset chooses it."""
+
+
+# Wrong input
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("track", 2, "There is no source; name a video"),
+        ("track FILM", 2, "Give one of --init, --ellipse, --histogram, --detect, for example"),
+        ("track FILM --init BOX --detect face", 2, "--init and --detect contradict each other"),
+        ("track FILM --init BOX --fps-target 0", 2, "A rate of frames is a positive number; got 0"),
+        ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
+        ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "no run repeats itself"),
+        (
+            "track FILM --init BOX --preset nummiaro --budget.least 9 --budget.most 3",
+            2,
+            "least is 9, and most is 3",
+        ),
+        ("track FILM --init BOX --at a.toml", 2, "belong to --histogram"),
+        ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
+        ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
+        ("track FILM --ellipse 1,2,3,4", 2, "--ellipse takes x,y,a,b,theta"),
+        ("track FILM --init 900,900,10,10", 2, "center outside the frame of 160x120; choose"),
+        ("track FILM --init 50,50,0,10", 2, "has no area; give it a positive size"),
+        ("track FILM --init 50,50,10,-4", 2, "has no area; give it a positive size"),
+        ("track FILM --init 50,50,nan,10", 2, "not finite"),
+        ("track FILM --init -140,-100,400,300", 2, "larger than the frame of 160x120; choose"),
+        ("track FILM --init BOX --preset numiaro", 2, "did you mean 'nummiaro'?"),
+        (
+            "track FILM --init BOX --particle 9",
+            2,
+            "no option --particle .*did you mean --particles",
+        ),
+        ("track FILM --init BOX --overlya o.mp4", 2, "did you mean --overlay"),
+        ("track FILM --init BOX --preset mean_shift --particles 9", 2, "no option --particles"),
+        (
+            "track FILM --init BOX --preset nummiaro --motion.nois.size 1",
+            2,
+            "did you mean 'noise'?",
+        ),
+        ("track FILM --init BOX --preset nummiaro --motion.noise.size nan", 2, "motion.noise.size"),
+        ("track FILM --init BOX --particles many", 2, "particles: Expected `int`, got `str`"),
+        ("track FILM --init BOX --config bad.toml", 2, "bad.toml: .*did you mean 'particles'"),
+        ("track FILM --init BOX --config broken.toml", 2, "broken.toml: .*not valid TOML"),
+        ("track FILM --init BOX --config none.toml", 3, "none.toml cannot be read: .*check"),
+        ("track FILM --init BOX --config FILM", 3, "not a text; check the name"),
+        ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
+        ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
+        ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
+        ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
+        ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),
+        (
+            "track FILM --init BOX -o r.text",
+            2,
+            "in none of .txt, .csv, .jsonl, .json, .xml; rename",
+        ),
+        ("track FILM --init BOX -o none/r.csv", 5, "There is no folder none for r.csv; make it"),
+        ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),
+        ("track FILM --init BOX --overlay none/o.mp4", 5, "There is no folder none for o.mp4"),
+        ("track FILM --init BOX --overlay FILM --overwrite", 2, "is the source"),
+        ("track FILM --init BOX -o x.mp4 --format csv --overlay x.mp4", 2, "same file; give each"),
+        ("track FILM --init BOX --figures empty.mp4", 5, "empty.mp4 is not a folder; choose"),
+        ("track FILM --init BOX --resume -o -", 2, "cannot be resumed; write the rows to a file"),
+        ("track FILM --init BOX --resume --overlay o.mp4", 2, "name it with -o"),
+        (
+            "track FILM --init BOX -o /dev/full --format csv",
+            5,
+            "No space left on device; make room",
+        ),
+        ("track FILM --histogram none.json", 3, "Cannot read the histogram none.json"),
+        ("track FILM --histogram bad.toml", 3, "bad.toml is not a histogram file"),
+        ("track FILM --histogram h.json --at none.toml", 3, "none.toml cannot be read"),
+        (
+            "track FILM --histogram h.json --at bad.toml",
+            2,
+            "bad.toml: Config has no key 'particle'",
+        ),
+        ("track FILM --histogram h.json --background none.png", 3, "no image none.png; check"),
+        ("track FILM --histogram h.json --preset mean_shift", 2, "choose preset nummiaro"),
+        ("track none.mp4 --init BOX", 3, "There is no file or folder none.mp4; check the name"),
+        ("track empty.mp4 --init BOX", 3, "empty.mp4 is empty; give a video"),
+        ("track text.mp4 --init BOX", 3, "text.mp4 is not a video"),
+        ("track folder --init BOX", 3, "There are no images in folder"),
+        ("histogram FILM --init BOX", 2, "--output requires an argument. See motes histogram"),
+        ("histogram FILM -o x.json", 2, "Give either --init x,y,width,height or --ellipse"),
+        ("histogram FILM --init 1,1,900,9 -o x.json", 2, "outside the frame of 160x120"),
+        ("histogram FILM --init BOX --frame 99 -o x.json", 3, "choose a smaller start"),
+        ("histogram FILM --init BOX -o /dev/full", 5, "/dev/full cannot be written: No space"),
+        ("trak FILM", 2, 'Did you mean "track"'),
+    ],
+)
+def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
+    Path("bad.toml").write_text("particle = 3\n")
+    Path("broken.toml").write_text("x = [")
+    Path("empty.mp4").touch()
+    Path("text.mp4").write_text("hello\n")
+    Path("folder").mkdir()
+    if "h.json" in line:
+        assert go("histogram FILM --init BOX -o h.json")[0] == 0
+    before = set(os.listdir())
+    named = line.startswith("hist") or "-o " in line or "--overlay" in line
+    found, out, error = go(line if named else f"{line} -o r.csv")
+    assert (found, out, error.count("\n")) == (code, "", 1), error
+    assert re.match(f"motes: error: .*{message}", error), error
+    assert set(os.listdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "Medians need")]
+)
+def test_a_bench_of_nothing_is_refused(go: Go, line: str, said: str) -> None:
+    code, _, error = go(line)
+    assert (code, error.count("\n")) == (2, 1)
+    assert said in error
+
+
+def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("two\nlines")
+
+    monkeypatch.setattr(Tracker, "update", broken)
+    code, _, error = go("track FILM --init BOX -o r.csv")
+    assert code == 1
+    assert error.count("\n") == 1
+    assert "ZeroDivisionError: two lines. This is a defect of motes; please report it" in error
+    assert len(table("r.csv")) == 1
+    monkeypatch.setenv("MOTES_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        go("track FILM --init BOX -o r.csv --overwrite")
+
+
+def test_too_little_memory_is_said(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    def greedy(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(Tracker, "init", greedy)
+    code, _, error = go("track FILM --init BOX -o r.csv")
+    assert (code, "use fewer particles" in error) == (2, True)
+
+
+def test_a_source_that_fails_halfway_leaves_its_rows(go: Go) -> None:
+    for index in range(4):
+        size = SIZE if index < 3 else (80, 60)
+        Image.new("RGB", size, (200, 10 * index, 0)).save(f"{index}.png")
+    code, _, error = go("track *.png --init 40,40,30,30 -o r.csv")
+    summary, failure = error.splitlines()
+    assert code == 3
+    assert summary.startswith("motes: 3 frames, ")
+    assert failure.startswith("motes: error: Frame 3 of *.png has 80x60 pixels")
+    assert len(table("r.csv")) == 3
+
+
+def test_a_damaged_source_is_reported(go: Go, film: tuple[str, str]) -> None:
+    Path("cut.mkv").write_bytes(Path(film[0]).read_bytes()[: Path(film[0]).stat().st_size // 2])
+    code, _, error = go("track cut.mkv --init BOX -o r.csv")
+    assert (code, "; cut.mkv: " in error) == (0, True)
+    assert "cut off at" in error or "skipped" in error or "damaged" in error
+
+
+def test_help_on_a_full_disk() -> None:
+    with open("/dev/full", "w") as full, started(["--help"], stdout=full) as process:
+        _, error = process.communicate()
+    assert (process.returncode, error.count("\n")) == (5, 1)
+
+
+# Interrupted, and resumed
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl"])
+def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> None:
+    line = f"track FILM --init BOX --end 12 -o r.{form}"
+    assert go(line)[0] == 0
+    path = Path(f"r.{form}")
+    whole = path.read_bytes()
+    assert go(f"{line} --resume")[2].rstrip().endswith("(it had all 12 rows already).")
+    for cut in np.random.default_rng(1).integers(0, len(whole), 12).tolist():
+        path.write_bytes(whole[:cut])
+        assert go(f"{line} --resume")[0] == 0
+        assert path.read_bytes() == whole
+    path.unlink()
+    assert go(f"{line} --resume")[0] == 0
+    assert path.read_bytes() == whole
+
+
+def test_another_run_is_not_resumed(go: Go) -> None:
+    assert go("track FILM --init BOX --end 12 -o r.csv")[0] == 0
+    whole = Path("r.csv").read_bytes()
+    for other in ("--seed 5", "--particles 90", "--start 1", "--stride 2", "--end 5"):
+        code, _, error = go(
+            f"track FILM --init BOX --end 12 -o r.csv --resume {other}".replace(
+                "--end 12 -o r.csv --resume --end 5", "--end 5 -o r.csv --resume"
+            )
+        )
+        assert (code, "r.csv cannot be resumed: " in error) == (5, True)
+        assert Path("r.csv").read_bytes() == whole
+
+
+def test_killed_then_resumed(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
+    rows, whole = tmp_path / "r.csv", tmp_path / "whole.csv"
+    line = ["track", slow_film, "--init", film[1], "--end", "600"]
+    assert main([*line, "-o", str(whole)]) == 0
+    for at in (3, 150):
+        with started([*line, "-o", str(rows), "--resume"]) as process:
+            wait_for(lambda at=at: count(rows) > at)  # type: ignore[misc]
+            process.kill()
+    kept = rows.read_bytes()
+    assert 150 < kept.count(b"\n") < 600
+    assert whole.read_bytes().startswith(kept)
+    assert main([*line, "-o", str(rows), "--resume"]) == 0
+    assert rows.read_bytes() == whole.read_bytes()
+
+
+def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
+    rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
+    line = ["track", slow_film, "--init", film[1], "-o", str(rows), "--overlay", str(overlay)]
+    with started(line) as process:
+        wait_for(lambda: count(rows) > 20)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate()
+    assert process.returncode == 130
+    last = error.splitlines()[-1]  # kernels may have been compiled first
+    assert re.match(r"motes: interrupted after \d+ frames, .*wrote .*o\.mp4", last)
+    assert rows.read_bytes().endswith(b"\n")
+    with open_source(overlay) as drawn:
+        assert len(list(drawn)) == len(table(str(rows)))
+    # Resumed, the rows are continued and the overlay is made anew.
+    assert main([*line, "--resume", "--end", "60"]) == 0
+    with open_source(overlay) as drawn:
+        assert len(list(drawn)) == len(table(str(rows))) == 60
+
+
+def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    from motes.output.track_rows import TrackWriter
+
+    write = TrackWriter.write
+
+    def interrupting(self: TrackWriter, frame: int, *rest: Any) -> None:
+        if frame == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+        write(self, frame, *rest)
+
+    monkeypatch.setattr(TrackWriter, "write", interrupting)
+    code, _, error = go("track FILM --init BOX -o r.csv --overlay o.mkv")
+    assert (code, "interrupted after 4 frames" in error) == (130, True)
+    assert [row["frame"] for row in table("r.csv")] == ["0", "1", "2", "3"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_reader_that_leaves_ends_the_run_quietly(slow_film: str, film: tuple[str, str]) -> None:
+    line = ["track", slow_film, "--init", film[1], "-o", "-"]
+    with started(line, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("frame,")
+        process.stdout.close()
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
+    assert process.returncode == 0
+
+
+# What users see
+
+
+def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
+    line = ["track", slow_film, "--init", film[1], "--end", "400", "-o"]
+    ours, theirs = pty.openpty()
+    seen = bytearray()
+    with started([*line, str(tmp_path / "r.csv")], stderr=theirs) as process:
+        os.close(theirs)
+        with contextlib.suppress(OSError):  # at the end of a terminal
+            while chunk := os.read(ours, 4096):
+                seen += chunk
+    os.close(ours)
+    assert process.returncode == 0
+    shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", seen.decode())
+    looks = re.findall(r"(\d+)/400 frames .*?(\d+) frames/s \S+ (\w+) [01]\.\d\d", shown)
+    assert looks
+    assert int(looks[-1][0]) > 100
+    assert looks[-1][2] == "tracking"
+    assert re.search(r"motes: 400 frames, .* wrote \S+r\.csv\.", shown)
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; from motes.cli import main; main(sys.argv[1:]); "
+        "print([name for name in ('numpy', 'numba', 'av', 'PIL') if name in sys.modules])"
+    )
+    for words in (["--help"], ["track", "--help"], ["histogram", "--help"], ["--version"]):
+        out = subprocess.check_output([sys.executable, "-c", code, *words], text=True)
+        assert out.splitlines()[-1] == "[]"
+
+
+def test_help_names_commands_and_exit_codes(go: Go) -> None:
+    code, out, _ = go("--help")
+    assert code == 0
+    for word in ("track", "histogram", "demo", "bench", "doctor", "130  interrupted by Ctrl-C"):
+        assert word in out
+    for name in PRESETS:
+        assert name in go("track --help")[1]
+    assert go("--version")[1] == f"{metadata.version('motes')}\n"
+
+
+def test_compiling_is_announced_once(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.undo()  # of what keeps other tests quiet
+
+    def compile_one() -> str:
+        assert numba.njit(lambda x: x + 1)(1) == 2
+        return capfd.readouterr().err
+
+    assert compile_one() == ""
+    options.announce_compiling()
+    assert capfd.readouterr().err == ""
+    assert compile_one() == (
+        "motes: Compiling kernels, once for this machine; later starts are quick.\n"
+    )
+    assert compile_one() == ""
+    full = OSError(errno.ENOSPC, "No space left on device")
+    event.start_event(keeping.UNKEPT, full)  # type: ignore[no-untyped-call]
+    assert "cannot keep them: No space left on device; make room" in capfd.readouterr().err
+    with monkeypatch.context() as read_only:
+        read_only.setattr("os.access", lambda *_: False)
+        options.announce_compiling()
+    assert "there is no folder to keep them in" in compile_one()
+    monkeypatch.setattr(kernels.compiling, "FOLDER", None)
+    options.announce_compiling()
+    assert "there is no folder to keep them in" in compile_one()
+
+
+def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setattr("motes.cli.streams._lenient", lambda stream: stream)
+    code, out, error = go("track FILM --init BOX --end 3")
+    assert (code, out) == (0, "")
+    assert error.startswith("motes: Writing film.csv; choose another name with -o.\n")
+    assert len(table("film.csv")) == 3
+    assert go("track FILM --init BOX --end 3")[0] == 5
+
+
+def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    code, out, _ = go("doctor")
+    assert (code, "PROBLEM" in out) == (0, False)
+    for what in ("motes", "python", "cores", "kernels", "numba", "libavcodec", "H.264 writing"):
+        assert re.search(f"^ *{what} +\\S", out, re.MULTILINE), what
+
+    monkeypatch.setattr(metadata, "version", lambda wheel: "5.0")
+    code, out, _ = go("doctor")
+    assert (code, "opencv-python 5.0 and opencv-python-headless 5.0" in out) == (0, True)
+
+    load = importlib.import_module
+
+    def without(*missing: str) -> Callable[[str], Any]:
+        def load_or_fail(name: str) -> Any:
+            if name in missing:
+                raise ImportError(f"no {name}")
+            return load(name)
+
+        return load_or_fail
+
+    monkeypatch.setattr(importlib, "import_module", without("dlib"))
+    code, out, _ = go("doctor")
+    assert (code, "pip install 'motes[faces]'" in out) == (0, True)
+    monkeypatch.setattr(importlib, "import_module", without("av"))
+    code, out, _ = go("doctor")
+    assert (code, "PROBLEM: no av; install motes anew" in out) == (1, True)
+
+
+# The loop
+
+
+def test_prefetch_keeps_order_and_stays_bounded() -> None:
+    taken: list[int] = []
+
+    def numbers() -> Iterator[int]:
+        for number in range(100):
+            taken.append(number)
+            yield number
+
+    with prefetch(numbers(), ahead=3) as items:
+        assert next(items) == 0
+        wait_for(lambda: len(taken) == 5)  # one delivered, three ready, one in hand
+        time.sleep(0.02)
+        assert len(taken) == 5
+        assert list(items) == list(range(1, 100))
+
+
+def test_prefetch_passes_errors_on() -> None:
+    def failing() -> Iterator[int]:
+        yield 1
+        raise SourceError("gone")
+
+    with prefetch(failing()) as items:
+        assert next(items) == 1
+        with pytest.raises(SourceError, match="gone"):
+            next(items)
+
+
+def test_prefetch_ends_its_thread_when_left_early() -> None:
+    before = threading.active_count()
+    with prefetch(iter(range(10**9))) as items:
+        assert next(items) == 0
+        assert threading.active_count() == before + 1
+    assert threading.active_count() == before
+
+
+def test_prefetched_items_end_with_their_context() -> None:
+    """Also for a second thread, which takes what a first one has ready, when the user leaves."""
+    rest: list[int] = []
+    with prefetch(iter(range(10**9)), ahead=2) as items:
+        assert next(items) == 0
+    reader = threading.Thread(target=lambda: rest.extend(items), daemon=True)
+    reader.start()
+    reader.join(timeout=5)
+    assert (reader.is_alive(), rest) == (False, [])
+
+
+def test_follow_waits_for_something_to_follow(film: tuple[str, str]) -> None:
+    region = [float(number) for number in film[1].split(",")]
+
+    def later(tracker: Tracker, frame: Any) -> bool:
+        return frame.index == 3 and on_region(region)(tracker, frame)
+
+    with open_source(film[0], end=6) as source:
+        steps = list(follow(Tracker(), later, source))
+    assert [step.info is not None for step in steps] == [False] * 3 + [True] * 3
+    assert [step.status for step in steps] == [Status.SEARCHING] * 3 + [Status.TRACKING] * 3
+    assert all(step.seconds > 0 for step in steps)
+
+
+def test_a_live_source_cannot_be_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Source, "live", True, raising=False)
+    monkeypatch.setattr(
+        Source,
+        "__setattr__",
+        lambda self, name, value: None if name == "live" else object.__setattr__(self, name, value),
+    )
+    code, _, error = go("track FILM --init BOX -o s.csv --resume")
+    assert (code, "is live and will not repeat itself" in error) == (2, True)
+    assert not os.path.exists("s.csv")

@@ -1,0 +1,138 @@
+"""What users get for options that make no sense, on odd terminals, and without standard streams."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from motes.cli import main
+from motes.cli.exit_codes import NO_MEMORY
+from motes.cli.explain import explain
+from motes.evaluation import synthetic
+from motes.video.writer import VideoWriter
+
+MOTES = f"{sys.executable} -c 'import sys; from motes.cli import main; sys.exit(main())'"
+HUGE = "99999999999999999999"
+
+Go = Callable[[str], tuple[int, str]]
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run a command on a film of two frames; return exit code and standard error."""
+    monkeypatch.chdir(tmp_path)
+    with VideoWriter("film.mkv", 25) as writer:
+        for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2):
+            writer.write(frame.pixels)
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        return main(line.split()), capfd.readouterr().err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("track film.mkv --reverse", "no option --reverse"),
+        ("track film.mkv --show -o -", "no option --show"),
+        ("track film.mkv --no-such=3", "no option --no-such"),
+        ("track film.mkv -x", "no option -x"),
+        ("track film.mkv --particle", "did you mean --particles?"),
+        ("track film.mkv --particle 5", "did you mean --particles?"),
+        ("track film.mkv --fps-targe", "did you mean --fps-target?"),
+        ("track film.mkv --particles", "--particles requires an argument"),
+        ("watch film.mkv --confir", "did you mean --confirm?"),
+        ("histogram film.mkv -o h.json --overwrit", "did you mean --overwrite?"),
+    ],
+)
+def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
+    code, error = go(line)
+    assert code == 2
+    assert said in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"track film.mkv --init 60,40,30,40 -o r.csv --end {HUGE}",
+        f"track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --particles {HUGE}",
+        "track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --particles 1000000000",
+        f"track film.mkv --init 60,40,30,40 -o r.csv --budget.most {HUGE} --preset nummiaro",
+        f"track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --presence.frames {HUGE}",
+        "track film.mkv --init 60,40,30,40 -o r.csv --config huge.toml",
+        f"histogram film.mkv --init 60,40,30,40 -o h.json --frame {HUGE}",
+        f"watch film.mkv -o r.csv --end {HUGE}",
+        "watch film.mkv -o r.csv --detector.history 2147483648",
+        f"demo --frames {HUGE}",
+        f"bench --frames {HUGE}",
+        f"evaluate . --seeds {HUGE}",
+        f"experiment two-rooms --seeds {HUGE}",
+    ],
+)
+def test_numbers_that_are_too_large(go: Go, line: str) -> None:
+    Path("huge.toml").write_text(f"particles = {HUGE}\n")
+    code, error = go(line)
+    assert (code, error.count("\n")) == (2, 1), error
+    assert "defect" not in error
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "2", "5", "junk", "-3", "9" * 30])
+def test_help_at_any_width(columns: str) -> None:
+    environment = {**os.environ, "COLUMNS": columns, "TERM": "dumb"}
+    command = f"{MOTES} track --help"
+    found = subprocess.run(
+        command, shell=True, env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert (found.returncode, found.stderr) == (0, "")
+    assert "--particles" in found.stdout
+    assert len(found.stdout) < 100_000
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "lines"),
+    [
+        ("--help >&-", 5, 1),  # there is nowhere to write it
+        ("doctor >&-", 5, 1),
+        ("track --no-such >&- <&-", 2, 1),
+        ("track --no-such 2>&-", 2, 0),  # and nothing in its place on standard output
+        ("--version <&-", 0, 0),
+        ("track --no-such 2>/dev/full", 2, 0),
+    ],
+)
+def test_closed_streams(line: str, code: int, lines: int) -> None:
+    found = subprocess.run(
+        f"{MOTES} {line}", shell=True, capture_output=True, text=True, timeout=60
+    )
+    assert (found.returncode, found.stderr.count("\n")) == (code, lines), found.stderr
+    assert "no option" not in found.stdout
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        MemoryError(),
+        RuntimeError("can't start new thread"),
+        OSError(errno.ENOMEM, "Cannot allocate memory"),
+        ImportError("x.so: failed to map segment from shared object"),
+    ],
+)
+def test_a_lack_of_memory_is_no_defect(error: Exception) -> None:
+    assert explain(error) == (NO_MEMORY, 2)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
+def test_a_limit_of_memory_that_libraries_cannot_bear_is_named(tmp_path: Path) -> None:
+    line = f"ulimit -v 600000; exec {MOTES} track film.mkv --init 1,2,30,40"
+    done = subprocess.run(line, shell=True, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.startswith("motes: error: Memory is limited to 600000 KB of addresses")
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,162 @@
+"""What the commands make, what they leave when cut short, and that they say so truly."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from clips import picture
+from disks import fill
+from motes import open_source
+from motes.cli import main, track_outputs, watch_outputs
+from motes.core.errors import FormatError
+from motes.core.files import PartialFile, leftovers
+from motes.video.writer import VideoWriter
+
+Go = Callable[[str], tuple[int, str]]
+FRAMES = 7
+COMMANDS = [
+    "track film.mkv --init 20,10,20,20",
+    "track film.mkv --init 20,10,20,20 --init 30,20,20,20",
+    "watch film.mkv --detector gaussian",
+]
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run motes in a folder with a film; return exit code and standard error."""
+    monkeypatch.chdir(tmp_path)
+    with VideoWriter("film.mkv", 25) as writer:
+        for index in range(FRAMES):
+            writer.write(picture(index))
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        code = main(line.split())
+        return code, capfd.readouterr().err
+
+    return run
+
+
+def pictures(path: Path | str) -> int:
+    with open_source(path) as source:
+        return len(list(source))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_overlay_beside_rows_that_fail(
+    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for kind in (track_outputs.Rows, watch_outputs.Rows):
+
+        def fourth_fails(self: Any, step: Any, write: Any = kind.write) -> None:
+            if step.frame.index == 3:
+                raise FormatError("r.csv cannot be written: for a test.")
+            write(self, step)
+
+        monkeypatch.setattr(kind, "write", fourth_fails)
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    (left,) = leftovers("o.mp4")
+    assert code == 5
+    assert f"wrote {left} (unfinished), r.csv" in error
+    assert pictures(left) == 4
+    assert not Path("o.mp4").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_ctrl_c_while_an_overlay_is_finished(
+    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(_: PartialFile) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(PartialFile, "settle", interrupted)
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    (left,) = leftovers("o.mp4")
+    assert code == 130
+    assert f"wrote {left} (unfinished), r.csv" in error
+    assert pictures(left) == FRAMES
+    assert not Path("o.mp4").exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_disk_that_is_full_in_the_end(
+    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The pictures had room, the film's index has not."""
+    finish = VideoWriter._finish
+
+    def without_room(writer: VideoWriter, *, named: bool) -> None:
+        fill(monkeypatch, "o.mp4")
+        finish(writer, named=named)
+
+    monkeypatch.setattr(VideoWriter, "_finish", without_room)
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    (left,) = leftovers("o.mp4")
+    assert code == 5
+    assert f"wrote {left} (unfinished), r.csv" in error
+    assert "o.mp4 cannot be written: No space left on device; make room there. What " in error
+    assert pictures(left) == FRAMES - 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_nothing_is_said_of_what_is_not_there(
+    go: Go, command: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fill(monkeypatch, "o.mp4")
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    assert (code, "wrote" in error) == (5, False)
+    assert os.listdir() == ["film.mkv"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_later_runs_name_what_is_unfinished_and_leave_it(go: Go, command: str) -> None:
+    left = PartialFile("o.mp4", ".mp4")
+    left.close()
+    code, error = go(f"{command} -o r.csv --overlay o.mp4")
+    assert f"motes: {left.path} is an unfinished o.mp4 of a run that was cut short" in error
+    assert code in (0, 4)
+    assert pictures("o.mp4") == FRAMES
+    assert left.path.exists()
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_link_to_the_source_is_no_output(go: Go, command: str) -> None:
+    before = Path("film.mkv").read_bytes()
+    Path("hard.mkv").hardlink_to("film.mkv")
+    Path("rows.csv").hardlink_to("film.mkv")
+    Path("soft.mkv").symlink_to("film.mkv")
+    for option in ("--overlay hard.mkv", "--overlay soft.mkv", "-o rows.csv"):
+        code, error = go(f"{command} {option} --overwrite")
+        assert (code, "film.mkv is the source and cannot be an output" in error) == (2, True)
+    assert Path("film.mkv").read_bytes() == before
+
+
+def test_links_to_one_file_are_no_two_outputs(go: Go) -> None:
+    Path("r.csv").touch()
+    Path("e.jsonl").hardlink_to("r.csv")
+    code, error = go("watch film.mkv -o r.csv --events e.jsonl --overwrite")
+    assert (code, "Two outputs are the same file" in error) == (2, True)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("name", ["o.mp4.partial.mkv", "o.mp4.partial.mp4"])
+def test_a_source_under_a_former_name_of_partial_files(go: Go, command: str, name: str) -> None:
+    """The run once wrote over its own source, and then removed it."""
+    Path(name).write_bytes(Path("film.mkv").read_bytes())
+    code, error = go(f"{command} --overlay o.mp4".replace("film.mkv", name))
+    assert code in (0, 4)
+    assert re.search(r"wrote o\.mp4\W", error)
+    assert pictures("o.mp4") == FRAMES
+    assert Path(name).read_bytes() == Path("film.mkv").read_bytes()
+
+
+def test_a_source_folder_takes_no_figures(go: Go) -> None:
+    Path("images").mkdir()
+    code, error = go("track images --init 20,10,20,20 --figures images")
+    assert (code, "images is the source and cannot be an output" in error) == (2, True)

@@ -1,0 +1,266 @@
+"""motes watch, from the outside."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes import open_source
+from motes.cli import main
+from motes.cli.watch import table
+from motes.cli.watch_outputs import COLUMNS
+from motes.mot.analytics.events import Counting, Line, Places
+from motes.output.scene_overlay import color_of, draw_scene
+from motes.video.writer import VideoWriter
+from sightings import seen, told
+
+Go = Callable[..., tuple[int, str, str]]
+FRAMES = 90
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return a film of a red box that walks over noise from frame 35 on, to the right, and out."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    rng = np.random.default_rng(0)
+    with VideoWriter(path, 25) as writer:
+        for index in range(FRAMES):
+            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+            x = 4 * (index - 35) - 16
+            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+            writer.write(pixels)
+    return str(path)
+
+
+@pytest.fixture
+def go(
+    film: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> Go:
+    """Run motes watch in an empty folder; FILM in the arguments is the video."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> tuple[int, str, str]:
+        capfd.readouterr()
+        code = main(["watch", *(film if word == "FILM" else word for word in line.split())])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def test_one_walks_by(go: Go) -> None:
+    """With no setting but the source and where results go."""
+    code, out, error = go(
+        "FILM -o r.csv --events e.jsonl --overlay o.mkv --line 80,0,80,95 --detector gaussian"
+    )
+    assert (code, out) == (0, "")
+    assert "90 frames, 1 objects, 1 of them gone; " in error
+    assert "each followed by 100 particles and color; " in error
+    assert "wrote o.mkv, e.jsonl, r.csv" in error
+    assert "minute 0: appears 1, crosses line 1 left 1, disappears 1" in error
+    with Path("r.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS
+    assert {row["identity"] for row in rows} == {"1"}
+    middle = next(row for row in rows if row["frame"] == "60")
+    assert float(middle["x"]) == pytest.approx(4 * 25 - 16, abs=2)
+    assert float(middle["width"]) == pytest.approx(16, abs=2)
+    events = [json.loads(line) for line in Path("e.jsonl").read_text().splitlines()]
+    assert [event["event"] for event in events] == ["appears", "crosses", "disappears"]
+    assert events[1]["speed"] == pytest.approx(100, abs=8)  # 4 pixels in 1/25 s
+    with open_source("o.mkv") as overlay:
+        assert sum(1 for _ in overlay) == FRAMES
+
+
+def test_who_stays_in_a_zone(go: Go) -> None:
+    """The walker is in the middle half for 80 pixels, 20 frames; one zone has its own dwell."""
+    Path("p.toml").write_text(
+        "[[zone]]\nname = 'hall'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\n"
+        "[[zone]]\nname = 'desk'\npoints = [40, 0, 120, 0, 120, 95, 40, 95]\ndwell = 30\n"
+    )
+    code, out, error = go("FILM --events - --places p.toml --dwell 0.38 --detector gaussian")
+    assert code == 0
+    events = [json.loads(line) for line in out.splitlines()]
+    (stay,) = (event for event in events if event["event"] == "stays")
+    (enter, _) = (event for event in events if event["event"] == "enters")
+    assert (stay["place"], stay["seconds"]) == ("hall", 0.4)
+    assert stay["frame"] == enter["frame"] + 10
+    assert "stays hall 1" in error
+
+
+def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
+    assert go("FILM -o r.txt --detector gaussian")[0] == 0
+    assert go("FILM -o r.jsonl --detector gaussian")[0] == 0
+    lines = np.loadtxt("r.txt", delimiter=",")
+    rows = [json.loads(line) for line in Path("r.jsonl").read_text().splitlines()]
+    rows = [row for row in rows if row["status"] == "tracking"]
+    assert len(lines) == len(rows) > 30
+    for line, row in zip(lines, rows, strict=True):
+        box = [row["x"] + 1, row["y"] + 1, row["width"], row["height"]]
+        np.testing.assert_allclose(line[:6], [row["frame"] + 1, row["identity"], *box], atol=6e-3)
+
+
+def test_detections_of_a_file_and_default_output(go: Go) -> None:
+    text = [f"{i + 1},-1,{4 * (i - 35) - 15},41,16,30,1" for i in range(45, 60)]
+    Path("det.txt").write_text("\n".join(text))
+    code, out, _ = go("FILM --detector det.txt")
+    assert code == 0
+    assert out.splitlines()[0] == ",".join(COLUMNS)
+    assert len(out.splitlines()) > 12
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "said"),
+    [
+        ("FILM --detector yolo", 2, "mog2, knn, gaussian, people, faces or a .txt file"),
+        ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
+        ("FILM --line 1,2,1,2", 2, "two different points"),
+        ("FILM --dwell 3", 2, "--dwell is for zones"),
+        ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
+        ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
+        ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
+        ("FILM --patiance 1", 2, "did you mean --patience?"),
+        ("FILM --confirm 0", 2, "confirm"),
+        ("FILM --detector.histry 9", 2, "no key 'detector.histry'; did you mean 'history'?"),
+        ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
+        ("FILM --detector.least 0.6", 2, "least < most"),
+        ("FILM --detector.speck 4", 2, "detector.speck"),
+        ("FILM --like 1,2,3,4 --detector people", 2, "contradict each other"),
+        ("--dump-config --config nothing.toml", 3, "nothing.toml"),
+        ("-o r.csv", 2, "no source"),
+        ("FILM --config nothing.toml", 3, "nothing.toml"),
+        ("FILM --preset mean_shift", 2, "particle filters"),
+        ("FILM -o r.text", 2, ".txt, .csv, .jsonl, .json, .xml"),
+        ("FILM -o - --events -", 2, "give one of them a file"),
+        ("FILM -o FILM", 2, "cannot be an output"),
+        ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),
+        ("nothing.mp4 -o r.csv", 3, "nothing.mp4"),
+        ("FILM --places nothing.toml", 3, "nothing.toml"),
+        ("FILM -o no/r.csv", 5, "There is no folder no"),
+        ("FILM --end 5 -o r.csv --detector gaussian", 4, "No object was ever found"),
+    ],
+)
+def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said: str) -> None:
+    found, _, error = go(line)
+    assert (found, said in error) == (code, True), error
+    assert "Traceback" not in error
+    assert error.splitlines()[-1].startswith("motes: error: ")
+
+
+def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
+    """An object that needs more confirmations begins that many frames later."""
+
+    def first(options: str) -> int:
+        code, out, error = go(f"FILM --detector gaussian -o - {options}")
+        assert code == 0, error
+        return int(out.splitlines()[1].split(",")[0])
+
+    Path("s.toml").write_text("confirm = 8\n[tracker]\nparticles = 50\n")
+    base = first("")
+    assert first("--config s.toml") == base + 5
+    assert first("--config s.toml --confirm 5 --association.appearance 0.4") == base + 2
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ("--detector gaussian --detector.history 40 --patience 2", "history = 40"),
+        ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
+        ("--detector det.txt --within 0.8", 'file = "det.txt"'),
+        ("--detector faces --detector.upsample 0", "upsample = 0"),
+        ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
+        ("--detector.type background --detector.rate 0.01", "rate = 0.01"),
+    ],
+)
+def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: str) -> None:
+    code, text, error = go(f"--dump-config {options}")
+    assert (code, error) == (0, "")
+    detector = text[text.index("[detector]") :]
+    assert line in detector.splitlines()
+    Path("s.toml").write_text(text)
+    assert go("--dump-config --config s.toml") == (0, text, "")
+
+
+def test_a_dumped_run_is_the_same_again(go: Go) -> None:
+    """And what a detector is told changes what is found: half of who comes in is too little."""
+    strict, loose = (f"--detector gaussian --detector.least {least}" for least in (0.028, 0.01))
+    Path("s.toml").write_text(go(f"{strict} --dump-config")[1])
+    rows = go(f"FILM -o - {loose}")[1]
+    assert go("FILM -o - --config s.toml")[1] == go(f"FILM -o - {strict}")[1] != rows
+    assert go("FILM -o - --config s.toml --detector.least 0.01")[1] == rows
+    assert len(rows.splitlines()) > 30
+
+
+def test_nothing_is_overwritten_unasked(go: Go) -> None:
+    Path("r.csv").write_text("mine")
+    code, _, error = go("FILM -o r.csv")
+    assert code == 5
+    assert "--overwrite" in error
+    assert Path("r.csv").read_text() == "mine"
+    assert go("FILM -o r.csv --overwrite --detector gaussian")[0] == 0
+
+
+def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
+    for index in range(12):
+        Image.new("RGB", (64, 48), (100 + 100 * (index >= 6),) * 3).save(tmp_path / f"{index}.png")
+    _, _, error = go("*.png -o r.csv --detector gaussian")
+    assert error.count("Frame 6: the picture changes all over") == 1
+
+
+def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
+    with open_source(film) as source:
+        for frame in source:
+            Image.fromarray(frame.pixels).save(tmp_path / f"{frame.index}.png")
+    for index in range(FRAMES, 5000):
+        (tmp_path / f"{index}.png").symlink_to(tmp_path / f"{index % FRAMES}.png")
+    rows = tmp_path / "r.jsonl"
+    program = "import sys; from motes.cli import main; sys.exit(main())"
+    arguments = ["watch", str(tmp_path / "*.png"), "--detector", "gaussian", "-o", str(rows)]
+    with subprocess.Popen(
+        [sys.executable, "-c", program, *arguments], stderr=subprocess.PIPE, text=True
+    ) as process:
+        end = time.monotonic() + 60
+        while not (rows.exists() and rows.stat().st_size):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        os.kill(process.pid, signal.SIGINT)
+        error = process.communicate()[1]
+    assert process.returncode == 130, error
+    assert "interrupted after" in error
+    assert all(json.loads(line)["identity"] for line in rows.read_text().splitlines())
+
+
+def test_the_table_is_by_the_minute() -> None:
+    counting = Counting(Places((Line((50, 0, 50, 99), "gate"),)))
+    told(counting, seen(0, (45, 40)), seen(1, (55, 40)), seen(300, (45, 40)))
+    assert table(counting.counts) == [
+        "minute 0: appears 1, crosses gate left 1",
+        "minute 1: crosses gate right 1",
+    ]
+
+
+def test_a_scene_is_drawn_on_a_copy() -> None:
+    pixels = np.full((100, 200, 3), 90, np.uint8)
+    places = Places((Line((5, 5, 5, 90)),))
+    drawn = draw_scene(pixels, [seen(0, (100, 60), identity=3)], {3: [(90, 55), (100, 55)]}, places)
+    assert (pixels == 90).all()
+    assert tuple(drawn[60, 100]) == color_of(3)  # the lower edge of its box
+    assert tuple(drawn[55, 95]) != (90, 90, 90)  # where it came from
+    assert drawn[50, 5].min() > 200
+    assert (drawn[:, 150:] == 90).all()
+    assert len({color_of(i) for i in range(200)}) == 200
+    away = draw_scene(pixels, [seen(0, (1e9, -1e9))], {})
+    assert away.shape == pixels.shape

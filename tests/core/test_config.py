@@ -1,0 +1,358 @@
+"""Configuration checks itself, and comes from and goes to Python, TOML and flags."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motes.core.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.core.errors import ConfigError
+from motes.cues.color import Color
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
+from motes.cues.structure_tensor import Orientation
+from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
+from motes.sot.filtering.model_update import ByCue, Forgetting, GaussianBins, KalmanBins
+from motes.sot.filtering.motion import (
+    Autoregressive,
+    ConstantVelocity,
+    EllipseWalk,
+    Noise,
+    RandomWalk,
+    SecondOrder,
+)
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.known_target import Place
+from motes.sot.mean_shift import Kalman, MeanShift
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
+
+presets = pytest.mark.parametrize("name", PRESETS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "values"),
+    [
+        (Gaussian, "sigma", [0, -1, 1e300, math.nan, math.inf, -math.inf, "a", None, True, [1.0]]),
+        (Noise, "size", [-0.1, 1.1, math.nan]),
+        (Noise, "position", [-0.1, 1e300, math.nan, math.inf, "0.1"]),
+        (ConstantVelocity, "persistence", [-0.1, 1.1, math.nan]),
+        (ConstantVelocity, "noise", [0.1, {"position": "a"}, None]),
+        (SecondOrder, "acceleration", [-1, 1e300, math.nan]),
+        (Resampling, "threshold", [-0.1, 1.5, math.nan]),
+        (Resampling, "scheme", ["best", 1, None]),
+        (Color, "space", ["RGB", "lab"]),
+        (Color, "bins", [(8, 8), (8, 8, 8, 8), (0, 8, 8), (8, 8, 65), (8.5, 8, 8), 8]),
+        (Color, "kernel", ["gauss"]),
+        (Color, "sampling", ["lattice", 256, None]),
+        (Checkerboard, "share", ["third", 0.5, None]),
+        (Lattice, "points", [0, 7, 65537, 10.5, math.nan]),
+        (ParticleFilter, "particles", [0, -1, 1.5, "100", math.inf]),
+        (ParticleFilter, "motion", ["random_walk", Noise(), None]),
+        (ParticleFilter, "color", [Gaussian()]),
+        (AppearanceRule, "fraction", [1, -0.1, math.nan]),
+        (AppearanceRule, "frames", [0]),
+        (AppearanceRule, "step", [0]),
+        (Calibration, "width", [0, math.nan]),
+        (Forgetting, "rate", [-0.01, 1.01, math.nan]),
+        (MeanShift, "iterations", [0]),
+        (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
+        (Kalman, "measurement", [0, math.inf]),
+        (Place, "box", [(math.nan, 0, 5, 5), (0, math.inf, 5, 5), (0, 0, 0, 5), (0, 0, 5)]),
+        (Place, "border", [0, 2.5]),
+    ],
+)
+def test_values_that_make_no_sense(kind: type, field: str, values: list[Any]) -> None:
+    for value in values:
+        with pytest.raises(ConfigError, match=rf"^{field}: \S") as error:
+            kind(**{field: value})
+        assert "\n" not in str(error.value)
+
+
+def test_frozen_and_checked() -> None:
+    with pytest.raises(AttributeError):
+        Gaussian().sigma = 1.0  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        Gaussian(sgima=0.1)  # type: ignore[call-arg]
+
+
+@presets
+def test_presets_survive_plain_values(name: str) -> None:
+    config = PRESETS[name]
+    plain = to_dict(config)
+    assert from_dict(plain, TrackerConfig) == config
+    assert from_dict(msgspec.json.decode(msgspec.json.encode(plain)), TrackerConfig) == config
+
+
+@presets
+def test_presets_survive_toml(name: str) -> None:
+    config = PRESETS[name]
+    text = to_toml(config)
+    assert from_dict(from_toml(text, "text"), TrackerConfig) == config
+
+
+@given(
+    st.builds(
+        ParticleFilter,
+        particles=st.integers(1, 10_000),
+        motion=st.one_of(
+            st.builds(RandomWalk, noise=st.builds(Noise, position=st.floats(0, 1e6))),
+            st.builds(ConstantVelocity, persistence=st.floats(0, 1)),
+            st.builds(SecondOrder, acceleration=st.floats(0, 10)),
+            st.builds(EllipseWalk, position=st.floats(0, 10)),
+            st.builds(Autoregressive, persistence=st.floats(0, 1)),
+        ),
+        color=st.builds(
+            Color,
+            space=st.sampled_from(["rgb", "hsv", "hsv+v"]),
+            bins=st.tuples(*[st.integers(1, 64)] * 3),
+            sampling=st.one_of(
+                st.just(EveryPixel()),
+                st.builds(Checkerboard, share=st.sampled_from(["half", "quarter"])),
+                st.builds(Lattice, points=st.integers(8, 65536)),
+            ),
+        ),
+        orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
+        edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
+        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), turned=st.booleans()),
+        fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
+        | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
+        | st.just(Product()),
+        likelihood=st.builds(
+            Gaussian,
+            sigma=st.floats(1e-3, 1e3),
+            cues=st.dictionaries(st.just("color"), st.floats(1e-3, 1)),
+            epsilon=st.floats(0, 1),
+        )
+        | st.builds(BestParticle, floor=st.floats(1e-3, 1))
+        | st.builds(Exponential, rate=st.floats(0.1, 100)),
+        adaptation=st.builds(Forgetting, rate=st.floats(0, 1))
+        | st.builds(KalmanBins, frames=st.integers(1, 99))
+        | st.builds(GaussianBins, beta=st.floats(0, 1))
+        | st.builds(
+            ByCue,
+            cues=st.dictionaries(st.just("color"), st.builds(KalmanBins) | st.just(Forgetting())),
+        ),
+    )
+)
+def test_any_particle_filter_survives_toml(config: ParticleFilter) -> None:
+    assert from_dict(from_toml(to_toml(config), "text"), TrackerConfig) == config
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"particels": 5}, "no key 'particels'; did you mean 'particles'?"),
+        ({"motion": {"nois": 1}}, "no key 'motion.nois'; did you mean 'noise'?"),
+        ({"motion": {"noise": {"positon": 1}}}, "'motion.noise.positon'; did you mean 'position'?"),
+        ({"qqqq": 5}, "no key 'qqqq'; known keys: "),
+        ({"particles": "many"}, "Config particles: Expected `int`, got `str`."),
+        ({"particles": -1}, "Config particles: Expected `int` >= 1"),
+        ({"motion": {"noise": {"size": "x"}}}, "Config motion.noise.size: Expected `float`"),
+        ({"motion": {"type": "teleport"}}, "motion.type: Invalid value 'teleport'"),
+        ({"type": "magic"}, "type: Invalid value 'magic'"),
+        ({"color": {"bins": [8, 8]}}, "Config color.bins: Expected `array` of length 3"),
+        ({"color": {"bins": [8, 0, 8]}}, "Config color.bins[1]: Expected `int` >= 1, got 0."),
+        ({"motion": {"type": "random_walk", "velocity": 1}}, "'motion.velocity'; known keys: "),
+        (
+            {"likelihood": {"sigma": math.nan}},
+            "likelihood.sigma: Expected `float` >= 0.001, got nan",
+        ),
+        (
+            {"likelihood": {"sigma": math.inf}},
+            "likelihood.sigma: Expected `float` <= 1000000.0, got inf",
+        ),
+    ],
+)
+def test_changes_that_do_not_fit(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        configure(preset("nummiaro"), changes)
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_values_become_what_the_field_says() -> None:
+    color = Color(bins=[4, 4, 2])  # type: ignore[arg-type]
+    assert color == Color(bins=(4, 4, 2))
+    assert hash(color) == hash(Color(bins=(4, 4, 2)))
+    motion = RandomWalk(noise={"size": 0.5})  # type: ignore[arg-type]
+    assert motion == RandomWalk(noise=Noise(size=0.5))
+
+
+def test_changes() -> None:
+    base = preset("nummiaro")
+    config = configure(
+        base, {"particles": 7, "motion": {"noise": {"angle": 0.5}}}, {"particles": 9}
+    )
+    assert isinstance(config, ParticleFilter)
+    assert isinstance(base, ParticleFilter)
+    assert config.particles == 9
+    assert isinstance(config.motion, ConstantVelocity)
+    assert isinstance(base.motion, ConstantVelocity)
+    assert config.motion.noise == msgspec.structs.replace(base.motion.noise, angle=0.5)
+    assert config.color == base.color
+    assert base == PRESETS["nummiaro"]
+
+
+def test_a_change_of_type_starts_from_its_own_defaults() -> None:
+    config = configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
+    assert isinstance(config, ParticleFilter)
+    assert config.motion == RandomWalk()
+    same = configure(preset("nummiaro"), {"motion": {"type": "constant_velocity", "velocity": 2}})
+    assert isinstance(same, ParticleFilter)
+    assert isinstance(same.motion, ConstantVelocity)
+    assert same.motion.velocity == 2
+    base = preset("nummiaro")
+    assert isinstance(base, ParticleFilter)
+    assert isinstance(base.motion, ConstantVelocity)
+    assert same.motion.persistence == base.motion.persistence
+    sampling = configure(preset("nummiaro"), {"color": {"sampling": {"type": "every_pixel"}}})
+    assert isinstance(sampling, ParticleFilter)
+    assert sampling.color is not None
+    assert sampling.color.sampling == EveryPixel()
+    assert configure(preset("nummiaro"), {"type": "mean_shift"}) == MeanShift()
+    kalman = configure(preset("mean_shift"), {"prediction": {"type": "kalman"}})
+    assert kalman == preset("mean_shift:kalman")
+
+
+def test_merging() -> None:
+    base = {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
+    assert merge(base, {}) == base
+    assert merge(base, {"a": 9, "b": {"d": {"h": 4}}}) == {
+        "a": 9,
+        "b": {"c": 2, "d": {"e": 3, "h": 4}},
+        "f": {"type": "x", "g": 1},
+    }
+    assert merge(base, {"f": {"type": "y"}})["f"] == {"type": "y"}
+    assert merge(base, {"f": {"type": "x", "h": 2}})["f"] == {"type": "x", "g": 1, "h": 2}
+    assert merge(base, {"b": 5})["b"] == 5
+    assert merge({"b": None}, {"b": {"c": 1}}) == {"b": {"c": 1}}
+    assert base == {"a": 1, "b": {"c": 2, "d": {"e": 3}}, "f": {"type": "x", "g": 1}}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.2", 0.2),
+        ("7", 7),
+        ("-1e-3", -1e-3),
+        ("true", True),
+        ("rgb", "rgb"),
+        ("random_walk", "random_walk"),
+        ("'8'", "8"),
+        ("8,8,4", [8, 8, 4]),
+        ("[8, 8, 4]", [8, 8, 4]),
+        ("a file.toml", "a file.toml"),
+        ("{type = 'kalman'}", {"type": "kalman"}),
+        pytest.param("1" * 5000, "1" * 5000, id="more digits than Python converts"),
+    ],
+)
+def test_flags(text: str, value: Any) -> None:
+    assert from_flag("x", text) == {"x": value}
+    assert from_flag("x.y.z", text) == {"x": {"y": {"z": value}}}
+
+
+def test_flags_lead_to_a_configuration() -> None:
+    flags = [("motion.noise.position", "0.7"), ("color.bins", "4,4,4"), ("color.space", "hsv")]
+    config = configure(preset("nummiaro"), *(from_flag(*flag) for flag in flags))
+    assert isinstance(config, ParticleFilter)
+    assert isinstance(config.motion, ConstantVelocity)
+    assert config.motion.noise.position == 0.7
+    assert config.color is not None
+    assert (config.color.space, config.color.bins) == ("hsv", (4, 4, 4))
+
+
+def test_text_that_is_no_toml() -> None:
+    with pytest.raises(ConfigError, match=r"^my.toml is not valid TOML: "):
+        from_toml("a = = 1", "my.toml")
+
+
+def test_unknown_presets() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'nummiaro'"):
+        preset("numiaro")
+    with pytest.raises(ConfigError, match="known are default, nummiaro, "):
+        preset("zzz")
+
+
+def test_numbers_of_the_paper() -> None:
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    assert config.particles == 100
+    assert config.color == Color(space="rgb", bins=(8, 8, 8), kernel="radial")
+    assert isinstance(config.motion, ConstantVelocity)
+    assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
+    assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)
+    assert config.adaptation == Forgetting(rate=0)
+    shift = preset("mean_shift")
+    assert isinstance(shift, MeanShift)
+    assert shift.scale == 0.05
+
+
+def test_numbers_of_ng_and_delp() -> None:
+    config = preset("ng_delp")
+    assert isinstance(config, ParticleFilter)
+    assert config.color == Color(
+        space="hsv", bins=(8, 8, 4), kernel="epanechnikov", sampling=Lattice(points=192)
+    )
+    lattice = Lattice(points=128)
+    assert config.edges == Edges(threshold=100, kernel="epanechnikov", sampling=lattice)
+    assert config.fusion == Product()
+    assert isinstance(config.likelihood, BestParticle)
+    assert 0 < config.likelihood.epsilon < 0.1
+    for name, cues in (("ng_delp:color", ["color"]), ("ng_delp:edges", ["edges"])):
+        variant = preset(name)
+        assert isinstance(variant, ParticleFilter)
+        assert list(variant.cues) == cues
+
+
+def test_numbers_of_zhao_and_pei() -> None:
+    config = preset("zhao_pei")
+    assert isinstance(config, ParticleFilter)
+    assert config.particles == 400
+    assert config.color == Color(space="hsv+v", bins=(8, 8, 8), kernel="radial")
+    assert config.color.size == 72
+    assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", turned=True)
+    assert isinstance(config.motion, Autoregressive)
+    assert isinstance(config.likelihood, Exponential)
+    assert config.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
+    assert config.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
+    for name, cues in (("zhao_pei:color", ["color"]), ("zhao_pei:hog", ["hog"])):
+        variant = preset(name)
+        assert isinstance(variant, ParticleFilter)
+        assert list(variant.cues) == cues
+        assert variant.strategies == {name: config.strategies[name] for name in cues}
+    fixed = preset("zhao_pei:fixed")
+    assert isinstance(fixed, ParticleFilter)
+    assert list(fixed.cues) == list(config.cues)
+    assert not any(strategy.learns for strategy in fixed.strategies.values())
+
+
+def test_extreme_but_allowed_values_work() -> None:
+    """Neither overflows nor divides by zero, however sharp."""
+    sharp = Calibration(middle=0.5, width=1e-300)
+    assert [sharp.probability(d) for d in (0.0, 0.5, 1.0)] == [1, 0.5, 0]
+    usual = Calibration(middle=0.3, width=0.1)
+    for d in np.linspace(0, 1, 11):
+        assert usual.probability(d) == pytest.approx(1 / (1 + math.exp((d - 0.3) / 0.1)))
+
+
+def test_deep_toml_is_refused() -> None:
+    deep = "[" * 5000 + "]" * 5000
+    with pytest.raises(ConfigError, match=r"^this file is nested too deeply"):
+        from_toml(f"x = {deep}", "this file")
+    assert from_flag("x", deep) == {"x": deep}
+
+
+def test_a_value_that_is_no_utf8_is_named() -> None:
+    """Options may be any bytes."""
+    with pytest.raises(ConfigError, match=r"takes texts in UTF-8, got 'caf\\udce9'"):
+        configure(preset("nummiaro"), from_flag("motion.type", "caf\udce9"))

@@ -1,0 +1,131 @@
+"""Images of every kind become RGB."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from motes.core.errors import SourceError
+from motes.core.frame import Frame, as_rgb
+
+RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
+
+
+def test_size() -> None:
+    frame = Frame(0, 0.0, RGB)
+    assert (frame.width, frame.height) == (9, 6)
+
+
+@pytest.mark.parametrize("image", [RGB[:, ::-1], RGB / 255, np.asfortranarray(RGB), RGB[:, :, 0]])
+def test_a_frame_s_pixels_are_rgb(image: Any) -> None:
+    pixels = Frame(0, 0.0, image).pixels
+    np.testing.assert_array_equal(pixels, as_rgb(image))
+    assert pixels.flags.c_contiguous
+
+
+def test_an_rgb_image_is_not_copied() -> None:
+    assert np.shares_memory(as_rgb(RGB), RGB)
+
+
+@given(hnp.arrays(np.uint8, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9)))
+def test_gray(image: Any) -> None:
+    for form in (image, image[:, :, None]):
+        rgb = as_rgb(form)
+        assert rgb.shape == (*image.shape, 3)
+        for channel in range(3):
+            np.testing.assert_array_equal(rgb[:, :, channel], image)
+
+
+def test_alpha_is_dropped() -> None:
+    rgba = np.dstack([RGB, np.full((6, 9), 7, np.uint8)])
+    np.testing.assert_array_equal(as_rgb(rgba), RGB)
+
+
+def test_sixteen_bits_keep_the_high_byte() -> None:
+    image = np.array([[0, 255, 256, 65535]], np.uint16)
+    np.testing.assert_array_equal(as_rgb(image)[0, :, 0], [0, 0, 1, 255])
+    np.testing.assert_array_equal(as_rgb(RGB.astype(np.uint16) << 8), RGB)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64])
+def test_floats(kind: type) -> None:
+    np.testing.assert_array_equal(as_rgb((RGB / 255).astype(kind)), RGB)
+
+
+def test_truth_values() -> None:
+    np.testing.assert_array_equal(as_rgb(np.array([[True, False]]))[0, :, 0], [255, 0])
+
+
+@pytest.mark.parametrize(
+    "image",
+    [
+        RGB[:, ::-1],
+        RGB[::2, ::3],
+        np.asfortranarray(RGB),
+        np.broadcast_to(RGB[:1], RGB.shape),
+        RGB.transpose(1, 0, 2),
+    ],
+)
+def test_strides(image: Any) -> None:
+    rgb = as_rgb(image)
+    assert rgb.flags.c_contiguous
+    assert rgb.flags.writeable
+    np.testing.assert_array_equal(rgb, image)
+
+
+def test_a_read_only_image_is_copied() -> None:
+    image = RGB.copy()
+    image.flags.writeable = False
+    rgb = as_rgb(image)
+    assert rgb.flags.writeable
+    rgb[:] = 0
+    np.testing.assert_array_equal(image, RGB)
+
+
+@pytest.mark.parametrize(
+    ("image", "message"),
+    [
+        (None, "shape"),
+        (np.zeros(5, np.uint8), "shape"),
+        (np.zeros((4, 4, 2), np.uint8), "shape"),
+        (np.zeros((4, 4, 5), np.uint8), "shape"),
+        (np.zeros((2, 4, 4, 3), np.uint8), "shape"),
+        (np.zeros((0, 4, 3), np.uint8), "shape"),
+        (np.zeros((4, 4, 3), np.int64), "int64"),
+        (np.zeros((4, 4, 3), np.int8), "int8"),
+        (np.zeros((4, 4, 3), complex), "complex"),
+        (np.full((4, 4, 3), "x"), "Convert it"),
+        (np.full((4, 4), 255.0), "0 to 1"),
+        (np.full((4, 4), -0.1), "0 to 1"),
+        (np.full((4, 4), np.nan), "0 to 1"),
+        (np.full((4, 4), np.inf), "0 to 1"),
+    ],
+)
+def test_no_images(image: Any, message: str) -> None:
+    with pytest.raises(SourceError, match=message):
+        as_rgb(image)
+
+
+@given(st.integers(1, 5), st.integers(1, 5), st.sampled_from([1, 3, 4]))
+def test_always_rgb(height: int, width: int, channels: int) -> None:
+    rgb = as_rgb(np.zeros((height, width, channels), np.uint8))
+    assert rgb.shape == (height, width, 3)
+    assert rgb.dtype == np.uint8
+
+
+@pytest.mark.parametrize("time", [None, "0.5", [1.0]])
+def test_a_time_is_a_number(time: Any) -> None:
+    with pytest.raises(SourceError, match=r"^Frame 3 has the time .*; give it seconds"):
+        Frame(3, time, np.zeros((4, 5, 3), np.uint8))
+    assert Frame(3, np.float32(0.5), np.zeros((4, 5, 3), np.uint8)).time == 0.5  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("index", [None, "1", 1.5])
+def test_an_index_is_a_whole_number(index: Any) -> None:
+    with pytest.raises(SourceError, match="index is a whole number"):
+        Frame(index, 0.0, np.zeros((4, 5, 3), np.uint8))

@@ -1,0 +1,161 @@
+"""Ellipses, boxes, regions."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motes.core.errors import ConfigError
+from motes.core.geometry import Box, Ellipse, as_ellipse, iou, region_within
+
+numbers = st.floats(-500, 500)
+sizes = st.floats(0.5, 300)
+angles = st.floats(-7, 7)
+ellipses = st.builds(Ellipse, numbers, numbers, sizes, sizes, angles)
+boxes = st.builds(Box, numbers, numbers, sizes, sizes)
+
+
+@given(boxes)
+def test_box_and_inscribed_ellipse_agree(box: Box) -> None:
+    np.testing.assert_allclose(Ellipse.from_box(box).box, box, atol=1e-9)
+
+
+def test_a_box_covers_its_pixels() -> None:
+    ellipse = Ellipse.from_box((10, 20, 5, 3))  # columns 10 to 14, rows 20 to 22
+    assert (ellipse.x, ellipse.y, ellipse.a, ellipse.b) == (12, 21, 2.5, 1.5)
+
+
+@given(ellipses)
+def test_box_is_the_tightest_around_the_outline(ellipse: Ellipse) -> None:
+    outline = ellipse.polygon(20000)
+    box = ellipse.box
+    low = outline.min(axis=0) + 0.5
+    size = np.ptp(outline, axis=0)
+    scale = max(ellipse.a, ellipse.b)
+    np.testing.assert_allclose([box.x, box.y], low, atol=1e-6 * scale)
+    np.testing.assert_allclose([box.width, box.height], size, atol=1e-6 * scale)
+
+
+@given(ellipses)
+def test_outline_lies_on_the_ellipse(ellipse: Ellipse) -> None:
+    x, y = (ellipse.polygon() - [ellipse.x, ellipse.y]).T
+    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+    u, v = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
+    np.testing.assert_allclose(u * u + v * v, 1, atol=1e-6)
+
+
+def test_angles_run_from_x_towards_y() -> None:
+    first = Ellipse(0, 0, 10, 1, math.pi / 2).polygon(4)[0]
+    np.testing.assert_allclose(first, [0, 10], atol=1e-12)
+    box = Ellipse(0, 0, 10, 1, math.pi / 6).polygon()
+    assert np.cov(box.T)[0, 1] > 0  # to the right and down
+
+
+@given(ellipses)
+def test_area_is_the_outline_polygon_s(ellipse: Ellipse) -> None:
+    x, y = (ellipse.polygon(2000) - [ellipse.x, ellipse.y]).T
+    shoelace = abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) / 2
+    assert ellipse.area == pytest.approx(shoelace, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        Box(4, 5, 10, 6),
+        (4, 5, 10, 6),
+        [4, 5, 10, 6],
+        np.array([4, 5, 10, 6]),
+        np.array([4, 5, 10, 6], np.float32),
+        Ellipse(8.5, 7.5, 5, 3),
+        (8.5, 7.5, 5, 3, 0),
+    ],
+)
+def test_every_form_of_a_region(region: Any) -> None:
+    assert as_ellipse(region) == Ellipse(8.5, 7.5, 5, 3, 0)
+
+
+@pytest.mark.parametrize(
+    ("region", "message"),
+    [
+        ((1, 2), "has 4 numbers"),
+        ((1, 2, 3, 4, 5, 6), "got 6"),
+        ((), "got 0"),
+        ((1, 2, 0, 4), "has no area"),
+        ((1, 2, 3, -4), "has no area"),
+        ((1, 2, math.nan, 4), "not finite"),
+        ((math.inf, 2, 3, 4), "not finite"),
+        ((1, 2, 3, 4, math.nan), "not finite"),
+        ("1,2,3,4", "A region is"),
+        (None, "A region is"),
+        (("a", 1, 2, 3), "A region is"),
+        (7, "A region is"),
+        (np.zeros((4, 4)), "A region is"),
+    ],
+)
+def test_no_regions(region: Any, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        as_ellipse(region)
+
+
+@pytest.mark.parametrize(
+    ("region", "message"),
+    [
+        ((200, 10, 10, 10), "center outside the frame of 100x80"),
+        ((-30, 10, 10, 10), "center outside"),
+        ((10, 90, 10, 10), "center outside"),
+        ((0, 0, 101, 20), "larger than the frame"),
+        ((0, 0, 20, 81), "larger than the frame"),
+        ((10, 10, 1, 20), "less than two pixels"),
+        ((10, 10, 20, 1.9), "less than two pixels"),
+        ((50, 40, 0.5, 5, 1.0), "less than two pixels"),
+    ],
+)
+def test_regions_that_do_not_fit(region: tuple[float, ...], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        region_within(region, 100, 80)
+
+
+@pytest.mark.parametrize(
+    "region", [(0, 0, 100, 80), (-8, -8, 20, 20), (95, 75, 10, 10), (5, 5, 2, 2), (-1, -1, 2, 2)]
+)
+def test_regions_that_fit(region: tuple[float, ...]) -> None:
+    assert region_within(region, 100, 80) == Ellipse.from_box(region)
+
+
+whole = st.tuples(st.integers(0, 12), st.integers(0, 12), st.integers(0, 9), st.integers(0, 9))
+
+
+@given(whole, whole)
+def test_overlap_counts_pixels(
+    first: tuple[int, int, int, int], second: tuple[int, int, int, int]
+) -> None:
+    masks = np.zeros((2, 24, 24), bool)
+    for mask, (x, y, w, h) in zip(masks, (first, second), strict=True):
+        mask[y : y + h, x : x + w] = True
+    union = (masks[0] | masks[1]).sum()
+    expected = (masks[0] & masks[1]).sum() / union if union else 0
+    assert float(iou(first, second)) == pytest.approx(expected)
+
+
+@given(boxes, boxes)
+def test_overlap_is_symmetric_and_bounded(first: Box, second: Box) -> None:
+    value = float(iou(first, second))
+    assert 0 <= value <= 1 + 1e-9
+    assert value == float(iou(second, first))
+    assert float(iou(first, first)) == pytest.approx(1)
+
+
+def test_overlap_broadcasts() -> None:
+    rows = np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1]])
+    np.testing.assert_allclose(iou(rows, (0, 0, 4, 4)), [1, 1 / 3, 0])
+    assert iou(rows[:, None], rows[None]).shape == (3, 3)
+
+
+def test_a_region_of_numbers_beyond_all_floats() -> None:
+    with pytest.raises(ConfigError, match="A region is x,y,width,height"):
+        as_ellipse([10**400, 0, 5, 5])

@@ -1,0 +1,253 @@
+"""Signals that ask to end: each ends a run as Ctrl-C does, and none shows a traceback."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable, Iterator
+from fcntl import ioctl
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motes import open_source
+from motes.core import interrupts
+from motes.core.interrupts import SIGNALS, Interrupt, check, raised, undisturbed
+from motes.evaluation import synthetic
+from motes.video.writer import VideoWriter
+
+PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+FRAMES = 3000
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    """Return a video that takes long enough, and the box of its target."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    clip = synthetic.still((160, 120), target=(30, 40), frames=20)
+    pictures = [frame.pixels for frame, _ in clip]
+    with VideoWriter(path, 25) as writer:
+        for index in range(FRAMES):
+            writer.write(pictures[index % 20])
+    box = clip[0][1][0].ellipse.box
+    return str(path), ",".join(f"{value:.1f}" for value in box)
+
+
+@contextlib.contextmanager
+def started(*arguments: object, **streams: Any) -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [*PROGRAM, *map(str, arguments)],
+        stderr=streams.pop("stderr", subprocess.PIPE),
+        text=True,
+        **streams,
+    )
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def wait_for(process: subprocess.Popen[str], done: Callable[[], bool]) -> None:
+    end = time.monotonic() + 120
+    while not done():
+        assert process.poll() is None
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.005)
+
+
+def wait_for_rows(process: subprocess.Popen[str], path: Path) -> None:
+    wait_for(process, lambda: path.exists() and path.read_bytes().count(b"\n") > 5)
+
+
+# Whole programs
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_track_ends_as_with_ctrl_c(
+    film: tuple[str, str], tmp_path: Path, number: signal.Signals
+) -> None:
+    rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
+    line = ["track", film[0], "--init", film[1], "-o", rows, "--overlay", overlay]
+    with started(*line) as process:
+        wait_for_rows(process, rows)
+        process.send_signal(number)
+        process.send_signal(number)  # as `timeout` does, and a shell whose terminal is closed
+        _, error = process.communicate()
+    assert process.returncode == 128 + number
+    assert error.splitlines()[-1].startswith("motes: terminated after ")
+    assert "Traceback" not in error
+    with open_source(overlay) as drawn:
+        assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
+
+
+def test_several_objects_and_their_document(film: tuple[str, str], tmp_path: Path) -> None:
+    document, events = tmp_path / "o.json", tmp_path / "e.jsonl"
+    overlay = tmp_path / "o.mkv"
+    line = ["watch", film[0], "-o", document, "--events", events, "--overlay", overlay]
+    with started(*line, "--detector", "gaussian") as process:
+        wait_for(process, lambda: any(f.stat().st_size for f in tmp_path.glob("o.mkv.partial-*")))
+        process.send_signal(signal.SIGTERM)
+        _, error = process.communicate()
+    assert process.returncode == 143, error
+    assert "terminated after" in error
+    assert json.loads(document.read_text())["images"]
+    assert overlay.exists()
+
+
+def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
+    """Nobody reads what is said then, and to say it fails."""
+    rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
+    ours, theirs = pty.openpty()
+    with started(
+        *["track", film[0], "--init", film[1], "-o", rows, "--overlay", overlay],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+        preexec_fn=lambda: ioctl(0, termios.TIOCSCTTY, 0),
+    ) as process:
+        os.close(theirs)
+        wait_for_rows(process, rows)
+        os.close(ours)
+        process.communicate(timeout=60)
+    assert process.returncode == 129
+    with open_source(overlay) as drawn:
+        assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
+
+
+def test_demo_finishes_what_there_is(tmp_path: Path) -> None:
+    with started("demo", "--out", tmp_path / "demo", stdout=subprocess.PIPE) as process:
+        wait_for_rows(process, tmp_path / "demo" / "default.csv")
+        process.send_signal(signal.SIGTERM)
+        out, error = process.communicate()
+    assert process.returncode == 143, error
+    assert "Mean overlap" in out
+    count = int(error.split("terminated after ")[1].split()[0])
+    assert 5 <= count < 300
+    with open_source(tmp_path / "demo" / "track.mp4") as drawn:
+        assert len(list(drawn)) == count
+    assert (tmp_path / "demo" / "truth.csv").read_text().count("\n") == count + 1
+
+
+def test_a_sighup_that_nohup_ignores_stays_ignored(film: tuple[str, str], tmp_path: Path) -> None:
+    rows = tmp_path / "r.csv"
+    with started(
+        *["track", film[0], "--init", film[1], "-o", rows, "--end", "60"],
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN),
+    ) as process:
+        wait_for_rows(process, rows)
+        process.send_signal(signal.SIGHUP)
+        process.communicate()
+    assert (process.returncode, rows.read_bytes().count(b"\n")) == (0, 61)
+
+
+# Within this process
+
+
+def send(number: int = signal.SIGINT) -> None:
+    os.kill(os.getpid(), number)
+    time.sleep(0)  # the handler runs at the latest here
+
+
+def call_and_wait(call: Callable[[], object]) -> None:
+    """Call a function, and wait until an interrupt is raised; return if none is."""
+    with raised():
+        call()
+        end = time.monotonic() + 30
+        while time.monotonic() < end:
+            time.sleep(0.001)
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_each_signal_says_which_it_was(number: int) -> None:
+    before = [signal.getsignal(each) for each in SIGNALS]
+    with pytest.raises(Interrupt) as caught, raised():
+        send(number)
+    assert interrupts.code(caught.value) == 128 + number
+    by_hand = number == signal.SIGINT
+    assert interrupts.word(caught.value) == f"{'interrupted' if by_hand else 'terminated'} after "
+    assert [signal.getsignal(each) for each in SIGNALS] == before
+
+
+def test_interrupts_wait_for_what_must_be_whole() -> None:
+    done = []
+
+    def work() -> None:
+        with raised(), undisturbed():
+            with undisturbed():
+                send()
+                done.append("inner")
+            done.append("outer")
+
+    with pytest.raises(Interrupt):
+        work()
+    assert done == ["inner", "outer"]
+
+
+def test_only_ctrl_c_cuts_the_end_short() -> None:
+    with raised():
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGINT):
+            with pytest.raises(Interrupt):
+                send(number)
+        send(signal.SIGTERM)
+        send(signal.SIGHUP)
+
+
+def test_an_interrupt_that_python_drops_comes_again() -> None:
+    """What is raised in a destructor, Python only prints."""
+
+    class Fragile:
+        def __del__(self) -> None:
+            send(signal.SIGTERM)
+
+    with pytest.raises(Interrupt) as caught:
+        call_and_wait(Fragile)
+    assert caught.value.number == signal.SIGTERM
+
+
+def test_an_interrupt_that_a_library_catches_is_raised_again() -> None:
+    with raised():
+        check()
+        with contextlib.suppress(BaseException):
+            send(signal.SIGTERM)
+        with pytest.raises(Interrupt, match="15"):
+            check()
+
+
+@pytest.mark.parametrize("module", ["llvmlite.binding.ffi", "importlib._bootstrap"])
+def test_nothing_is_raised_in_compiler_and_imports(module: str) -> None:
+    """A callback's exception is lost, and some libraries make another one of an import's."""
+    done: list[str] = []
+    scope: dict[str, Any] = {"__name__": module, "send": send, "done": done}
+    exec("def call():\n    send()\n    done.append('whole')", scope)
+    with pytest.raises(Interrupt):
+        call_and_wait(scope["call"])
+    assert done == ["whole"]
+
+
+def test_a_program_that_is_imported_hears_signals(tmp_path: Path) -> None:
+    """Only imports that have begun since count."""
+    scope: dict[str, Any] = {"__name__": "importlib._bootstrap", "raised": raised, "send": send}
+    exec("def call():\n    with raised():\n        send()\n        return 'unheard'", scope)
+    with pytest.raises(Interrupt):
+        scope["call"]()
+
+
+def test_ignored_signals_stay_ignored() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with raised():
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+            send()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)

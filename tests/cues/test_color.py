@@ -1,0 +1,406 @@
+"""Color histograms and distances (Nummiaro et al., section III) against plain second ones."""
+
+from __future__ import annotations
+
+import colorsys
+import math
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.frame import as_rgb
+from motes.core.geometry import Ellipse
+from motes.cues.color import Color, ColorModel
+from motes.cues.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Profile, sunflower
+from oracles import (
+    Bins,
+    between_pixels,
+    bhattacharyya,
+    bin_image,
+    bin_of,
+    every_pixel,
+    frame,
+    mosaic,
+    on_lattice,
+    radii,
+)
+
+Floats = NDArray[np.float64]
+Space = Literal["rgb", "hsv", "hsv+v"]
+RGB8: Bins = (8, 8, 8)
+HSV8: Bins = (8, 8, 4)
+
+spaces = st.sampled_from(
+    [("rgb", RGB8), ("hsv", HSV8), ("rgb", (3, 5, 1)), ("hsv", (10, 7, 6)), ("hsv+v", RGB8)]
+)
+profiles = st.sampled_from(["radial", "epanechnikov", "uniform", "gaussian"])
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 24), st.integers(1, 24))
+regions = st.builds(
+    Ellipse,
+    st.floats(-15, 40),
+    st.floats(-15, 40),
+    st.one_of(st.floats(0.3, 12), st.floats(12, 400)),
+    st.one_of(st.floats(0.3, 12), st.floats(12, 400)),
+    st.floats(-4, 4),
+)
+
+
+def on_a_border(shape: Any, ellipse: Ellipse) -> bool:
+    """Tell whether a pixel lies so near the ellipse that rounding decides whether it counts."""
+    return bool((np.abs(radii(shape, ellipse)[1] - 1) < 1e-9).any())
+
+
+# Bins
+
+
+@pytest.mark.parametrize("bins", [(8, 8, 4), (10, 10, 10), (7, 13, 61), (64, 64, 64)])
+def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
+    """Quotients in single precision against whole numbers, over a grid of 700,000 colors."""
+    levels = np.append(np.arange(0, 255, 3), [127, 254, 255])
+    r, g, b = (part.ravel() for part in np.meshgrid(levels, levels, levels))
+    found = (r + 256 * g + 65536 * b).astype(np.uint32)
+    kernels.color.to_bins(found, found.size, kernels.color.HSV, *bins)
+    high = np.maximum(np.maximum(r, g), b)
+    spread = high - np.minimum(np.minimum(r, g), b)
+    hue = np.select(
+        [spread == 0, (high == r) & (g >= b), high == r, high == g],
+        [0 * r, g - b, 6 * spread + g - b, 2 * spread + b - r],
+        4 * spread + r - g,
+    )
+    i0 = hue * bins[0] // np.maximum(6 * spread, 1)
+    i1 = np.minimum(spread * bins[1] // np.maximum(high, 1), bins[1] - 1)
+    expected = (i0 * bins[1] + i1) * bins[2] + (high * bins[2] >> 8)
+    np.testing.assert_array_equal(found, expected)
+
+
+def bins_of(colors: Any, space: Space, bins: Bins) -> NDArray[np.intp]:
+    """Return the bin of each color (n, 3): where a region of that one pixel has all its weight."""
+    row = frame(np.array(colors, np.uint8)[None])
+    pixels = np.zeros((row.width, 5))
+    pixels[:, 0], pixels[:, 2:4] = np.arange(row.width), 0.5
+    histograms = Color(space=space, bins=bins, sampling=EveryPixel()).histograms(row, pixels)
+    assert (histograms.max(axis=1) == 1).all()
+    numbers: NDArray[np.intp] = histograms.argmax(axis=1)
+    return numbers
+
+
+@pytest.mark.parametrize(
+    ("space", "bins"),
+    [("rgb", RGB8), ("hsv", HSV8), ("hsv", (10, 7, 6)), ("hsv+v", RGB8), ("hsv+v", (5, 3, 9))],
+)
+def test_every_bin_of_a_coarse_color_cube(space: Space, bins: Bins) -> None:
+    values = sorted({0, 255, *range(0, 256, 23), *(v + d for v in (64, 128, 192) for d in (-1, 0))})
+    cube = np.array(np.meshgrid(values, values, values)).reshape(3, -1).T
+    expected = [bin_of(*map(int, color), space, bins) for color in cube]
+    np.testing.assert_array_equal(bins_of(cube, space, bins), expected)
+
+
+colors = st.lists(st.tuples(*[st.integers(0, 255)] * 3), min_size=1, max_size=30)
+counts = st.tuples(*[st.integers(1, 64)] * 3)
+
+
+@given(colors, counts, st.sampled_from(["rgb", "hsv", "hsv+v"]))
+def test_bins_are_exact(colors: list[tuple[int, int, int]], bins: Bins, space: Any) -> None:
+    expected = [bin_of(*color, space, bins) for color in colors]
+    np.testing.assert_array_equal(bins_of(colors, space, bins), expected)
+
+
+@given(colors)
+def test_hsv_is_the_standard_library_s(colors: list[tuple[int, int, int]]) -> None:
+    for color, found in zip(colors, bins_of(colors, "hsv", HSV8), strict=True):
+        h, s, v = colorsys.rgb_to_hsv(*(c / 255 for c in color))
+        # A small step down and up: at a border between bins, either may be meant.
+        near = {
+            (int((h + dh) % 1 * 8) * 8 + min(int(max(s + ds, 0) * 8), 7)) * 4 + int(v * 255 / 64)
+            for dh in (-1e-9, 0, 1e-9)
+            for ds in (-1e-9, 0, 1e-9)
+        }
+        assert found in near
+
+
+@pytest.mark.parametrize(
+    ("color", "number"),
+    [
+        ((255, 0, 0), 7),  # hue 0, saturation 1
+        ((0, 255, 0), 2 * 8 + 7),
+        ((52, 0, 0), 7),
+        ((51, 0, 0), 64 + 1),  # a value of 0.2 is not above it
+        ((255, 229, 229), 0),  # a saturation of 26 / 255
+        ((250, 225, 225), 64 + 7),  # and of exactly 0.1
+        ((0, 0, 0), 64),
+        ((128, 128, 128), 64 + 4),
+        ((255, 255, 255), 64 + 7),
+    ],
+)
+def test_a_pixel_has_color_or_value(color: tuple[int, int, int], number: int) -> None:
+    """Zhao and Pei, section 2.1: 8 x 8 + 8 bins, none of which holds two kinds of pixels."""
+    assert Color(space="hsv+v", bins=RGB8).size == 72
+    assert bins_of([color], "hsv+v", RGB8) == [number]
+
+
+def test_pixels_do_not_wrap() -> None:
+    """255 // 32 * 64 does not fit in a byte."""
+    white = frame(np.full((9, 9, 3), 255, np.uint8))
+    histogram = Color().histograms(white, np.array([[4, 4, 3, 3, 0.0]]))[0]
+    assert histogram[511] == 1
+
+
+# Histograms
+
+
+@given(pictures, regions, spaces, profiles)
+@example(mosaic(1, 20, 20), Ellipse(10, 10, 5, 5, 0.0), ("rgb", RGB8), "radial")
+@example(mosaic(1, 20, 20), Ellipse(10, 10, 5, 3, 0.0), ("hsv", HSV8), "radial")
+@example(mosaic(1, 20, 20), Ellipse(0, 0, 6, 2, 0.0), ("hsv", HSV8), "epanechnikov")
+@example(mosaic(1, 20, 20), Ellipse(19, 19, 500, 500, 0.3), ("rgb", RGB8), "radial")
+@example(mosaic(1, 20, 20), Ellipse(40, 10, 5, 5, 0.3), ("rgb", RGB8), "radial")
+def test_every_pixel(pixels: Any, ellipse: Ellipse, space: Any, profile: Any) -> None:
+    """Equations 2 to 4."""
+    assume(ellipse.theta == 0 or not on_a_border(pixels.shape, ellipse))
+    cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=EveryPixel())
+    found = cue.histograms(frame(pixels), np.array([ellipse]))[0]
+    expected = every_pixel(pixels, ellipse, space[0], space[1], profile)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert found.sum() == pytest.approx(1) or not found.any()
+
+
+@given(pictures, regions, spaces, profiles, st.sampled_from(["half", "quarter"]))
+@example(mosaic(1, 20, 20), Ellipse(10, 10, 5, 5, 0.0), ("rgb", RGB8), "radial", "half")
+@example(mosaic(1, 20, 20), Ellipse(9, 10, 5, 3, 0.0), ("hsv", HSV8), "radial", "quarter")
+@example(mosaic(1, 20, 20), Ellipse(19, 19, 500, 500, 0.3), ("rgb", RGB8), "radial", "half")
+@example(mosaic(1, 20, 20), Ellipse(7, 7, 0.5, 0.5, 0.0), ("rgb", RGB8), "radial", "quarter")
+def test_checkerboards(pixels: Any, ellipse: Ellipse, space: Any, profile: Any, share: Any) -> None:
+    """Ng and Delp, figure 2: the pixels are the image's, wherever the ellipse."""
+    assume(ellipse.theta == 0 or not on_a_border(pixels.shape, ellipse))
+    sampling = Checkerboard(share=share)
+    cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=sampling)
+    found = cue.histograms(frame(pixels), np.array([ellipse]))[0]
+    expected = every_pixel(pixels, ellipse, space[0], space[1], profile, share)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_checkerboards_are_near_every_pixel_in_a_smooth_picture() -> None:
+    """Ng and Delp, table 1: neighbors are alike, so that a part of them says as much."""
+    smooth = np.indices((80, 90)).sum(axis=0)
+    pixels = np.stack([smooth, 255 - smooth, smooth // 2], axis=2).astype(np.uint8)
+    ellipse = Ellipse(44.2, 41.7, 30, 22, 0.3)
+    cue = Color(space="hsv", bins=HSV8, kernel="epanechnikov", sampling=EveryPixel())
+    model = cue.learn(frame(pixels), ellipse)
+    half, quarter = (
+        Color(
+            space="hsv", bins=HSV8, kernel="epanechnikov", sampling=Checkerboard(share=share)
+        ).distances(model, frame(pixels), np.array([ellipse]))[0]
+        for share in ("half", "quarter")
+    )
+    assert 0 < half < quarter < 0.03
+
+
+@given(pictures, regions, spaces, profiles, st.sampled_from([8, 64, 256]))
+@example(mosaic(1, 20, 20), Ellipse(-0.5, -0.5, 9, 4, 0.0), ("rgb", RGB8), "radial", 256)
+@example(mosaic(1, 20, 20), Ellipse(19.5, 19.5, 9, 4, 0.5), ("rgb", RGB8), "radial", 256)
+@example(mosaic(1, 20, 20), Ellipse(90, 10, 9, 4, 0.5), ("rgb", RGB8), "radial", 256)
+def test_lattice(pixels: Any, ellipse: Ellipse, space: Any, profile: Any, points: int) -> None:
+    lattice = sunflower(points)
+    assume(not between_pixels(ellipse, lattice))
+    cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=Lattice(points=points))
+    found = cue.histograms(frame(pixels), np.array([ellipse]))[0]
+    expected = on_lattice(pixels, ellipse, lattice, space[0], space[1], profile)
+    np.testing.assert_allclose(found, expected, atol=1e-6)  # weights are single precision
+
+
+def test_the_kernel_is_equation_2() -> None:
+    """One marked pixel at distance r has 1 - r^2 / (a^2 + b^2) of the region's weight."""
+    ellipse = Ellipse(15, 15, 9.5, 6.5)
+    own = radii((31, 31), ellipse)[1]
+    rows, columns = np.nonzero(own < 1)
+    squares = ((columns - 15) ** 2 + (rows - 15) ** 2) / (9.5**2 + 6.5**2)
+    for x, y in [(15, 15), (20, 15), (15, 20), (24, 15), (18, 11)]:
+        pixels = np.zeros((31, 31, 3), np.uint8)
+        pixels[y, x] = 255
+        cue = Color(sampling=EveryPixel())
+        share = cue.histograms(frame(pixels), np.array([ellipse]))[0, 511]
+        r2 = ((x - 15) ** 2 + (y - 15) ** 2) / (9.5**2 + 6.5**2)
+        assert share == pytest.approx((1 - r2) / (1 - squares).sum())
+
+
+def test_outside_the_frame_there_is_nothing() -> None:
+    picture = frame(mosaic(0, 12, 12))
+    away = np.array([[40, 5, 3, 3, 0.0], [-9, 5, 3, 3, 0.2], [5, -9, 3, 3, 0], [5, 99, 3, 3, 0]])
+    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
+        cue = Color(sampling=sampling)
+        model = cue.learn(picture, Ellipse(6, 6, 4, 4))
+        assert not cue.histograms(picture, away).any()
+        np.testing.assert_array_equal(cue.distances(model, picture, away), 1)
+
+
+def test_a_nan_ellipse_sees_nothing() -> None:
+    picture = frame(mosaic(0, 12, 12))
+    cue = Color()
+    model = cue.learn(picture, Ellipse(6, 6, 4, 4))
+    assert cue.distances(model, picture, np.full((1, 5), np.nan))[0] == 1
+
+
+@pytest.mark.parametrize("profile", ["radial", "epanechnikov", "uniform", "gaussian"])
+def test_more_points_approach_every_pixel(profile: Profile) -> None:
+    smooth = np.indices((200, 200)).sum(axis=0)
+    pixels = np.stack([smooth // 2, 255 - smooth // 2, smooth // 3], axis=2).astype(np.uint8)
+    ellipse = np.array([[97.3, 104.1, 80, 52, 0.6]])
+    whole = Color(kernel=profile, sampling=EveryPixel()).histograms(frame(pixels), ellipse)
+    errors = []
+    for points in (32, 512, 8192):
+        cue = Color(kernel=profile, sampling=Lattice(points=points))
+        errors.append(np.abs(cue.histograms(frame(pixels), ellipse) - whole).sum())
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+    assert errors[2] < 0.01
+
+
+@given(st.integers(8, 3000))
+def test_lattice_points_cover_the_disk_evenly(points: int) -> None:
+    lattice = sunflower(points)
+    assert lattice.shape == (2, points)
+    r = np.sort(np.hypot(*lattice))
+    assert r[-1] < 1
+    # As many points as area within every radius, to one half.
+    np.testing.assert_allclose(r**2 * points, np.arange(points) + 0.5, atol=1e-3)
+    assert np.abs(lattice.mean(axis=1)).max() < 2 / math.sqrt(points)
+
+
+def test_strided_and_read_only_images() -> None:
+    pixels = mosaic(4, 40, 60)
+    ellipse = np.array([[14.2, 9.1, 8, 5, 0.4]])
+    flipped, frozen = pixels[::-2, ::2], pixels[::-2, ::2].copy()
+    frozen.flags.writeable = False
+    for sampling in (Lattice(), EveryPixel(), Checkerboard()):
+        cue = Color(space="hsv", bins=HSV8, sampling=sampling)
+        expected = cue.histograms(frame(pixels[::-2, ::2].copy()), ellipse)
+        for image in (flipped, frozen, np.asfortranarray(flipped)):
+            np.testing.assert_array_equal(cue.histograms(frame(as_rgb(image)), ellipse), expected)
+
+
+def test_turning_the_picture_turns_nothing_else() -> None:
+    pixels = mosaic(5, 31, 31)
+    cue = Color(sampling=EveryPixel())
+    upright = cue.histograms(frame(pixels), np.array([[13, 17, 9.2, 4.3, 0.3]]))
+    # A quarter turn to the left takes (x, y) to (y, 30 - x), and the angle with it.
+    turned = np.rot90(pixels).copy()
+    left = cue.histograms(frame(turned), np.array([[17, 30 - 13, 9.2, 4.3, 0.3 - math.pi / 2]]))
+    np.testing.assert_allclose(upright, left, atol=1e-12)
+
+
+# Distances
+
+
+@given(pictures, st.lists(regions, min_size=1, max_size=4), regions, spaces, profiles)
+@settings(max_examples=60)
+def test_distances(
+    pixels: Any, candidates: list[Ellipse], target: Ellipse, space: Any, profile: Any
+) -> None:
+    """Equations 6 and 7 over all bins, though the kernel sums over occupied ones only."""
+    picture = frame(pixels)
+    for sampling in (EveryPixel(), Checkerboard(), Lattice(points=64)):
+        cue = Color(space=space[0], bins=space[1], kernel=profile, sampling=sampling)
+        model = cue.learn(picture, target)
+        found = cue.distances(model, picture, np.array(candidates))
+        histograms = cue.histograms(picture, np.array(candidates))
+        # Near 0 the distance is the root of what rounding leaves of 1 - rho.
+        expected = [bhattacharyya(p, model.histogram) for p in histograms]
+        np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
+        assert ((found >= 0) & (found <= 1)).all()
+
+
+@pytest.mark.parametrize(
+    ("p", "q", "rho"),
+    [([1, 0], [1, 0], 1), ([1, 0], [0, 1], 0), ([0.5, 0.5], [1, 0], 0.5**0.5)],
+)
+def test_distance_worked_by_hand(p: list[float], q: list[float], rho: float) -> None:
+    cue = Color(bins=(2, 1, 1), kernel="epanechnikov", sampling=EveryPixel())
+    pixels = np.zeros((1, 2, 3), np.uint8)
+    pixels[0, 1] = 255
+    if p == [1, 0]:
+        pixels[:] = 0
+    model = ColorModel(np.array(q, float), np.array(q, float))
+    found = cue.distances(model, frame(pixels), np.array([[0.5, 0, 2, 2, 0.0]]))[0]
+    assert found == pytest.approx(math.sqrt(1 - rho), abs=1e-7)
+
+
+def test_a_region_is_at_no_distance_from_itself() -> None:
+    picture, ellipse = frame(mosaic(6, 50, 50)), Ellipse(20, 30, 9, 6, 0.4)
+    for sampling in (Lattice(points=DENSE), EveryPixel(), Checkerboard()):
+        cue = Color(sampling=sampling)
+        model = cue.learn(picture, ellipse)
+        assert cue.distances(model, picture, np.array([ellipse]))[0] < 1e-7
+        assert model.histogram.sum() == pytest.approx(1)
+
+
+def test_a_model_is_nearer_to_every_pixel_than_a_reading() -> None:
+    """A lattice's own error is in the candidates only."""
+    picture, where = frame(mosaic(6, 90, 90)), Ellipse(40, 45, 37, 26, 0.4)
+    cue, region = Color(), np.array([where])
+    exact = Color(sampling=EveryPixel()).histograms(picture, region)[0]
+    of_model = np.abs(cue.learn(picture, where).histogram - exact).sum()
+    of_reading = np.abs(cue.histograms(picture, region)[0] - exact).sum()
+    assert of_model < of_reading / 2
+
+
+def test_compact_bins() -> None:
+    model = ColorModel(np.array([0, 0.25, 0, 0.75]), np.zeros(4))
+    np.testing.assert_array_equal(model.slots, [2, 0, 2, 1])
+    np.testing.assert_allclose(model.roots, [0.5, 0.75**0.5])
+
+
+# Adaptation
+
+
+def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
+    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
+    ellipse = Ellipse(14, 15, 8, 6, 0.2)
+    cue = Color(sampling=EveryPixel())
+    model = cue.learn(before, ellipse)
+    for picture in (before, after):
+        expected = every_pixel(picture.pixels, ellipse, "rgb", RGB8, "radial")
+        np.testing.assert_allclose(cue.observe(model, picture, ellipse), expected, atol=1e-12)
+    np.testing.assert_array_equal(model.anchor, model.histogram)
+    assert not cue.observe(model, after, ellipse._replace(x=200.0)).any()
+
+
+# Mean shift
+
+
+@given(st.integers(0, 50), regions)
+@example(3, Ellipse(12, 12, 7, 5, 0.0))
+@settings(max_examples=60)
+def test_the_mean_shift_vector(seed: int, ellipse: Ellipse) -> None:
+    """Comaniciu et al. 2000, equations 10 and 11, pixel by pixel."""
+    picture, past = frame(mosaic(seed, 24, 24)), frame(mosaic(seed, 24, 24)[::-1].copy())
+    assume(ellipse.theta == 0 or not on_a_border((24, 24), ellipse))
+    cue = Color(kernel="epanechnikov", sampling=EveryPixel())
+    model = cue.learn(past, Ellipse(11, 13, 8, 5, 0.3))
+    p = every_pixel(picture.pixels, ellipse, "rgb", RGB8, "epanechnikov")
+    bins = bin_image(picture.pixels, "rgb", RGB8)
+    inside = radii((24, 24), ellipse)[1] < 1
+    total, x, y = 0.0, 0.0, 0.0
+    for row, column in zip(*np.nonzero(inside), strict=True):
+        u = bins[row, column]
+        weight = math.sqrt(model.histogram[u] / p[u]) if p[u] > 0 else 0.0
+        total, x, y = total + weight, x + weight * column, y + weight * row
+    expected = (x / total, y / total) if total > 0 else (ellipse.x, ellipse.y)
+    np.testing.assert_allclose(cue.shift(model, picture, ellipse), expected, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        (10, 10, 1e5, 1e5, 0), (10, 10, 1e9, 5, 0.3), (1e9, 3, 1e9, 4, 0), (5, 5, 1e18, 1e18, 0.2),
+        (-3e9, 3, 3e9 + 20, 4, 0), (5, 5, 1e200, 1, 0), (1e300, 5, 8, 8, 0), (9, np.inf, 8, 8, 0),
+    ],
+)  # fmt: skip
+def test_absurd_ellipses_read_nothing_that_is_not_there(values: tuple[float, ...]) -> None:
+    pixels = mosaic(4, 48, 64)
+    for cue in (Color(), Color(space="hsv", bins=HSV8, kernel="uniform")):
+        total = cue.histograms(frame(pixels), np.array([values], float)).sum()
+        assert total == 0 or total == pytest.approx(1)

@@ -1,0 +1,423 @@
+"""The cues that the default tracker learns: a correlation filter, a posterior, sizes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, iou
+from motes.cues.color_posterior import CORE, Posterior, borders, contrast, means
+from motes.cues.correlation_filter import FINE, Correlation, CorrelationModel, at, best_near
+from motes.cues.fourier_ridge import Spectra
+from motes.cues.scale_filter import Sizes
+from motes.cues.search_window import (
+    CELL,
+    FINEST,
+    LARGER,
+    SAMPLES,
+    TURN,
+    WIDEST,
+    cut,
+    features,
+    grid,
+    sectors,
+)
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS, configure, preset
+from motes.sot.tracker import Tracker
+from oracles import mosaic, region, scene
+
+Floats = NDArray[np.float64]
+TARGET = Ellipse(90.0, 70.0, 20.0, 14.0)
+
+
+def textured(shift: tuple[float, float] = (0.0, 0.0), zoom: float = 1.0) -> Frame:
+    """Return 200x150 pixels of smooth waves, moved, and enlarged around the target's center."""
+    y, x = np.mgrid[:150, :200].astype(np.float64)
+    x, y = (x - shift[0] - TARGET.x) / zoom, (y - shift[1] - TARGET.y) / zoom
+    rng = np.random.default_rng(3)
+    image = np.zeros((150, 200, 3))
+    for _ in range(30):
+        angle, length, phase = rng.uniform(0, np.pi), rng.uniform(8, 40), rng.uniform(0, 6.28)
+        wave = np.sin((x * np.cos(angle) + y * np.sin(angle)) * 2 * np.pi / length + phase)
+        image += wave[:, :, None] * rng.uniform(-12, 12, 3)
+    return Frame(0, 0.0, np.clip(image + 128, 0, 255).astype(np.uint8))
+
+
+def patch(color: tuple[int, int, int] = (200, 30, 30)) -> Frame:
+    """Return a picture of another color with the target's box in `color`."""
+    pixels = np.full((150, 200, 3), (40, 90, 160), np.uint8)
+    pixels[56:84, 70:110] = color
+    return Frame(0, 0.0, pixels)
+
+
+def seen(model: CorrelationModel, frame: Frame) -> Spectra:
+    """Return what a filter reads of the window around the target."""
+    return Correlation().spectra(model.grid, model.grid.cut(frame, TARGET))
+
+
+# The window
+
+
+def test_a_window_of_one_sample_a_pixel_is_the_picture() -> None:
+    pixels = mosaic(1, 60, 80)
+    out = np.empty((3, 20, 30), np.float32)
+    kernels.search_window.cut(pixels, (12.0, 7.0), (1.0, 0.0), (0.0, 1.0), out)
+    np.testing.assert_array_equal(out, np.moveaxis(pixels[7:27, 12:42], 2, 0))
+
+
+def test_a_window_of_many_pixels_a_sample_holds_their_means() -> None:
+    pixels = mosaic(2, 60, 80)
+    out = np.empty((3, 10, 12), np.float32)
+    kernels.search_window.cut(pixels, (10.5, 8.5), (2.0, 0.0), (0.0, 2.0), out)
+    blocks = pixels[8:28, 10:34].reshape(10, 2, 12, 2, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(out, np.moveaxis(blocks, 2, 0), rtol=1e-6)
+
+
+def test_a_window_between_pixels_is_bilinear_and_goes_on_outside() -> None:
+    x = np.tile(np.arange(40, dtype=np.uint8)[None, :, None] * 5, (30, 1, 3))
+    out = np.empty((3, 4, 60), np.float32)
+    kernels.search_window.cut(x, (-10.0, 3.0), (0.5, 0.0), (0.0, 0.5), out)
+    expected = np.clip(-10 + 0.5 * np.arange(60), 0, 39) * 5
+    np.testing.assert_allclose(out[0], np.tile(expected, (4, 1)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("step", [(0.6, 0.7), (1.2, 1.0), (2.2, 0.8), (3.6, 5.0)])
+@pytest.mark.parametrize("corner", [(10.31, 5.73), (-9.23, -4.13), (70.0, 50.0)])
+def test_an_upright_window_is_a_hardly_turned_one(
+    step: tuple[float, float], corner: tuple[float, float]
+) -> None:
+    y, x = np.mgrid[:60, :80]
+    pixels = np.stack([2 * x + y, 255 - 2 * x, 3 * y], axis=2).astype(np.uint8)
+    out, turned = np.empty((2, 3, 20, 24), np.float32)
+    kernels.search_window.cut(pixels, corner, (step[0], 0.0), (0.0, step[1]), out)
+    kernels.search_window.cut(pixels, corner, (step[0], 1e-9), (-1e-9, step[1]), turned)
+    # Where only one direction is finer than the pixels, a turned window is bilinear in both.
+    np.testing.assert_allclose(out, turned, atol=3.1 if min(step) < 1 < max(step) else 1e-3)
+
+
+def test_samples_around_a_turned_ellipse_are_those_of_the_picture_turned_back() -> None:
+    rng = np.random.default_rng(4)
+    pixels = rng.integers(0, 256, (41, 41, 3), np.uint8)
+    frame = Frame(0, 0.0, pixels)
+    upright = Ellipse(20.0, 20.0, 8.0, 8.0, 0.0)
+    quarter = cut(frame, upright._replace(theta=np.pi / 2), (1.0, 1.0), (15, 15))
+    # A quarter turn brings x to y: turned back, the picture's rows are its columns.
+    back = Frame(0, 0.0, np.ascontiguousarray(np.rot90(pixels)))
+    assert np.allclose(quarter, cut(back, upright, (1.0, 1.0), (15, 15)), atol=1e-3)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
+    pixels = np.zeros((150, 200, 3), np.uint8)
+    pixels[:, :, 0], pixels[:, :, 1] = np.arange(200), np.arange(150)[:, None]
+    place = TARGET._replace(theta=turn)
+    samples = grid(place.a, place.b)
+    window = samples.cut(Frame(0, 0.0, pixels), place)
+    column, row = samples.center
+    offsets = np.array([[0.5, 0.5], [10.5, -7.5], [-20.5, 12.5]])
+    at_samples = [window[:2, round(row + y), round(column + x)] for x, y in offsets.tolist()]
+    points = samples.points(place, offsets)
+    np.testing.assert_allclose(points, at_samples, atol=1e-3)
+    np.testing.assert_allclose(samples.offsets(place, points), offsets, atol=1e-9)
+
+
+def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
+    square, thin = grid(20, 20), grid(10, 60)
+    hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
+    np.testing.assert_allclose(square.taper, hann, atol=1e-6)
+    across = thin.taper[thin.rows // 2]
+    offsets = CELL * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
+    assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
+    assert (across == 0).any()
+    assert (thin.taper[:, thin.columns // 2] > 0).all()
+
+
+def test_windows_see_every_ellipse_near_their_middle() -> None:
+    rng = np.random.default_rng(4)
+    samples, place = grid(20, 14), TARGET._replace(theta=0.4)
+    ellipses = np.array(place) + rng.normal(0, 1, (300, 5)) * (60, 50, 4, 2, 0.6)
+    ellipses[:5, 4] += np.pi  # the same ellipses
+    seen = np.zeros(300, np.int64)
+    for window, mine in samples.around(place, ellipses):
+        seen[mine] += 1
+        across, down = samples.offsets(place._replace(x=window.x, y=window.y), ellipses[mine, :2]).T
+        assert (np.abs(across) <= samples.width / 2 + 1e-9).all()
+        assert (np.abs(down) <= samples.height / 2 + 1e-9).all()
+        assert (
+            np.abs(np.log(ellipses[mine, 2:4] / window[2:4])) <= np.log(LARGER) / 2 + 1e-9
+        ).all()
+        turned = (ellipses[mine, 4] - window.theta + np.pi / 2) % np.pi - np.pi / 2
+        assert (np.abs(turned) <= TURN / 2 + 1e-9).all()
+        assert abs(window.theta - place.theta) <= np.pi / 2 + TURN / 2
+    assert (seen == 1).all()
+
+
+def test_one_window_sees_who_is_near_the_last_place() -> None:
+    rng = np.random.default_rng(5)
+    ellipses = np.array(TARGET) + rng.uniform(-1, 1, (50, 5)) * (18, 12, 2, 1.5, 0.2)
+    ((window, mine),) = grid(20, 14).around(TARGET, ellipses)
+    assert window == pytest.approx(TARGET)
+    assert sorted(mine) == list(range(50))
+
+
+@pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
+def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
+    cells = grid(*half)
+    assert cells.rows * cells.columns * CELL**2 < 2 * SAMPLES**2
+    assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
+    wide, high = 2 * half[0] + sum(half), 2 * half[1] + sum(half)
+    assert cells.width / (cells.columns * CELL) == pytest.approx(2 * half[0] / wide)
+    assert cells.height / (cells.rows * CELL) == pytest.approx(2 * half[1] / high)
+
+
+def test_sectors_of_gradients() -> None:
+    for k in range(18):
+        dx, dy = 100 * np.cos(k * np.pi / 9), 100 * np.sin(k * np.pi / 9)
+        assert sectors()[256 + round(dy), 256 + round(dx)] == k
+
+
+@pytest.mark.parametrize("turn", range(18))
+def test_features_of_a_slope_are_its_sector(turn: int) -> None:
+    y, x = np.mgrid[:32, :32]
+    angle = turn * np.pi / 9
+    slope = 128 + 3 * (np.cos(angle) * (x - 16) + np.sin(angle) * (y - 16))
+    found = features(np.tile(slope, (3, 1, 1)).astype(np.float32))[:, 2:-2, 2:-2]
+    assert (found[:9].argmax(axis=0) == turn % 9).all()
+    assert (found[9:27].argmax(axis=0) == turn).all()
+    gray = slope.reshape(8, 4, 8, 4).mean((1, 3))[2:-2, 2:-2] / 255 - 0.5
+    np.testing.assert_allclose(found[27], gray, atol=1e-5)
+
+
+# The correlation filter
+
+
+def test_the_response_peaks_where_it_was_learned() -> None:
+    cue, frame = Correlation(), textured()
+    model = cue.learn(frame, TARGET)
+    plane, first = cue.responses(model, seen(model, frame))
+    assert np.unravel_index(plane.argmax(), plane.shape) == (
+        plane.shape[0] // 2,
+        plane.shape[1] // 2,
+    )
+    assert plane.max() == pytest.approx(1, abs=0.05)
+    assert best_near(first, 0.0, 0.0) == pytest.approx(1, abs=0.05)
+    assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
+
+
+@pytest.mark.parametrize("shift", [(3.0, 0.0), (-2.5, 4.5), (6.0, -5.0)])
+def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, float]) -> None:
+    cue = Correlation()
+    model = cue.learn(textured(), TARGET)
+    plane, _ = cue.responses(model, seen(model, textured(shift)))
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
+    step = CELL / FINE * np.array(model.grid.step(TARGET))
+    found = (column - plane.shape[1] // 2) * step[0], (row - plane.shape[0] // 2) * step[1]
+    assert CELL * model.grid.step(TARGET)[0] > 2
+    assert found == pytest.approx(shift, abs=1.0)
+    offset = np.divide(shift, model.grid.step(TARGET))
+    values = at(plane, np.array([offset, offset + np.array([3.0, 0.0]), -offset]))
+    assert values.argmax() == 0
+    assert values[0] == pytest.approx(plane.max(), abs=0.05)
+
+
+def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
+    cue, shift = Correlation(), (6.0, -5.0)
+    model = cue.learn(textured(), TARGET)
+    step = model.grid.step(TARGET)
+    spectra = seen(model, textured(shift))
+    taught = cue.taught(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
+    plane, _ = Correlation(anchor=0).responses(taught, seen(model, textured()))
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
+    assert abs(column - plane.shape[1] // 2) <= 1
+    assert abs(row - plane.shape[0] // 2) <= 1
+
+
+def test_the_first_filter_is_kept() -> None:
+    cue = Correlation(sharpness=1 / 12)
+    model = cue.learn(textured(), TARGET)
+    other = Frame(0, 0.0, mosaic(5, 150, 200))
+    taught = cue.taught(model, seen(model, other), 1.0)
+    (plane, there), (_, elsewhere) = (
+        cue.responses(taught, seen(model, frame)) for frame in (textured(), other)
+    )
+    assert best_near(there, 0.0, 0.0) > 0.9
+    assert best_near(elsewhere, 0.0, 0.0) < 0.3
+    assert plane.max() == pytest.approx(cue.anchor, abs=0.15)
+
+
+def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
+    first = np.zeros((10, 12), np.float32)
+    first[5, 8] = 0.7
+    assert best_near(first, 1.4 * CELL, 0.0) == pytest.approx(0.7)
+    assert best_near(first, 0.4 * CELL, 0.0) == 0
+    assert best_near(first, 2.0 * CELL, 1.6 * CELL) == 0
+    assert best_near(first, 90.0 * CELL, -90.0 * CELL) == 0
+
+
+# The color posterior
+
+
+def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
+    cue, frame = Posterior(), patch()
+    model = cue.learn(frame, TARGET)
+    integral = cue.integral(model, model.grid.cut(frame, TARGET))
+    width, height = model.grid.half
+    boxes = np.array([[0, 0, CORE * width, CORE * height], [1.8 * width, 0, 4, 4]])
+    inside, outside = means(integral, boxes)
+    assert inside > 0.95
+    assert outside < 0.05
+    box = np.array([0.0, 0.0, width, height])
+    just_inside, just_outside = borders(integral, box[None])[0]
+    assert just_inside > 0.8
+    assert just_outside < 0.2
+    assert contrast(integral, box) > 0.8
+    assert contrast(integral, box + np.array([0.8 * width, 0, 0, 0])) < 0.6
+    assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
+
+
+def test_box_means_are_those_of_the_samples() -> None:
+    rng = np.random.default_rng(0)
+    values = rng.random((40, 50))
+    integral = np.zeros((41, 51))
+    integral[1:, 1:] = values.cumsum(0).cumsum(1)
+    out = np.empty(1)
+    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 8, 5]]), out)
+    assert out[0] == pytest.approx(values[10:20, 12:28].mean())
+    kernels.bilinear.box_means(integral, np.array([[-5.0, -5, 2, 1.5]]), out)
+    assert out[0] == pytest.approx(_mean(values, 18, 22, 13.5, 16.5))
+    pooled = np.array([0.4])
+    kernels.bilinear.pool(integral, (8.0, 5.0), 0.25, np.array([[-5.0, -5]]), pooled)
+    assert pooled[0] == pytest.approx(0.75 * 0.4 + 0.25 * values[10:20, 12:28].mean())
+
+
+def _mean(values: Floats, left: float, right: float, top: float, bottom: float) -> float:
+    """Return the mean over a part with half samples at its edges."""
+    fine = values.repeat(2, axis=0).repeat(2, axis=1)
+    return float(
+        fine[round(2 * top) : round(2 * bottom), round(2 * left) : round(2 * right)].mean()
+    )
+
+
+# The size
+
+
+@pytest.mark.parametrize("steps", [-2, 0, 2])
+def test_the_sizes_filter_sees_growth(steps: int) -> None:
+    cue = Sizes()
+    model = cue.learn(textured(), TARGET)
+    grown = textured(zoom=cue.step**steps)
+    response = cue.response(model, cue.spectra(model, grown, TARGET))
+    assert abs(int(response.argmax()) - cue.count // 2 - steps) <= 1
+
+
+def test_a_size_once_learned_is_the_last_one() -> None:
+    cue, grown = Sizes(), textured(zoom=1.12)
+    first = cue.learn(textured(), TARGET)
+    seen = cue.spectra(first, grown, TARGET)
+    model = cue.taught(first, seen, 1.0)
+    assert int(cue.response(model, seen).argmax()) == cue.count // 2
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_distances_grow_away_from_the_target(cue: Correlation | Posterior) -> None:
+    frame = patch()
+    model: Any = cue.learn(frame, TARGET)
+    around = [TARGET._replace(x=TARGET.x + dx) for dx in (-14, -7, 0, 7, 14)]
+    found = cue.distances(model, frame, np.array(around))
+    assert (found >= 0).all()
+    assert (found <= 1).all()
+    assert found.argmin() == 2
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_what_is_seen_of_an_ellipse_does_not_depend_on_the_others(cue: Any) -> None:
+    frame = textured()
+    model = cue.learn(frame, TARGET)
+    rng = np.random.default_rng(6)
+    ellipses = np.array(TARGET) + rng.normal(0, 1, (40, 5)) * (50, 40, 3, 2, 0.2)
+    together = cue.distances(model, frame, ellipses)
+    alone = [cue.distances(model, frame, ellipse[None])[0] for ellipse in ellipses]
+    np.testing.assert_allclose(together, alone, atol=1e-12)
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+@pytest.mark.parametrize("turn", [0.0, np.pi / 2])
+def test_a_target_is_seen_wherever_it_went(cue: Any, turn: float) -> None:
+    """Two of its sides away it is past the window around its last place."""
+    target = TARGET if turn == 0 else TARGET._replace(a=TARGET.b, b=TARGET.a, theta=turn)
+    pixels = np.full((150, 300, 3), (40, 90, 160), np.uint8)
+    pixels[56:84, 70:110] = textured().pixels[56:84, 70:110] // 2 + (80, 0, 0)
+    model = cue.learn(Frame(0, 0.0, pixels), target)
+    moved = Frame(1, 1.0, np.roll(pixels, 110, axis=1))
+    there = target._replace(x=target.x + 110)
+    ellipses = np.array([target, there, there._replace(y=there.y + 10)])
+    left, found, beside = cue.distances(model, moved, ellipses)
+    assert found < 0.2
+    assert left > 0.9
+    assert found + 0.15 < beside < 1
+
+
+@pytest.mark.parametrize("cue", [Correlation(), Posterior()])
+def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
+    before, there = textured(), TARGET._replace(x=120.0, a=22.0)
+    model = cue.learn(before, TARGET)
+    other = Frame(1, 1.0, mosaic(5, 150, 200))
+    cue, fixed = replace(cue, rate=0.3), replace(cue, rate=0.0)
+    settled = kept = model
+    for _ in range(20):
+        settled, kept = cue.settle(settled, other, there), fixed.settle(kept, other, there)
+    assert settled.place == kept.place == there
+    assert settled.grid is kept.grid is model.grid
+    learned, known = (cue.distances(each, other, np.array([there]))[0] for each in (settled, kept))
+    assert learned < known - 0.1
+    was = cue.distances(model, before, np.array([TARGET]))[0]
+    back = replace(kept, place=TARGET)
+    assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
+
+
+FILTERS = [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_preset_takes_the_learned_cues(name: str) -> None:
+    config = configure(
+        preset(name),
+        {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"places": 60}},
+    )
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(config, seed=1)
+    start = tracker.init(scene(0, (30, 36)), region((30, 36)))
+    learned: Any = tracker.info.models["correlation"]
+    overlaps = []
+    for i in range(1, 12):
+        track = tracker.update(scene(i, (30 + 2 * i, 36)))
+        assert list(tracker.info.shares) == list(config.cues)
+        assert np.isfinite(list(tracker.info.shares.values())).all()
+        overlaps.append(iou(track.box, region((30 + 2 * i, 36)).box))
+    assert np.mean(overlaps) > 0.4
+    assert start.distance < 0.3
+    model: Any = tracker.info.models["correlation"]
+    assert (model.numerator != learned.numerator).any()
+    assert model.place.x > 31
+
+
+def test_what_learns_by_itself_takes_no_strategy() -> None:
+    changes: Any = {"correlation": {}, "adaptation": {"type": "by_cue", "cues": {}}}
+    config: Any = configure(preset("nummiaro"), changes)
+    assert list(config.strategies) == ["color"]
+    changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
+    with pytest.raises(ConfigError, match=r"correlation.*learns at correlation\.rate"):
+        configure(preset("nummiaro"), changes)
+
+
+def test_default_is_what_a_tracker_uses() -> None:
+    assert Tracker().config == preset("default")
+    assert configure(preset("default"), {"color_gain": 0}) != preset("default")

@@ -1,0 +1,285 @@
+"""Edge histograms (Ng and Delp, sections 3.2 and 3.3) against plain second implementations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.edge_histogram import Edges
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
+from oracles import (
+    between_pixels,
+    bhattacharyya,
+    checkerboard,
+    edge_bins,
+    frame,
+    kernel,
+    lattice_places,
+    mosaic,
+    radii,
+    sobel,
+)
+
+Floats = NDArray[np.float64]
+
+SHARES: dict[Sampling, str] = {
+    EveryPixel(): "all",
+    Checkerboard(share="half"): "half",
+    Checkerboard(share="quarter"): "quarter",
+}
+samplings = pytest.mark.parametrize("sampling", [*SHARES, Lattice()], ids=repr)
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
+regions = st.builds(
+    Ellipse,
+    st.floats(-6, 22),
+    st.floats(-6, 22),
+    st.floats(0.3, 30),
+    st.floats(0.3, 30),
+    st.floats(-4, 4),
+)
+
+
+def rows(*ellipses: Ellipse) -> Floats:
+    return np.array(ellipses, np.float64)
+
+
+def normalized(weights: Floats, bins: NDArray[np.int64], count: int) -> Floats:
+    """Return equation 18 over pixels with these weights; -1 is no bin."""
+    histogram = np.zeros(count + 1)
+    for weight, u in zip(weights.ravel(), bins.ravel(), strict=True):
+        if u >= 0:
+            histogram[u] += weight
+    if not histogram.any():
+        histogram[count] = weights.sum()
+    return histogram / (histogram.sum() or 1.0)
+
+
+def sure_bins(pixels: Any, threshold: float, count: int) -> NDArray[np.int64]:
+    """Return the bins; only for pictures where rounding decides about no pixel."""
+    strength, angle = sobel(pixels)
+    assume((abs(strength - threshold) > 1e-3).all())
+    places = (angle + math.pi / 2) / math.pi * count + 0.5
+    strong = strength > threshold
+    assume((abs(places - np.rint(places))[strong] > 1e-4).all())
+    return edge_bins(strength, angle, threshold, count)
+
+
+# Histograms
+
+
+@given(pictures, regions, st.sampled_from(sorted(SHARES.values())), st.sampled_from([8, 9, 36]))
+@example(mosaic(1, 16, 16), Ellipse(8, 8, 6, 5, 0.0), "all", 8)
+@example(mosaic(1, 16, 16), Ellipse(0, 15, 6, 5, 0.0), "half", 8)
+@example(mosaic(1, 16, 16), Ellipse(9, 7, 500, 500, 0.1), "quarter", 9)
+@settings(max_examples=60)
+def test_pixels(pixels: Any, ellipse: Ellipse, share: str, count: int) -> None:
+    """Equations 10 to 15, 18 and 19."""
+    own = radii(pixels.shape, ellipse)[1]
+    assume(ellipse.theta == 0 or (abs(own - 1) > 1e-9).all())
+    bins = sure_bins(pixels, 300.0, count)
+    [sampling] = [one for one, name in SHARES.items() if name == share]
+    cue = Edges(threshold=300.0, bins=count, sampling=sampling)
+    found = cue.histograms(frame(pixels), rows(ellipse))[0]
+    weights = kernel(own) * checkerboard(pixels.shape, share)
+    np.testing.assert_allclose(found, normalized(weights, bins, count), atol=1e-9)
+
+
+@given(pictures, regions, st.sampled_from([8, 100]))
+@example(mosaic(1, 16, 16), Ellipse(-0.5, -0.5, 9, 4, 0.0), 100)
+@settings(max_examples=60)
+def test_lattice(pixels: Any, ellipse: Ellipse, points: int) -> None:
+    lattice = sunflower(points)
+    assume(not between_pixels(ellipse, lattice))
+    places = lattice_places(ellipse, lattice)[0] + 0.5
+    bins = sure_bins(pixels, 300.0, 8)
+    columns, lines = np.floor(places).astype(int).T
+    inside = (columns >= 0) & (lines >= 0)
+    inside &= (columns < pixels.shape[1]) & (lines < pixels.shape[0])
+    weights = kernel(np.hypot(*lattice.astype(float)))[inside]
+    cue = Edges(threshold=300.0, sampling=Lattice(points=points))
+    found = cue.histograms(frame(pixels), rows(ellipse))[0]
+    expected = normalized(weights, bins[lines[inside], columns[inside]], 8)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def edge(slope: tuple[float, float], contrast: float = 60) -> Frame:
+    """Return a picture, dark on one side of a straight edge through its middle, bright beyond."""
+    y, x = np.mgrid[:41, :41] - 20
+    gray = np.where(slope[0] * x + slope[1] * y > 0, 60 + contrast, 60).astype(np.uint8)
+    return frame(np.repeat(gray[:, :, None], 3, axis=2))
+
+
+MIDDLE = Ellipse(20, 20, 12, 12)
+
+
+@pytest.mark.parametrize(
+    ("slope", "bin_number"), [((0, 1), 0), ((-1, 1), 2), ((1, 0), 4), ((1, 1), 6)]
+)
+@samplings
+def test_straight_edges(slope: tuple[int, int], bin_number: int, sampling: Sampling) -> None:
+    """The two directions across an edge are one; horizontal edges come first."""
+    for sign in (1, -1):
+        picture = edge((sign * slope[0], sign * slope[1]))
+        histogram = Edges(sampling=sampling).histograms(picture, rows(MIDDLE))[0]
+        assert histogram[bin_number] > 0.9
+
+
+def test_noise_moves_no_horizontal_edge_to_and_fro() -> None:
+    rng = np.random.default_rng(0)
+    for slope, bin_number in (((0, 1), 0), ((1, 0), 4)):
+        pixels = edge(slope).pixels + rng.integers(0, 7, (41, 41, 1)).astype(np.uint8)
+        histogram = Edges(sampling=EveryPixel()).histograms(frame(pixels), rows(MIDDLE))[0]
+        assert histogram[bin_number] > 0.9
+
+
+def test_weak_edges_are_left_out_and_are_no_angle() -> None:
+    """Equation 14 sets their angle to 0, which would count them as vertical edges."""
+    pixels = edge((0, 1)).pixels.copy()
+    pixels[:, ::2] += 20  # a weak edge in every row
+    histogram = Edges(sampling=EveryPixel()).histograms(frame(pixels), rows(MIDDLE))[0]
+    assert histogram[0] > 0.9
+    assert histogram[4] == 0
+
+
+def test_the_threshold_is_exceeded_not_reached() -> None:
+    """A step of 25 gray values has a strength of exactly 100."""
+    for contrast, last in ((25, 1), (26, 0)):
+        histogram = Edges().histograms(edge((1, 0), contrast), rows(MIDDLE))[0]
+        assert histogram[8] == last
+
+
+def test_a_strong_pixel_counts_once_however_strong() -> None:
+    half = edge((1, 0), 40).pixels.copy()
+    half[24:] = np.where(edge((0, 1)).pixels[24:] > 60, 250, 60)[:, :, :1]
+    half[:, :14], half[:, 27:] = 60, 60
+    strength, angle = sobel(half)
+    bins = edge_bins(strength, angle, 100, 8)
+    cue = Edges(kernel="uniform", sampling=EveryPixel())
+    histogram = cue.histograms(frame(half), rows(MIDDLE))[0]
+    inside = (radii((41, 41), MIDDLE)[1] < 1) & (bins >= 0)
+    expected = np.bincount(bins[inside], minlength=9) / inside.sum()
+    np.testing.assert_allclose(histogram, expected)
+    assert len(set(strength[inside].round())) > 2
+
+
+# Distances
+
+
+@given(pictures, st.lists(regions, min_size=1, max_size=4), regions)
+@settings(max_examples=40)
+def test_distances(pixels: Any, candidates: list[Ellipse], target: Ellipse) -> None:
+    """Equations 20 and 21."""
+    picture = frame(pixels)
+    for sampling in (*SHARES, Lattice(points=64)):
+        cue = Edges(sampling=sampling)
+        model = cue.learn(picture, target)
+        found = cue.distances(model, picture, rows(*candidates))
+        histograms = cue.histograms(picture, rows(*candidates))
+        expected = [bhattacharyya(p, model.histogram) for p in histograms]
+        np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
+
+
+def test_without_any_strong_edge() -> None:
+    """Flat regions are alike, unlike those with edges, and unlike what lies outside the frame."""
+    cue, flat = Edges(), edge((1, 0), 0)
+    model = cue.learn(flat, MIDDLE)
+    np.testing.assert_array_equal(model.histogram, [0] * 8 + [1])
+    outside = MIDDLE._replace(x=90.0)
+    np.testing.assert_array_equal(cue.distances(model, flat, rows(MIDDLE, outside)), [0, 1])
+    np.testing.assert_array_equal(cue.distances(model, edge((1, 0)), rows(MIDDLE, outside)), 1)
+    assert not cue.histograms(flat, rows(outside)).any()
+
+
+@samplings
+def test_nan_ellipses_see_nothing(sampling: Sampling) -> None:
+    picture, nothing = edge((1, 1)), Ellipse(*[math.nan] * 5)
+    cue = Edges(sampling=sampling)
+    model = cue.learn(picture, MIDDLE)
+    assert cue.distances(model, picture, rows(nothing))[0] == 1
+    found = cue.distances(model, picture, rows(nothing, MIDDLE))
+    np.testing.assert_allclose(found, [1, 0], atol=1e-7)
+
+
+# Adaptation
+
+
+def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
+    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
+    where = Ellipse(14, 15, 8, 6, 0.2)
+    cue = Edges(sampling=EveryPixel())
+    model = cue.learn(before, where)
+    first, seen = (cue.histograms(picture, rows(where))[0] for picture in (before, after))
+    np.testing.assert_array_equal(model.anchor, first)
+    np.testing.assert_array_equal(cue.observe(model, after, where), seen)
+    assert (seen != first).any()
+    assert cue.settle(model, after, where) is model
+    assert not cue.observe(model, after, where._replace(x=200.0)).any()
+
+
+# Planes
+
+
+@given(pictures, regions)
+@settings(max_examples=40)
+def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> None:
+    """Bit for bit: what is kept of a frame must not depend on who asked first."""
+    cue = Edges(sampling=EveryPixel())
+    whole, part = frame(pixels), frame(pixels)
+    cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
+    [plane] = whole.planes.values()
+    assert plane.bins.shape == pixels.shape[:2]
+    expected = cue.histograms(whole, rows(ellipse))
+    np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
+
+
+@given(pictures, regions, st.integers(8, 200))
+@settings(max_examples=40)
+def test_the_operator_at_points_finds_what_it_finds_everywhere(
+    pixels: Any, ellipse: Ellipse, points: int
+) -> None:
+    """Bit for bit, the pixels at the border of the image too."""
+    lattice, ellipses = (
+        sunflower(points),
+        rows(ellipse, ellipse._replace(x=0.0), Ellipse(3, 2, 9, 9)),
+    )
+    plane = np.empty(pixels.shape[:2], np.uint8)
+    kernels.sobel.sobel(pixels, 0, 0, 100.0, 8, plane)
+    expected, found = np.empty((3, 9)), np.empty((3, 9))
+    kernels.sobel.histograms(plane, 0, 0, ellipses, lattice, (1, 1), 0, expected)
+    kernels.sobel.histograms_at(pixels, ellipses, lattice, 0, 100.0, found)
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_large_regions_are_read_at_points_only() -> None:
+    picture = frame(mosaic(0, 60, 80))
+    where = np.array([Ellipse(40, 30, 20, 10)])  # 861 pixels, 256 points at thrice the cost
+    Edges().histograms(picture, where)
+    assert picture.planes == {}
+    Edges(sampling=EveryPixel()).histograms(picture, where)
+    assert len(picture.planes) == 1
+
+
+def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
+    picture = frame(mosaic(0, 60, 80))
+    cue = Edges(sampling=Lattice(points=512))
+    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
+    [plane] = picture.planes.values()
+    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
+    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
+    Edges(kernel="uniform", sampling=Checkerboard()).learn(picture, Ellipse(45, 30, 8, 8))
+    assert list(picture.planes.values()) == [plane]
+    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
+    [moved] = picture.planes.values()
+    assert moved is not plane
+    Edges(threshold=50).learn(picture, Ellipse(60, 30, 8, 8))
+    Edges(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
+    assert len(picture.planes) == 3

@@ -1,0 +1,364 @@
+"""Histograms of oriented gradients (Zhao and Pei, section 2.1) against plain second ones."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.hog import DERIVATIVE, SMOOTH, Hog
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling, sunflower
+from oracles import (
+    Pixels,
+    between_pixels,
+    bhattacharyya,
+    checkerboard,
+    frame,
+    lattice_places,
+    mosaic,
+    radii,
+    smooth_gradient,
+)
+
+Floats = NDArray[np.float64]
+
+SHARES: dict[str, Sampling] = {
+    "all": EveryPixel(),
+    "half": Checkerboard(share="half"),
+    "quarter": Checkerboard(share="quarter"),
+}
+samplings = pytest.mark.parametrize("sampling", [*SHARES.values(), Lattice()], ids=repr)
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 16), st.integers(1, 16))
+regions = st.builds(
+    Ellipse,
+    st.floats(-6, 22),
+    st.floats(-6, 22),
+    st.floats(0.3, 30),
+    st.floats(0.3, 30),
+    st.floats(-4, 4),
+)
+forms = st.tuples(st.integers(1, 3), st.sampled_from([5, 8]), st.booleans())
+"""Cells, bins and whether histograms are turned."""
+
+
+def rows(*ellipses: Ellipse) -> Floats:
+    return np.array(ellipses, np.float64)
+
+
+def by_hand(
+    pixels: Pixels, points: list[tuple[int, int, float, float]], cells: int, bins: int, turned: bool
+) -> Floats:
+    """Return the histogram over pixels (row, column) at places (u, v) in the unit disk.
+
+    Only where rounding decides nothing.
+    """
+    histogram = np.zeros((cells, cells, bins))
+    for row, column, u, v in points:
+        if not (0 <= row < pixels.shape[0] and 0 <= column < pixels.shape[1]):
+            continue
+        gx, gy = smooth_gradient(pixels, row, column)
+        strength = math.hypot(gx, gy)
+        place = (math.atan2(gy, gx) / (2 * math.pi) + 0.5) * bins + 0.5
+        down, across = (v + 1) / 2 * cells, (u + 1) / 2 * cells
+        near = min(abs(place - round(place)), abs(down - round(down)), abs(across - round(across)))
+        assume(strength == 0 or near > 1e-4)
+        weight = math.exp(-(u * u + v * v) / 2) * strength
+        histogram[int(down), int(across), int(place) % bins] += weight
+    directions = histogram.sum(axis=(0, 1))
+    if turned:
+        top = np.sort(directions)
+        assume(top[-1] == 0 or top[-1] > top[-2] * (1 + 1e-4))
+        histogram = np.roll(histogram, -int(directions.argmax()), axis=2)
+    return histogram.ravel() / (directions.sum() or 1)
+
+
+@given(pictures, regions, st.sampled_from(sorted(SHARES)), forms)
+@example(mosaic(1, 16, 16), Ellipse(8.1, 8.2, 6, 5, 0.01), "all", (1, 8, True))
+@example(mosaic(1, 16, 16), Ellipse(0.1, 15.1, 6, 5, 0.02), "half", (3, 8, True))
+@example(mosaic(2, 16, 16), Ellipse(9.1, 7.2, 500, 400, 0.1), "quarter", (3, 8, False))
+@settings(max_examples=60)
+def test_pixels(pixels: Any, ellipse: Ellipse, share: str, form: tuple[int, int, bool]) -> None:
+    """Equations 1 and 2."""
+    cells, bins, turned = form
+    own, board = radii(pixels.shape, ellipse)[1], checkerboard(pixels.shape, share)
+    assume((abs(own - 1) > 1e-9).all())
+    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+    points = []
+    for row, column in zip(*np.nonzero((own < 1) & (board > 0)), strict=True):
+        x, y = column - ellipse.x, row - ellipse.y
+        place = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
+        points.append((int(row), int(column), *place))
+    expected = by_hand(pixels, points, cells, bins, turned)
+    cue = Hog(cells=cells, bins=bins, turned=turned, sampling=SHARES[share])
+    found = cue.histograms(frame(pixels), rows(ellipse))[0]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@given(pictures, regions, st.sampled_from([8, 60]), forms)
+@example(mosaic(1, 16, 16), Ellipse(-0.6, -0.7, 9, 4, 0.1), 60, (3, 8, True))
+@settings(max_examples=60)
+def test_lattice(pixels: Any, ellipse: Ellipse, count: int, form: tuple[int, int, bool]) -> None:
+    cells, bins, turned = form
+    lattice = sunflower(count)
+    assume(not between_pixels(ellipse, lattice))
+    places = np.floor(lattice_places(ellipse, lattice)[0] + 0.5).astype(int)
+    points = [
+        (int(row), int(column), float(u), float(v))
+        for (column, row), (u, v) in zip(places, lattice.T, strict=True)
+    ]
+    expected = by_hand(pixels, points, cells, bins, turned)
+    cue = Hog(cells=cells, bins=bins, turned=turned, sampling=Lattice(points=count))
+    found = cue.histograms(frame(pixels), rows(ellipse))[0]
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+# What a histogram says
+
+
+def edge(slope: tuple[float, float], bright: int = 120) -> Frame:
+    """Return a picture, 60 on one side of a straight edge through its middle, `bright` beyond."""
+    y, x = np.mgrid[:41, :41] - 20
+    gray = np.where(slope[0] * x + slope[1] * y > 0, bright, 60).astype(np.uint8)
+    return frame(np.repeat(gray[:, :, None], 3, axis=2))
+
+
+MIDDLE = Ellipse(20, 20, 12, 12)
+
+
+@samplings
+@pytest.mark.parametrize(
+    ("slope", "number"),
+    [((-1, 0), 0), ((-1, -1), 1), ((0, -1), 2), ((1, 0), 4), ((1, 1), 5), ((0, 1), 6)],
+)
+def test_straight_edges(slope: tuple[int, int], number: int, sampling: Sampling) -> None:
+    """A gradient points to the bright side; the first bin is centered on the -x axis."""
+    upright, turned = Hog(turned=False, sampling=sampling), Hog(sampling=sampling)
+    assert upright.histograms(edge(slope), rows(MIDDLE))[0, number] > 0.9
+    assert turned.histograms(edge(slope), rows(MIDDLE))[0, 0] > 0.9
+    darker = upright.histograms(edge(slope, bright=10), rows(MIDDLE))[0]
+    assert darker[(number + 4) % 8] > 0.9
+
+
+@pytest.mark.parametrize("cells", [1, 3])
+def test_quarter_turns(cells: int) -> None:
+    """A target turned with its ellipse keeps its histogram, if that is turned too."""
+    pixels = mosaic(5, 31, 31)
+    where, left = Ellipse(13, 17, 9.2, 4.3, 0.3), Ellipse(17, 30 - 13, 9.2, 4.3, 0.3 - math.pi / 2)
+    quarter = np.rot90(pixels).copy()
+    for turned in (True, False):
+        cue = Hog(cells=cells, turned=turned, sampling=EveryPixel())
+        model = cue.learn(frame(pixels), where)
+        distance = cue.distances(model, frame(quarter), rows(left))[0]
+        assert bool(distance < 1e-3) is turned
+
+
+def test_strong_gradients_count_more() -> None:
+    """In proportion: a step of 40 to the right, and one of 10 to the left as far beside."""
+    pixels = np.full((41, 41, 3), 60, np.uint8)
+    pixels[:, 16:25], pixels[:, 25:] = 100, 90
+    for kernel in ("uniform", "gaussian"):
+        cue = Hog(kernel=kernel, turned=False, sampling=EveryPixel())
+        found = cue.histograms(frame(pixels), rows(Ellipse(20, 20, 12, 12)))[0]
+        assert found[[4, 0]] == pytest.approx([0.8, 0.2])
+
+
+def test_a_bell_over_the_ellipse() -> None:
+    """Equation 1: exp(-r² / 2) with r in half-axes, whatever the target's size in pixels."""
+    for size in (1, 4):
+        shares = []
+        for x in (0, 16 * size):
+            pixels = np.zeros((60 * size, 60 * size, 3), np.uint8)
+            middle = 30 * size
+            pixels[middle, middle + x] = 255  # a spot
+            pixels[middle - 20 * size, middle] = 255  # and another one, always there
+            cue = Hog(cells=3, turned=False, sampling=EveryPixel())
+            found = cue.histograms(
+                frame(pixels), rows(Ellipse(middle, middle, 24 * size, 24 * size))
+            )
+            by_cell = found[0].reshape(9, 8).sum(axis=1)
+            shares.append(by_cell[4 if x == 0 else 5] / by_cell[1])
+        assert shares[1] / shares[0] == pytest.approx(math.exp(-((16 / 24) ** 2) / 2), rel=0.01)
+
+
+def test_cells_tell_where() -> None:
+    """Nine of eight bins: the 72 of section 2.1."""
+    pixels = np.full((60, 60, 3), 60, np.uint8)
+    pixels[28:33, 12:17] = 200
+    cue = Hog(cells=3, sampling=EveryPixel())
+    found = cue.histograms(frame(pixels), rows(Ellipse(30, 30, 24, 24)))
+    assert found.shape == (1, 72)
+    assert found[0].reshape(9, 8).sum(axis=1) == pytest.approx(np.eye(9)[3])
+
+
+def test_cells_turn_with_the_ellipse() -> None:
+    pixels = np.full((60, 60, 3), 60, np.uint8)
+    pixels[14:17, 28:33] = 200  # above the middle: half a turn of the axes and it is below
+    for sampling in (EveryPixel(), Lattice(points=4096)):
+        cue = Hog(cells=3, sampling=sampling)
+        ellipses = [Ellipse(30, 30, 24, 24, turn * math.pi / 2) for turn in range(4)]
+        found = cue.histograms(frame(pixels), rows(*ellipses)).reshape(4, 9, 8).sum(axis=2)
+        assert found.argmax(axis=1).tolist() == [1, 3, 7, 5]
+
+
+# Distances
+
+
+@given(pictures, st.lists(regions, min_size=1, max_size=4), regions, forms)
+@settings(max_examples=40)
+def test_distances(
+    pixels: Any, candidates: list[Ellipse], target: Ellipse, form: tuple[int, int, bool]
+) -> None:
+    picture = frame(pixels)
+    for sampling in (*SHARES.values(), Lattice(points=64)):
+        cue = Hog(cells=form[0], bins=form[1], turned=form[2], sampling=sampling)
+        model = cue.learn(picture, target)
+        found = cue.distances(model, picture, rows(*candidates))
+        histograms = cue.histograms(picture, rows(*candidates))
+        expected = [bhattacharyya(p, model.histogram) for p in histograms]
+        np.testing.assert_allclose(found**2, np.square(expected), atol=1e-12)
+
+
+@samplings
+def test_without_any_gradient_there_is_nothing(sampling: Sampling) -> None:
+    cue, flat = Hog(sampling=sampling), edge((1, 0), 60)
+    outside, nothing = MIDDLE._replace(x=90.0), Ellipse(*[math.nan] * 5)
+    for picture, ellipse in ((flat, MIDDLE), (edge((1, 1)), outside), (edge((1, 1)), nothing)):
+        model = cue.learn(picture, ellipse)
+        assert not model.histogram.any()
+        assert cue.distances(model, picture, rows(ellipse, MIDDLE)).tolist() == [1, 1]
+    model = cue.learn(edge((1, 1)), MIDDLE)
+    found = cue.distances(model, edge((1, 1)), rows(nothing, MIDDLE, outside))
+    np.testing.assert_allclose(found, [1, 0, 1], atol=1e-7)
+
+
+def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
+    before, after = frame(mosaic(7, 30, 30)), frame(mosaic(8, 30, 30))
+    where = Ellipse(14, 15, 8, 6, 0.2)
+    cue = Hog(cells=3)
+    model = cue.learn(before, where)
+    first = Hog(cells=3, sampling=cue.sampling.dense).histograms(before, rows(where))[0]
+    seen = cue.histograms(after, rows(where))[0]
+    np.testing.assert_array_equal(model.histogram, first)
+    np.testing.assert_array_equal(model.anchor, first)
+    np.testing.assert_array_equal(cue.observe(model, after, where), seen)
+    assert cue.settle(model, after, where) is model
+
+
+def test_more_points_approach_every_pixel() -> None:
+    smooth = np.indices((200, 200)).sum(axis=0) % 64 * 3
+    pixels = np.repeat(smooth[:, :, None], 3, axis=2).astype(np.uint8)
+    pixels[:, 90:] //= 2
+    where = Ellipse(97.3, 104.1, 80, 52, 0.6)
+    whole = Hog(cells=3, sampling=EveryPixel()).histograms(frame(pixels), rows(where))
+    errors = []
+    for points in (64, 1024, 16384):
+        cue = Hog(cells=3, sampling=Lattice(points=points))
+        errors.append(np.abs(cue.histograms(frame(pixels), rows(where)) - whole).sum())
+    assert errors[0] > 2 * errors[1] > 4 * errors[2]
+    assert errors[2] < 0.05
+
+
+# Planes
+
+
+@given(pictures, regions)
+@settings(max_examples=40)
+def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> None:
+    """Bit for bit: what is kept of a frame must not depend on who asked first."""
+    cue = Hog(cells=3, sampling=EveryPixel())
+    whole, part = frame(pixels), frame(pixels)
+    cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
+    [plane] = whole.planes.values()
+    assert plane.bins.shape == pixels.shape[:2]
+    expected = cue.histograms(whole, rows(ellipse))
+    np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
+
+
+def test_bands_of_rows_leave_no_trace() -> None:
+    pixels = mosaic(3, 3 * kernels.hog.BAND + 5, 20)
+    strength, bins = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
+    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, bins, 8)
+    for row in (0, kernels.hog.BAND - 1, kernels.hog.BAND, 2 * kernels.hog.BAND, len(pixels) - 1):
+        for column in (0, 7, 19):
+            gx, gy = smooth_gradient(pixels, row, column)
+            assert strength[row, column] == pytest.approx(math.hypot(gx, gy))
+            angle = (bins[row, column] / 8 - 0.5) * 2 * math.pi
+            assert strength[row, column] == 0 or (
+                math.cos(angle - math.atan2(gy, gx)) > math.cos(math.pi / 8) - 1e-6
+            )
+
+
+@given(pictures, regions, st.integers(8, 200), forms)
+@settings(max_examples=40)
+def test_gradients_at_points_are_those_found_everywhere(
+    pixels: Any, ellipse: Ellipse, points: int, form: tuple[int, int, bool]
+) -> None:
+    """Bit for bit, the pixels at the border of the image too."""
+    (cells, bins, turned), lattice = form, sunflower(points)
+    gaussian = kernels.sampling.GAUSSIAN
+    ellipses = rows(ellipse, ellipse._replace(x=0.0), Ellipse(3, 2, 9, 9))
+    strength, numbers = np.empty(pixels.shape[:2], np.float32), np.empty(pixels.shape[:2], np.uint8)
+    kernels.hog.gradients(pixels, 0, 0, SMOOTH, DERIVATIVE, strength, numbers, bins)
+    expected, found = np.empty((3, cells**2 * bins)), np.empty((3, cells**2 * bins))
+    kernels.hog.histograms(
+        strength,
+        numbers,
+        0,
+        0,
+        ellipses,
+        lattice,
+        (1, 1),
+        gaussian,
+        cells,
+        turned,
+        expected,
+    )
+    kernels.hog.histograms_at(
+        pixels, ellipses, lattice, gaussian, cells, turned, SMOOTH, DERIVATIVE, found
+    )
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_large_regions_are_read_at_points_only() -> None:
+    picture = frame(mosaic(0, 60, 80))
+    where = rows(Ellipse(40, 30, 39, 29))  # 4,700 pixels, 256 points at 5 times the cost
+    Hog().histograms(picture, where)
+    assert picture.planes == {}
+    Hog(sampling=EveryPixel()).histograms(picture, where)
+    assert len(picture.planes) == 1
+
+
+def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
+    picture = frame(mosaic(0, 60, 80))
+    cue = Hog(sampling=Lattice(points=512))
+    model = cue.learn(picture, Ellipse(40, 30, 20, 10))
+    [plane] = picture.planes.values()
+    assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
+    cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
+    Hog(cells=3, kernel="uniform", turned=False, sampling=EveryPixel()).learn(
+        picture, Ellipse(45, 30, 8, 8)
+    )
+    assert list(picture.planes.values()) == [plane]
+    cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
+    [moved] = picture.planes.values()
+    assert moved is not plane
+    Hog(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
+    assert len(picture.planes) == 2
+
+
+def test_settings_that_are_refused() -> None:
+    refused: list[tuple[str, Any]] = [
+        ("cells", 0), ("cells", 5), ("bins", 1), ("bins", 17), ("turned", 1), ("kernel", "flat"),
+    ]  # fmt: skip
+    for key, value in refused:
+        with pytest.raises(ConfigError, match=key):
+            Hog(**{key: value})

@@ -1,0 +1,1088 @@
+"""Edge orientation (Maggio et al., section 3.2) against plain second implementations."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes import kernels
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.sampling import PROFILES, EveryPixel, Lattice, Sampling, sunflower
+from motes.cues.structure_tensor import (
+    HYSTERESIS,
+    CertainPlane,
+    Filters,
+    Orientation,
+    OrientationModel,
+    filters_of,
+)
+from motes.evaluation import synthetic
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.model_update import Forgetting
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import configure, preset
+from motes.sot.tracker import Tracker
+from oracles import (
+    Pixels,
+    between_pixels,
+    bhattacharyya,
+    edges,
+    frame,
+    gray_blocks,
+    lattice_places,
+    mosaic,
+    orientation_histogram,
+    radii,
+    structure_tensor,
+    triangle,
+)
+
+Floats = NDArray[np.float64]
+Form = Literal["rotated", "fourier"]
+
+FORMS: tuple[Form, ...] = ("rotated", "fourier")
+SAMPLINGS: tuple[Sampling, ...] = (EveryPixel(), Lattice())
+SCALES = {1: 1.1, 2: 1.9, 3: 2.8}
+"""Scales of filters that work on blocks of so many pixels."""
+
+forms = pytest.mark.parametrize("form", FORMS)
+samplings = pytest.mark.parametrize("sampling", SAMPLINGS, ids=["every pixel", "lattice"])
+pictures = st.builds(mosaic, st.integers(0, 99), st.integers(1, 26), st.integers(1, 26))
+scales = st.sampled_from(sorted(SCALES.values()))
+
+
+class Edges(NamedTuple):
+    """Certainty and bins of a plane."""
+
+    certainty: NDArray[np.float32]
+    bins: NDArray[np.uint8]
+
+
+def blocks(pixels: Pixels, step: int) -> tuple[int, int]:
+    """Return rows and columns of blocks."""
+    return -(-pixels.shape[0] // step), -(-pixels.shape[1] // step)
+
+
+def computed(
+    pixels: Pixels,
+    filters: Filters,
+    count: int = 36,
+    part: tuple[int, int, int, int] | None = None,
+) -> Edges:
+    """Return the kernel's plane over `part` (left, top, right, bottom), or over all blocks."""
+    rows, columns = blocks(pixels, filters.step)
+    left, top, right, bottom = part or (0, 0, columns, rows)
+    plane = Edges(
+        np.full((bottom - top, right - left), np.nan, np.float32),
+        np.full((bottom - top, right - left), 255, np.uint8),
+    )
+    kernels.structure_tensor.structure_tensor(
+        pixels, left * filters.step, top * filters.step, *filters, *plane, count
+    )
+    return plane
+
+
+def assert_same(part: Edges, whole: Edges, where: tuple[slice, slice]) -> None:
+    """Compare a plane with a part of another one, bit for bit."""
+    np.testing.assert_array_equal(part.certainty, whole.certainty[where])
+    np.testing.assert_array_equal(part.bins, whole.bins[where])
+
+
+def tensors(pixels: Pixels, filters: Filters) -> Floats:
+    smooth, derivative, window = (taps.astype(np.float64) for taps in filters[1:])
+    return structure_tensor(pixels, filters.step, smooth, derivative, window)
+
+
+def gray(values: Any) -> Pixels:
+    """Return a picture of gray values (H, W), rounded."""
+    rounded = np.rint(np.asarray(values, float)).clip(0, 255).astype(np.uint8)
+    return np.repeat(rounded[:, :, None], 3, axis=2)
+
+
+def grating(degrees: float, size: int = 61) -> Pixels:
+    """Return waves whose gradient has this direction."""
+    y, x = np.mgrid[:size, :size] - size // 2
+    phi = math.radians(degrees)
+    return gray(128 + 100 * np.sin(0.35 * (x * math.cos(phi) + y * math.sin(phi)) + 0.3))
+
+
+def texture(ellipse: Ellipse, size: int = 120, zoom: float = 1.0) -> Frame:
+    """Return a smooth pattern that moves, turns and, by `zoom`, grows with an ellipse."""
+    y, x = np.mgrid[:size, :size]
+    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+    u = ((x - ellipse.x) * cos + (y - ellipse.y) * sin) / zoom
+    v = ((y - ellipse.y) * cos - (x - ellipse.x) * sin) / zoom
+    waves = 50 * np.sin(0.5 * u) + 30 * np.sin(0.3 * u + 0.4 * v) + 25 * np.cos(0.015 * u * v)
+    return frame(gray(128 + waves))
+
+
+def rows(*ellipses: Ellipse) -> Floats:
+    return np.array(ellipses, np.float64)
+
+
+def replaced(cue: Orientation, **changes: Any) -> Orientation:
+    return msgspec.structs.replace(cue, **changes)
+
+
+def planes(picture: Frame) -> list[CertainPlane]:
+    return list(picture.planes.values())
+
+
+# The filters
+
+
+@given(st.floats(0.7, 40), st.floats(0.3, 3))
+def test_filters_are_gaussians_and_a_derivative(scale: float, window: float) -> None:
+    filters = filters_of(scale, window)
+    for taps in (filters.smooth, filters.window):
+        assert 2 * taps.sum() - taps[0] == pytest.approx(1, abs=1e-6)
+    k = np.arange(len(filters.derivative))
+    # A slope of one gives one, as antisymmetric taps see it: sum over -r … r of k d(k).
+    assert 2 * (k * filters.derivative).sum() == pytest.approx(1, abs=1e-6)
+    assert filters.derivative[0] == 0
+    ratio = filters.derivative[1:] / (k * filters.smooth)[1:]
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-5)
+    # log of a Gaussian: -k² / (2 sigma²).
+    variances = (
+        (filters.smooth, (scale / filters.step) ** 2 - (1 - filters.step**-2) / 12),
+        (filters.window, (scale / filters.step * window) ** 2),
+    )
+    for taps, wanted in variances:
+        np.testing.assert_allclose(
+            np.log(taps / taps[0]), -(np.arange(len(taps)) ** 2) / (2 * wanted), atol=1e-5
+        )
+        assert (len(taps) - 1) ** 2 >= 2.4**2 * wanted  # so far that little is cut off
+
+
+@given(st.floats(0.7, 200))
+def test_blocks_are_as_large_as_the_scale_allows(scale: float) -> None:
+    filters = filters_of(scale, 1.0)
+    sigma = scale / filters.step
+    assert sigma >= min(0.9, scale)
+    assert len(filters.smooth) <= 6  # the cost of a block does not depend on the target's size
+    assert filters.step == max(step for step in range(1, 300) if step == 1 or scale / step >= 0.9)
+
+
+def test_filters_are_made_once() -> None:
+    assert filters_of(2.5, 1.0) is filters_of(2.5, 1.0)
+    assert {filters_of(scale, 1.0).step for scale in SCALES.values()} == set(SCALES)
+
+
+# The structure tensor
+
+
+def check_plane(found: Edges, tensor: Floats, count: int) -> float:
+    """Compare a plane with its tensors; return the share of blocks whose bins were compared."""
+    certainty, angles = edges(tensor)
+    trace = np.trace(tensor, axis1=2, axis2=3)
+    # Single precision: of the gray values, 255 at most, and of sums of squares of differences.
+    error = 4e-6 * trace + 2e-4 * np.sqrt(trace) + 1e-8
+    assert (np.abs(found.certainty - certainty) <= 2 * trace * error).all()
+    spread = np.divide(certainty, trace, out=np.zeros_like(trace), where=trace > 0)
+    place = (angles / np.pi + 0.5) * count
+    from_border = np.abs(place - np.rint(place)) * np.pi / count
+    sure = spread > 0
+    sure[sure] &= from_border[sure] > 6e-6 + error[sure] / spread[sure]
+    np.testing.assert_array_equal(found.bins[sure], np.floor(place[sure]) % count)
+    assert (found.bins < count).all()
+    assert np.isfinite(found.certainty).all()
+    assert (found.certainty >= 0).all()
+    return float(sure.mean())
+
+
+@given(pictures, scales, st.sampled_from([0.6, 1.0, 1.7]), st.sampled_from([4, 36, 180]))
+@example(mosaic(3, 1, 1), 1.1, 1.0, 36)
+@example(mosaic(3, 1, 20), 2.8, 1.0, 36)
+@example(mosaic(3, 2, 2), 2.8, 1.7, 36)
+@example(np.zeros((9, 9, 3), np.uint8), 1.1, 1.0, 36)
+@example(np.full((9, 9, 3), 255, np.uint8), 1.9, 1.0, 36)
+@settings(max_examples=60)
+def test_structure_tensor(pixels: Pixels, scale: float, window: float, count: int) -> None:
+    """Equations 3 to 5 by dense convolution and the eigenvectors of each block's tensor."""
+    filters = filters_of(scale, window)
+    check_plane(computed(pixels, filters, count), tensors(pixels, filters), count)
+
+
+@pytest.mark.parametrize("step", SCALES)
+def test_nearly_all_of_a_plane_is_compared(step: int) -> None:
+    """The test before this one would also pass if it were sure of nothing."""
+    filters = filters_of(SCALES[step], 1.0)
+    pixels = mosaic(0, 40, 50)
+    assert check_plane(computed(pixels, filters), tensors(pixels, filters), 36) > 0.98
+
+
+@pytest.mark.parametrize("step", SCALES)
+@pytest.mark.parametrize("slope", [(3, 0), (0, 2), (1, 2), (2, -1), (3, 1), (-1, -3), (3, -2)])
+def test_a_pure_slope(slope: tuple[int, int], step: int) -> None:
+    """Where the gradient is g everywhere, J = g g^T: C = |g|^4, the orientation that of g."""
+    y, x = np.mgrid[:42, :42]
+    values = slope[0] * x + slope[1] * y
+    found = computed(gray(values - values.min()), filters_of(SCALES[step], 1.0), 180)
+    middle = slice(6, -6), slice(6, -6)
+    square = (slope[0] ** 2 + slope[1] ** 2) * step**2  # a block's slope is that over its side
+    np.testing.assert_allclose(found.certainty[middle], square**2, rtol=1e-4)
+    expected = int(math.degrees(math.atan2(slope[1], slope[0]) % math.pi) + 90) % 180
+    assert (found.bins[middle] == expected).all()
+
+
+@given(pictures, scales, st.data())
+@settings(max_examples=60)
+def test_a_part_of_a_plane_is_computed_as_in_the_whole(
+    pixels: Pixels, scale: float, data: st.DataObject
+) -> None:
+    """Bit for bit: what is kept of a frame must not depend on who asked first."""
+    filters = filters_of(scale, 1.0)
+    height, width = blocks(pixels, filters.step)
+    left, top = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
+    right, bottom = (
+        data.draw(st.integers(left + 1, width)),
+        data.draw(st.integers(top + 1, height)),
+    )
+    part = computed(pixels, filters, part=(left, top, right, bottom))
+    assert_same(part, computed(pixels, filters), (slice(top, bottom), slice(left, right)))
+
+
+@pytest.mark.parametrize("step", SCALES)
+def test_past_the_border_pixels_repeat(step: int) -> None:
+    """As in a larger picture that really has these pixels."""
+    filters = filters_of(SCALES[step], 1.0)
+    pixels, more = mosaic(5, 14 * step, 9 * step), 12 * step
+    larger = np.pad(pixels, ((more, more), (more, more), (0, 0)), mode="edge")
+    inside = slice(12, -12), slice(12, -12)
+    assert_same(computed(pixels, filters), computed(larger, filters), inside)
+
+
+def test_blocks_are_means_of_luma() -> None:
+    """The oracle by hand, also where the picture ends within a block."""
+    pixels = np.zeros((3, 5, 3), np.uint8)
+    pixels[0, 0], pixels[0, 4], pixels[2, 4] = (256 - 1, 0, 0), (0, 128, 0), (0, 0, 64)
+    red, green, blue = 255 * 77 / 256, 128 * 150 / 256, 64 * 29 / 256
+    expected = [[red / 4, 0, green / 2], [0, 0, blue]]
+    np.testing.assert_allclose(gray_blocks(pixels, 2), expected)
+    np.testing.assert_allclose(gray_blocks(pixels, 2, 1)[0], [red, red / 2, 0, green, green])
+    for step in SCALES:
+        # A filter of one tap is none: what is left is the gradient of two blocks' difference.
+        one, half = np.ones(1, np.float32), np.array([0, 0.5], np.float32)
+        plain = Filters(step, np.array([1, 0], np.float32), half, one)
+        picture = mosaic(8, 7, 8)
+        check_plane(computed(picture, plain), tensors(picture, plain), 36)
+
+
+def turn(y: Any, x: Any) -> Floats:
+    """Return the kernel's angle of (x, y) in radians, from -pi."""
+    y, x = np.atleast_1d(y).astype(np.float32), np.atleast_1d(x).astype(np.float32)
+    out = np.full(y.shape, np.nan, np.float32)
+    kernels.gradients.turns(y, x, out)
+    return (out.astype(np.float64) - 0.5) * 2 * np.pi
+
+
+singles = st.floats(-(2.0**50), 2.0**50, width=32)
+
+
+@given(st.lists(st.tuples(singles, singles), min_size=1, max_size=50))
+@example([(y, x) for y in (-1, -0.5, 0, 0.5, 1) for x in (-1, -0.5, 0, 0.5, 1) if (y, x) != (0, 0)])
+@example([(1e-45, 1e-44), (1e-44, -1e-45), (1e30, 1e-30), (-1e-30, -1e30), (3e38, -3e38)])
+def test_angles(points: list[tuple[float, float]]) -> None:
+    """The polynomial is off by 1.14e-5 at most, where x = y; single precision adds its own."""
+    y, x = np.array(points, np.float32).T
+    off = turn(y, x) - [math.atan2(v, u) for v, u in zip(y.tolist(), x.tolist(), strict=True)]
+    off = (off + np.pi) % (2 * np.pi) - np.pi  # a whole turn is none
+    off[(x == 0) & (y == 0)] = 0
+    assert np.abs(off).max() < 1.2e-5
+
+
+def test_angles_all_around() -> None:
+    angles = np.linspace(-np.pi, np.pi, 100_001)[1:-1]
+    off = turn(np.sin(angles), np.cos(angles)) - angles
+    assert np.abs(off).max() < 1.2e-5
+    # An orientation is half of this angle: there the error is under 1e-5.
+    assert np.abs(off).max() / 2 < 1e-5
+
+
+def test_the_angle_of_nothing_is_finite() -> None:
+    zeros = np.array([0.0, -0.0], np.float32)
+    found = turn(np.repeat(zeros, 2), np.tile(zeros, 2))
+    assert np.isfinite(found).all()
+    assert np.isin(found, [0, -np.pi, np.pi]).all()
+
+
+def test_exact_octants() -> None:
+    assert turn(0, 1) == 0
+    assert abs(turn(0, -1)) == pytest.approx(np.pi)
+    assert turn(1, 0) == pytest.approx(np.pi / 2)
+    assert turn(-1, 0) == pytest.approx(-np.pi / 2)
+
+
+# Which bin
+
+
+@given(st.floats(-90, 90, exclude_max=True), st.sampled_from([4, 7, 36, 90]))
+@example(-89.0, 36)
+@example(89.0, 36)
+@example(-1.0, 36)
+@example(44.0, 4)
+@settings(max_examples=60)
+def test_gratings_fall_into_their_bin(degrees: float, bins: int) -> None:
+    place = (degrees / 180 + 0.5) * bins
+    assume(abs(place - round(place)) * 180 / bins > 0.5)
+    cue = Orientation(bins=bins, kept=1.0)
+    for pixels in (grating(degrees), 255 - grating(degrees), grating(degrees + 180)):
+        found = cue.learn(frame(pixels), Ellipse(30, 30, 25, 25)).histogram
+        np.testing.assert_allclose(found, triangle(np.eye(bins)[int(place)], 0), atol=1e-3)
+
+
+def test_opposite_directions_are_one() -> None:
+    """A black target on white is a white one on black."""
+    pixels = mosaic(2, 50, 50)
+    where = Ellipse(24, 25, 18, 12, 0.4)
+    cue = Orientation()
+    model = cue.learn(frame(pixels), where)
+    np.testing.assert_allclose(
+        cue.learn(frame(255 - pixels), where).histogram, model.histogram, atol=1e-5
+    )
+
+
+@pytest.mark.parametrize("bins", [4, 36, 180])
+@pytest.mark.parametrize("step", SCALES)
+def test_bins_cover_half_a_turn_from_straight_up(bins: int, step: int) -> None:
+    """Exact angles: a slope along x is at 0, one along y at pi/2, which is -pi/2: the first bin."""
+    down, across = 8 * np.indices((30, 30))
+    filters = filters_of(SCALES[step], 1.0)
+    for values, expected in ((across, bins // 2), (down, 0), (240 - down, 0)):
+        found = computed(gray(values), filters, bins)
+        assert (found.certainty > 1).all()
+        assert (found.bins == expected).all()
+
+
+# Histograms
+
+
+@st.composite
+def fields(draw: st.DrawFn) -> tuple[Edges, int]:
+    """Return random certainties and bins, as no picture has them, and the number of bins."""
+    rng = np.random.default_rng(draw(st.integers(0, 99)))
+    shape, count = (draw(st.integers(1, 20)), draw(st.integers(1, 20))), draw(st.integers(4, 40))
+    certainty = rng.gamma(0.5, 100, shape) * (rng.random(shape) > 0.1)
+    return Edges(certainty.astype(np.float32), rng.integers(0, count, shape, np.uint8)), count
+
+
+ellipses_ = st.builds(
+    Ellipse,
+    st.floats(-15, 40),
+    st.floats(-15, 40),
+    st.one_of(st.floats(0.3, 12), st.floats(12, 400)),
+    st.one_of(st.floats(0.3, 12), st.floats(12, 400)),
+    st.floats(-4, 4),
+)
+lattices = st.sampled_from([np.empty((2, 0), np.float32), sunflower(8), sunflower(100)])
+
+
+def rounding_decides(shape: Any, ellipse: Ellipse, lattice: Any) -> bool:
+    """Tell whether a place lies so near a border that rounding decides whether it counts."""
+    if not lattice.size:
+        return bool((np.abs(radii(shape, ellipse)[1] - 1) < 1e-9).any())
+    return between_pixels(ellipse, lattice)
+
+
+@given(
+    fields(),
+    ellipses_,
+    lattices,
+    st.sampled_from(sorted(PROFILES)),
+    st.sampled_from([-1.0, 0.0, 30.0, 1e9]),
+    st.floats(-100, 100) | st.integers(-100, 100).map(float),
+    st.tuples(st.integers(0, 9), st.integers(0, 9)),
+)
+def test_histograms(
+    field: tuple[Edges, int],
+    ellipse: Ellipse,
+    lattice: NDArray[np.float32],
+    profile: str,
+    threshold: float,
+    shift: float,
+    corner: tuple[int, int],
+) -> None:
+    """Over every place and over a lattice, whatever part of a frame the plane covers."""
+    (certainty, bins), count = field
+    left, top = corner
+    here = ellipse._replace(x=ellipse.x - left, y=ellipse.y - top)
+    assume(not rounding_decides(certainty.shape, here, lattice))
+    histograms = np.full((1, count), np.nan)
+    kernels.structure_tensor.histograms(
+        certainty, bins, left, top, rows(ellipse), lattice, (1, 1), PROFILES[profile],
+        threshold, np.array([shift]), histograms,
+    )  # fmt: skip
+    raw = orientation_histogram(
+        certainty.astype(float), bins, here, lattice, profile, threshold, count
+    )
+    np.testing.assert_allclose(histograms[0], triangle(raw, shift), atol=1e-6)
+    assert histograms.sum() == pytest.approx(1) or not histograms.any()
+
+
+def shifted(raw: Floats, *shifts: float) -> Floats:
+    """Return what the kernel makes of a histogram, at several shifts."""
+    certainty, bins = raw.astype(np.float32)[None], np.arange(len(raw), dtype=np.uint8)[None]
+    out = np.full((len(shifts), len(raw)), np.nan)
+    everything = np.tile([len(raw) / 2, 0, 1e4, 1e4, 0.0], (len(shifts), 1))
+    kernels.structure_tensor.histograms(
+        certainty, bins, 0, 0, everything, np.empty((2, 0), np.float32), (1, 1),
+        kernels.sampling.UNIFORM, 0.0, np.array(shifts, float), out,
+    )  # fmt: skip
+    return out
+
+
+raws = st.lists(st.integers(0, 9), min_size=4, max_size=40).filter(any).map(np.array)
+
+
+@given(raws, st.integers(-99, 99), st.floats(0, 1))
+def test_shifts(raw: Floats, whole: int, part: float) -> None:
+    start, rolled, half, between, after = shifted(raw, 0, whole, 0.5, part, 1)
+    np.testing.assert_allclose(rolled, np.roll(start, -whole), atol=1e-12)
+    np.testing.assert_allclose(after, np.roll(start, -1), atol=1e-12)
+    np.testing.assert_allclose(half, (start + after) / 2, atol=1e-12)
+    np.testing.assert_allclose(between, (1 - part) * start + part * after, atol=1e-12)
+
+
+@given(raws, st.floats(-50, 50))
+def test_smoothing_neither_adds_nor_takes(raw: Floats, shift: float) -> None:
+    """The triangles are a partition of unity."""
+    found, flat = shifted(raw, shift)[0], shifted(np.ones(len(raw)), shift)[0]
+    assert found.sum() == pytest.approx(1)
+    assert (found >= 0).all()
+    np.testing.assert_allclose(flat, 1 / len(raw))
+
+
+def test_the_triangle() -> None:
+    one = np.array([0, 0, 0, 1, 0, 0, 0, 0])
+    at, between = shifted(one, 0, 0.5)
+    np.testing.assert_allclose(at, [0, 0, 0.25, 0.5, 0.25, 0, 0, 0])
+    np.testing.assert_allclose(between, [0, 0.125, 0.375, 0.375, 0.125, 0, 0, 0])
+
+
+def drawn(cue: Orientation, picture: Frame, ellipse: Ellipse, threshold: float) -> Floats:
+    """Return the histogram of an ellipse by brute force over the plane of the first region."""
+    filters = filters_of(max(0.7, cue.scale * math.sqrt(ellipse.a * ellipse.b)), cue.window)
+    certainty, bins = computed(picture.pixels, filters, cue.bins)
+    step = filters.step
+    # Block i covers the pixels i s … i s + s - 1, that is, from i s - 1/2 to (i + 1) s - 1/2.
+    there = Ellipse(
+        (ellipse.x + 0.5) / step - 0.5, (ellipse.y + 0.5) / step - 0.5,
+        ellipse.a / step, ellipse.b / step, ellipse.theta,
+    )  # fmt: skip
+    assume(not rounding_decides(certainty.shape, there, cue.sampling.lattice))
+    raw = orientation_histogram(
+        certainty.astype(float), bins, there, cue.sampling.lattice, cue.kernel, threshold, cue.bins
+    )
+    if cue.form == "rotated":
+        return triangle(raw, ellipse.theta / (np.pi / cue.bins))
+    smooth = triangle(raw, 0)
+    k = np.arange(cue.bins // 2 + 1)
+    spectrum: Floats = np.abs(
+        np.exp(-2j * np.pi * np.outer(k, np.arange(cue.bins)) / cue.bins) @ smooth
+    )
+    return spectrum / spectrum.sum() if raw.any() else spectrum
+
+
+@given(
+    st.integers(0, 50),
+    st.builds(
+        Ellipse,
+        st.floats(-5, 60), st.floats(-5, 50), st.floats(2, 40), st.floats(2, 40), st.floats(-4, 4),
+    ),
+    st.sampled_from([0.05, 0.1, 0.2]),
+    st.builds(
+        Orientation,
+        form=st.sampled_from(FORMS),
+        kernel=st.sampled_from(sorted(PROFILES)),
+        sampling=st.sampled_from(SAMPLINGS),
+        bins=st.sampled_from([9, 36]),
+        window=st.sampled_from([0.7, 1.0]),
+        kept=st.sampled_from([0.3, 1.0]),
+    ),
+)  # fmt: skip
+@settings(max_examples=80)
+def test_models(seed: int, ellipse: Ellipse, scale: float, cue: Orientation) -> None:
+    """From pixels to a model, on blocks of one pixel and of several, in both forms."""
+    cue = replaced(cue, scale=scale)
+    picture = frame(mosaic(seed, 45, 52))
+    model = cue.learn(picture, ellipse)
+    dense = replaced(cue, sampling=cue.sampling.dense)
+    expected = drawn(dense, picture, ellipse, model.threshold)
+    np.testing.assert_allclose(model.histogram, expected, atol=1e-6)
+    np.testing.assert_array_equal(model.anchor, model.histogram)
+    assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
+
+
+@given(st.integers(0, 50), st.lists(ellipses_, min_size=1, max_size=5), st.sampled_from(FORMS))
+@settings(max_examples=60)
+def test_distances(seed: int, ellipses: list[Ellipse], form: Form) -> None:
+    picture = frame(mosaic(seed, 45, 52))
+    cue = Orientation(form=form)
+    model = cue.learn(picture, Ellipse(25, 20, 14, 9, 0.5))
+    alone = [
+        cue._histograms(picture, model.scale, model.threshold, rows(ellipse))[0]
+        for ellipse in ellipses
+    ]
+    found = cue.distances(model, picture, rows(*ellipses))
+    assert found.shape == (len(ellipses),)
+    assert ((found >= 0) & (found <= 1)).all()
+    for distance, histogram in zip(found, alone, strict=True):
+        expected = bhattacharyya(histogram, model.histogram)
+        assert distance**2 == pytest.approx(expected**2, abs=1e-12)
+
+
+@forms
+@samplings
+def test_the_target_itself_is_at_no_distance(form: Form, sampling: Sampling) -> None:
+    picture = frame(mosaic(1, 60, 60))
+    where = Ellipse(30, 28, 17, 11, 0.7)
+    cue = Orientation(form=form, sampling=sampling.dense)
+    model = cue.learn(picture, where)
+    assert cue.distances(model, picture, rows(where))[0] == pytest.approx(0, abs=1e-7)
+    assert cue.distances(model, picture, rows(where._replace(x=10.0)))[0] > 0.02
+
+
+def test_inputs_stay_as_they_are() -> None:
+    picture = frame(mosaic(1, 40, 40))
+    pixels, places = picture.pixels.copy(), rows(Ellipse(20, 20, 9, 30, 0.3))
+    before = places.copy()
+    cue = Orientation(scale=0.2)
+    model = cue.learn(picture, Ellipse(20, 20, 14, 9))
+    cue.distances(model, picture, places)
+    cue.settle(model, picture, Ellipse(20, 20, 19, 9))
+    np.testing.assert_array_equal(places, before)
+    np.testing.assert_array_equal(picture.pixels, pixels)
+
+
+# Nothing to see
+
+BLANKS = {
+    "black": np.zeros((40, 50, 3), np.uint8),
+    "white": np.full((40, 50, 3), 255, np.uint8),
+    "one color": np.full((40, 50, 3), (200, 30, 90), np.uint8),
+    "one pixel": np.full((1, 1, 3), 90, np.uint8),
+}
+
+
+@forms
+@samplings
+@pytest.mark.parametrize("blank", BLANKS)
+@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
+def test_without_edges_there_is_nothing(
+    form: Form, sampling: Sampling, blank: str, kept: float
+) -> None:
+    empty, full = frame(BLANKS[blank]), frame(mosaic(1, 40, 50))
+    where = Ellipse(20, 20, 10, 7, 0.3)
+    cue = Orientation(form=form, sampling=sampling, kept=kept)
+    nothing = cue.learn(empty, where)
+    assert not nothing.histogram.any()
+    assert np.isfinite([nothing.scale, nothing.threshold]).all()
+    np.testing.assert_array_equal(cue.distances(nothing, full, rows(where)), 1)
+    something = replaced(cue, kept=0.5).learn(full, where)
+    for model in (nothing, something):
+        np.testing.assert_array_equal(cue.distances(model, empty, rows(where, where)), 1)
+        assert not cue.observe(model, empty, where).any()
+        assert np.isfinite(cue.settle(model, empty, where).threshold)
+
+
+@forms
+@samplings
+def test_outside_the_frame_there_is_nothing(form: Form, sampling: Sampling) -> None:
+    picture = frame(mosaic(0, 30, 30))
+    cue = Orientation(form=form, sampling=sampling)
+    model = cue.learn(picture, Ellipse(15, 15, 9, 7))
+    away = [(90, 15), (-40, 15), (15, -40), (15, 99), (-60, -60), (1e9, 5), (-1e12, 1e12)]
+    ellipses = rows(*(Ellipse(x, y, 9, 7, 0.4) for x, y in away))
+    for each in (ellipses, *np.split(ellipses, len(ellipses))):
+        np.testing.assert_array_equal(cue.distances(model, picture, each), 1)
+    outside = cue.learn(picture, Ellipse(*ellipses[0].tolist()))
+    assert not outside.histogram.any()
+    assert np.isfinite(cue.settle(model, picture, Ellipse(*ellipses[1].tolist())).threshold)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_an_ellipse_that_is_none_sees_nothing(value: float) -> None:
+    picture = frame(mosaic(0, 30, 30))
+    cue = Orientation()
+    model = cue.learn(picture, Ellipse(15, 15, 9, 7))
+    good = Ellipse(14, 16, 8, 7, 0.2)
+    expected = cue.distances(model, frame(mosaic(0, 30, 30)), rows(good))[0]
+    for column in range(5):
+        bad = rows(good, good)
+        bad[1, column] = value
+        found = cue.distances(model, picture, bad)
+        assert found[0] == pytest.approx(expected)
+        if column != 2 or not np.isinf(value):
+            assert found[1] == 1
+    assert cue.distances(model, picture, np.full((2, 5), value)).tolist() == [1, 1]
+
+
+@given(
+    st.builds(mosaic, st.integers(0, 9), st.integers(1, 12), st.integers(1, 12)),
+    st.sampled_from(FORMS),
+    st.sampled_from(SAMPLINGS),
+    st.one_of(st.floats(0.4, 2), st.floats(100, 5000)),
+    st.one_of(st.floats(0.4, 2), st.floats(100, 5000)),
+    st.floats(0, 1),
+)
+@settings(max_examples=60)
+def test_nothing_is_ever_nan(
+    pixels: Pixels, form: Form, sampling: Sampling, a: float, b: float, kept: float
+) -> None:
+    """In a picture smaller than the filter, of a target of one pixel or larger than the frame."""
+    picture = frame(pixels)
+    cue = Orientation(form=form, sampling=sampling, kept=kept)
+    where = Ellipse(pixels.shape[1] / 2, pixels.shape[0] / 2, a, b, 0.3)
+    model = cue.learn(picture, where)
+    model = cue.settle(model, picture, where)
+    assert np.isfinite([*model.histogram, model.scale, model.threshold]).all()
+    assert np.isfinite(cue.observe(model, picture, where)).all()
+    assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
+    found = cue.distances(model, picture, rows(where, where._replace(x=-1e4), where))
+    assert ((found >= 0) & (found <= 1)).all()
+
+
+# Rotation
+
+TARGET = Ellipse(60, 58, 40, 25, 0.0)
+
+
+@samplings
+@pytest.mark.parametrize("start", [0.0, 0.5, -1.4])
+def test_a_rotated_histogram_turns_with_its_ellipse(sampling: Sampling, start: float) -> None:
+    cue = Orientation(form="rotated", sampling=sampling)
+    model = cue.learn(texture(TARGET._replace(theta=start)), TARGET._replace(theta=start))
+    with_it, fixed = [], []
+    for degrees in range(0, 181, 10):
+        turned = TARGET._replace(theta=start + math.radians(degrees))
+        # Of the same size whatever its angle: only the histogram's turning is left.
+        still = rows(turned, Ellipse(60, 58, 25, 25, start))
+        with_it.append(cue.distances(model, texture(turned), still[:1])[0])
+        fixed.append(cue.distances(model, texture(turned), still[1:])[0])
+    assert max(with_it) < (0.05 if isinstance(sampling, EveryPixel) else 0.1)
+    assert min(fixed[3:15]) > 0.35
+    assert max(fixed) > 0.8
+
+
+def test_half_a_turn_of_the_ellipse_is_none() -> None:
+    picture = texture(TARGET)
+    cue = Orientation(sampling=EveryPixel())
+    model = cue.learn(picture, TARGET._replace(theta=0.3))
+    around = rows(*(TARGET._replace(theta=0.3 + k * math.pi) for k in (-7, -1, 1, 20)))
+    np.testing.assert_allclose(cue.distances(model, picture, around), 0, atol=1e-6)
+
+
+def test_a_spectrum_does_not_depend_on_the_angle() -> None:
+    """Of the picture or of the ellipse: a circle's is all the same."""
+    circle = Ellipse(60, 58, 30, 30)
+    cue = Orientation(form="fourier", sampling=EveryPixel())
+    model = cue.learn(texture(TARGET), circle)
+    for degrees in range(0, 180, 15):
+        theta = math.radians(degrees)
+        turned = texture(TARGET._replace(theta=theta))
+        places = rows(circle, circle._replace(theta=theta), circle._replace(theta=1.0))
+        found = cue.distances(model, turned, places)
+        assert found.max() < 0.08
+        np.testing.assert_allclose(found, found[0], atol=1e-6)
+    other = cue.distances(model, frame(grating(20, 121)), rows(circle))
+    assert other[0] > 0.2
+
+
+@given(raws, st.integers(0, 40))
+def test_spectra_are_invariant_to_cyclic_shifts(raw: Floats, whole: int) -> None:
+    """Made by the cue itself, from pictures that are given as planes."""
+    count = max(len(raw), 4)
+    cue = Orientation(form="fourier", bins=count, sampling=EveryPixel(), kernel="uniform")
+    found = []
+    for values in (raw, np.roll(raw, whole)):
+        picture = frame(np.zeros((1, count, 3), np.uint8))
+        filters = filters_of(0.7, cue.window)
+        plane = CertainPlane(
+            0, 0, filters.step, np.arange(count, dtype=np.uint8)[None],
+            values.astype(np.float32)[None],
+        )  # fmt: skip
+        picture.planes["orientation", 0.7, cue.window, count] = plane
+        where = rows(Ellipse(count / 2, 0, 1e3, 1e3, 0.4))
+        found.append(cue._histograms(picture, 0.7, 0.0, where)[0])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
+    assert found[0].sum() == pytest.approx(1)
+    assert len(found[0]) == count // 2 + 1
+
+
+# The threshold
+
+
+@given(
+    st.integers(0, 30), st.floats(0, 1), st.sampled_from(SAMPLINGS), st.sampled_from([0.05, 0.2])
+)
+@settings(max_examples=60)
+def test_a_share_of_the_pixels_is_kept(
+    seed: int, kept: float, sampling: Sampling, scale: float
+) -> None:
+    cue = Orientation(kept=kept, sampling=sampling, scale=scale, kernel="uniform")
+    rng = np.random.default_rng(seed)
+    picture = frame(rng.integers(0, 256, (60, 70, 3), np.uint8))
+    where = Ellipse(30 + seed / 3, 29, 20, 12, 0.4)
+    threshold = cue.learn(picture, where).threshold
+    filters = filters_of(cue._scale(where), cue.window)
+    certainty = computed(picture.pixels, filters).certainty
+    there = Ellipse(
+        (where.x + 0.5) / filters.step - 0.5, (where.y + 0.5) / filters.step - 0.5,
+        where.a / filters.step, where.b / filters.step, where.theta,
+    )  # fmt: skip
+    lattice = sampling.lattice
+    assume(not rounding_decides(certainty.shape, there, lattice))
+    if lattice.size:
+        columns, lines = np.floor(lattice_places(there, lattice)[0] + 0.5).astype(int).T
+        values = certainty[lines, columns]
+    else:
+        values = certainty[radii(certainty.shape, there)[1] < 1]
+    # No two pixels are equally certain here; a lattice may read one of them twice.
+    same = max(np.unique(values, return_counts=True)[1])
+    above = np.count_nonzero(values > threshold)
+    assert abs(above - kept * len(values)) <= max(1, same)
+
+
+def test_the_threshold_is_a_quantile_of_the_last_frame() -> None:
+    """Section 3.2: T is set by the distribution of C over the target in the previous frame."""
+    cue = Orientation(kept=0.25, scale_selection=False)
+    weak, strong = texture(TARGET), frame(gray(255 * (np.indices((120, 120)).sum(axis=0) % 20 > 9)))
+    model = cue.learn(weak, TARGET)
+    assert cue.settle(model, weak, TARGET).threshold == model.threshold
+    settled = cue.settle(model, strong, TARGET)
+    assert settled.threshold > 2 * model.threshold
+    np.testing.assert_array_equal(settled.histogram, model.histogram)
+    assert settled.scale == model.scale
+    # Read with T of a frame with stronger edges, none are left.
+    assert cue.distances(settled, weak, rows(TARGET))[0] == 1
+
+
+def test_only_strong_edges_count() -> None:
+    """Below the threshold pixels are left out, above they count with their certainty."""
+    y, x = np.mgrid[:60, :60]
+    waves = np.where(x < 30, 3 * np.sin(0.8 * x), 90 * np.sin(0.8 * y))
+    picture, where = frame(gray(128 + waves)), Ellipse(29.5, 29.5, 25, 25)
+    strong, every = (Orientation(kept=kept).learn(picture, where) for kept in (0.2, 1.0))
+    assert every.threshold < 0 < strong.threshold
+    assert strong.histogram[[16, 17, 18, 19]].sum() == 0
+    assert every.histogram[[16, 17, 18, 19]].sum() > 0
+    assert strong.histogram.argmax() in (0, 35)
+
+
+# The scale
+
+
+def test_the_scale_follows_the_square_root_of_the_area() -> None:
+    """The scale parameter of a Gaussian, its variance, is proportional to the area."""
+    picture = frame(mosaic(0, 200, 200))
+    cue = Orientation(scale=0.08)
+    scales, areas = [], []
+    for a, b in [(20, 20), (40, 10), (10, 40), (40, 40), (80, 20), (90, 60)]:
+        ellipse = Ellipse(100, 100, a, b, 0.4)
+        scales.append(cue.learn(picture, ellipse).scale)
+        areas.append(ellipse.area)
+    np.testing.assert_allclose(np.square(scales) / areas, 0.08**2 / np.pi)
+    assert scales[0] == pytest.approx(0.08 * 20)
+    assert cue.learn(picture, Ellipse(100, 100, 3, 3)).scale == 0.7  # no narrower Gaussian is one
+
+
+@given(st.floats(0.5, 2))
+def test_the_scale_changes_when_the_target_has(factor: float) -> None:
+    picture = texture(TARGET)
+    cue = Orientation(scale=0.06)
+    model = cue.learn(picture, TARGET)
+    now = TARGET._replace(a=TARGET.a * factor, b=TARGET.b * factor)
+    settled = cue.settle(model, picture, now)
+    assume(abs(abs(factor - 1) - HYSTERESIS) > 1e-9)
+    assert settled.scale == pytest.approx(
+        model.scale * (factor if abs(factor - 1) > HYSTERESIS else 1)
+    )
+    fixed = replaced(cue, scale_selection=False).settle(model, picture, now)
+    assert fixed.scale == model.scale
+    # T belongs to the filters that will be used.
+    plain = replaced(cue, scale=settled.scale / math.sqrt(now.a * now.b))
+    assert settled.threshold == plain.learn(picture, now).threshold
+
+
+def test_small_changes_add_up() -> None:
+    """The scale is compared with the one in use, not with the last frame's size."""
+    picture = texture(TARGET)
+    cue = Orientation(scale=0.06)
+    model = first = cue.learn(picture, TARGET)
+    seen = set()
+    for step in range(1, 31):
+        factor = 1.01**step
+        now = TARGET._replace(a=TARGET.a * factor, b=TARGET.b * factor)
+        model = cue.settle(model, picture, now)
+        seen.add(model.scale)
+        assert model.scale == pytest.approx(first.scale * factor, rel=HYSTERESIS + 0.01)
+    assert len(seen) in (3, 4)
+
+
+@pytest.mark.parametrize("scale", [0.05, 0.1])
+@pytest.mark.parametrize("zoom", [2.0, 3.0])
+@forms
+def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form: Form) -> None:
+    """Section 3.2.2: with filters that grow with the target; with others it does."""
+    small = Ellipse(150, 150, 40, 25, 0.3)
+    large = small._replace(a=40 * zoom, b=25 * zoom)
+    picture = texture(large, 300, zoom)
+    cue = Orientation(scale=scale, sampling=EveryPixel(), form=form)
+    model = cue.learn(texture(small, 300), small)
+    selected = cue.settle(model, picture, large)
+    fixed = replaced(cue, scale_selection=False).settle(model, picture, large)
+    assert selected.scale == pytest.approx(zoom * model.scale)
+    assert fixed.scale == model.scale
+    near, far = (cue.distances(settled, picture, rows(large))[0] for settled in (selected, fixed))
+    assert near < 0.05
+    assert far > (2 if form == "rotated" else 1.1) * near
+
+
+# Learning
+
+
+@forms
+def test_what_a_model_learns_from_is_read_as_the_model_was(form: Form) -> None:
+    cue = Orientation(form=form)
+    before, now = frame(mosaic(1, 50, 50)), frame(mosaic(2, 50, 50))
+    where = Ellipse(25, 24, 15, 12, 0.3)
+    model = cue.learn(before, where)
+    for scale, threshold in ((model.scale, model.threshold), (1.7, 0.0)):
+        model = msgspec.structs.replace(model, scale=scale, threshold=threshold)
+        seen = cue._histograms(now, scale, threshold, rows(where))[0]
+        np.testing.assert_array_equal(cue.observe(model, now, where), seen)
+
+
+# Planes
+
+
+def test_a_plane_is_computed_once() -> None:
+    picture = frame(mosaic(0, 60, 80))
+    cue = Orientation(scale_selection=False)
+    wide = rows(Ellipse(40, 30, 30, 20), Ellipse(30, 30, 12, 9, 0.3))
+    model = cue.learn(picture, Ellipse(40, 30, 30, 20))
+    [plane] = planes(picture)
+    cue.distances(model, picture, wide)
+    cue.settle(model, picture, Ellipse(30, 30, 12, 9, 0.3))
+    cue.observe(model, picture, Ellipse(45, 30, 12, 9, 0.3))
+    replaced(cue, form="fourier").learn(picture, Ellipse(40, 30, 30, 20))
+    assert [id(one) for one in planes(picture)] == [id(plane)]
+    # What it does not cover, another scale and other bins need another one.
+    cue.distances(model, picture, rows(Ellipse(60, 30, 30, 20)))
+    [moved] = planes(picture)
+    assert moved is not plane
+    replaced(cue, bins=18).learn(picture, Ellipse(40, 30, 30, 20))
+    replaced(cue, scale=0.2).learn(picture, Ellipse(40, 30, 30, 20))
+    assert len(planes(picture)) == 3
+    assert planes(picture)[0] is moved
+
+
+def test_a_step_computes_one_plane(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For all particles, the estimate, and the threshold of the next frame."""
+    compute, calls = kernels.structure_tensor.structure_tensor, []
+
+    def counted(*arguments: Any) -> None:
+        calls.append(arguments)
+        compute(*arguments)
+
+    config = configure(preset("maggio"), {"orientation": {"scale_selection": False}})
+    pictures = film(6)
+    tracker = Tracker(config)
+    tracker.init(pictures[0], START)
+    monkeypatch.setattr(kernels.structure_tensor, "structure_tensor", counted)
+    for picture in pictures[1:]:
+        calls.clear()
+        tracker.update(picture)
+        assert len(calls) == len(planes(picture)) == 1
+
+
+@given(
+    st.lists(ellipses_, min_size=1, max_size=4),
+    st.integers(1, 50),
+    st.integers(1, 50),
+    st.floats(0.01, 1),
+)
+def test_a_plane_covers_what_is_asked(
+    ellipses: list[Ellipse], height: int, width: int, scale: float
+) -> None:
+    """Every pixel of the frame in an ellipse, but nothing that lies outside all of them."""
+    picture = frame(mosaic(0, height, width))
+    cue = Orientation(scale=scale, scale_selection=False)
+    plane = cue._plane(picture, cue._scale(ellipses[0]), rows(*ellipses))
+    assert planes(picture) == [plane]
+    step = plane.step
+    tall, broad = blocks(picture.pixels, step)
+    bottom, right = plane.row + plane.certainty.shape[0], plane.column + plane.certainty.shape[1]
+    assert 0 <= plane.row < bottom <= tall
+    assert 0 <= plane.column < right <= broad
+    inside = np.zeros((tall * step, broad * step), bool)
+    for ellipse in ellipses:
+        inside |= radii(inside.shape, ellipse)[1] < 1 - 1e-9
+    inside[plane.row * step : bottom * step, plane.column * step : right * step] = False
+    assert not inside[:height, :width].any()
+    boxes = [ellipse.box for ellipse in ellipses]
+    seen = [box for box in boxes if box.x < width and box.y < height]
+    seen = [box for box in seen if box.x + box.width > 0 and box.y + box.height > 0]
+    if len(boxes) == len(seen) == 1:
+        [box] = boxes
+        assert plane.column * step >= box.x - step - 1
+        assert right * step <= box.x + box.width + step + 1
+        assert plane.row * step >= box.y - step - 1
+        assert bottom * step <= box.y + box.height + step + 1
+
+
+@pytest.mark.parametrize("step", SCALES)
+@pytest.mark.parametrize("move", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_a_plane_that_is_a_block_too_small_is_no_use(step: int, move: tuple[int, int]) -> None:
+    cue = Orientation()
+    picture = frame(mosaic(4, 90, 90))
+    here = Ellipse(45, 45, 20, 20)
+    there = here._replace(x=45.0 + step * move[0], y=45.0 + step * move[1])
+    first = cue._plane(picture, SCALES[step], rows(here))
+    assert first.step == step
+    moved = cue._plane(picture, SCALES[step], rows(there))
+    assert moved is not first
+    assert (moved.column, moved.row) == (first.column + move[0], first.row + move[1])
+    assert moved.certainty.shape == first.certainty.shape
+    assert planes(picture) == [moved]
+
+
+@given(pictures, st.lists(ellipses_, min_size=1, max_size=4), st.sampled_from(SAMPLINGS))
+@settings(max_examples=60)
+def test_what_was_computed_before_changes_nothing(
+    pixels: Pixels, ellipses: list[Ellipse], sampling: Sampling
+) -> None:
+    """To the last bit, whether a plane is new, as large as need be, or of the whole frame."""
+    cue = Orientation(sampling=sampling, scale=0.15)
+    model = cue.learn(frame(pixels), Ellipse(9, 8, 12, 9, 0.4))
+    fresh, whole = frame(pixels), frame(pixels)
+    everything = rows(Ellipse(pixels.shape[1] / 2, pixels.shape[0] / 2, 999, 999))
+    cue.distances(model, whole, everything)
+    [before] = planes(whole)
+    assert before.certainty.shape == blocks(pixels, before.step)
+    np.testing.assert_array_equal(
+        cue.distances(model, fresh, rows(*ellipses)), cue.distances(model, whole, rows(*ellipses))
+    )
+    assert planes(whole)[0] is before
+
+
+# In a tracker
+
+
+def run(tracker: Tracker, pictures: list[Frame]) -> list[bytes]:
+    return [np.array(tracker.update(picture).ellipse).tobytes() for picture in pictures]
+
+
+def oriented(tracker: Tracker) -> OrientationModel:
+    """Return the model that the last frame was compared with."""
+    model = tracker.info.models["orientation"]
+    assert isinstance(model, OrientationModel)
+    return model
+
+
+def film(count: int) -> list[Frame]:
+    """Return a target that moves, turns and grows."""
+    moves = []
+    for index in range(count):
+        zoom = 1.02**index
+        ellipse = Ellipse(60 + index, 58, 24 * zoom, 15 * zoom, 0.05 * index)
+        picture = texture(ellipse, zoom=zoom)
+        outside = radii(picture.pixels.shape, ellipse)[1] > 1
+        picture.pixels[outside] = mosaic(index, 120, 120)[outside] // 4 + 90
+        moves.append(Frame(index, index / 25, picture.pixels))
+    return moves
+
+
+START = Ellipse(60, 58, 24, 15)
+
+
+def filter_of(name: str, **changes: Any) -> ParticleFilter:
+    """Return a preset with fewer particles and less background to look at."""
+    config = preset(name)
+    assert isinstance(config, ParticleFilter)
+    rule = AppearanceRule(margin=0.7, step=6)
+    return msgspec.structs.replace(config, particles=60, presence=rule, **changes)
+
+
+TRACKERS = {
+    "both": filter_of("maggio", adaptation=Forgetting(rate=0.1, anchor=0.3)),
+    "edges": filter_of("maggio:O-ROH"),
+    "spectra": filter_of("maggio:C+O-SS-FOH"),
+}
+trackers = pytest.mark.parametrize("name", TRACKERS)
+
+
+@trackers
+def test_the_seed_decides(name: str) -> None:
+    results = []
+    for seed in (5, 5, 6):
+        tracker, pictures = Tracker(TRACKERS[name], seed), film(8)
+        tracker.init(pictures[0], START)
+        results.append(run(tracker, pictures[1:]))
+    assert results[0] == results[1] != results[2]
+
+
+@trackers
+def test_frames_that_others_have_looked_at_give_the_same_track(name: str) -> None:
+    results = []
+    for looked in (False, True):
+        tracker, pictures = Tracker(TRACKERS[name], 3), film(8)
+        if looked:
+            cue = TRACKERS[name].orientation
+            assert cue is not None
+            scale = cue.learn(pictures[0], START).scale
+            for picture in pictures:
+                cue._plane(picture, scale, rows(Ellipse(60, 60, 999, 999)))
+        tracker.init(pictures[0], START)
+        results.append(run(tracker, pictures[1:]))
+    assert results[0] == results[1]
+
+
+@trackers
+def test_saved_and_loaded_it_goes_on_the_same(name: str, tmp_path: Any) -> None:
+    pictures = film(16)
+    tracker = Tracker(TRACKERS[name], 3)
+    tracker.init(pictures[0], START)
+    run(tracker, pictures[1:9])
+    tracker.save(tmp_path / "state")
+    loaded = Tracker.load(tmp_path / "state")
+    after, again = run(tracker, pictures[9:]), run(loaded, film(16)[9:])
+    assert after == again
+    mine, its = oriented(tracker), oriented(loaded)
+    assert (mine.scale, mine.threshold) == (its.scale, its.threshold)
+    np.testing.assert_array_equal(mine.histogram, its.histogram)
+    np.testing.assert_array_equal(mine.anchor, its.anchor)
+
+
+def test_the_filters_follow_the_estimate() -> None:
+    tracker = Tracker(filter_of("maggio", orientation=Orientation(scale=0.1)), 1)
+    estimates: list[Ellipse] = []
+    models: list[OrientationModel] = []
+    for picture, (truth,) in synthetic.growing((320, 240), 30, factor=2.0):
+        track = tracker.update(picture) if models else tracker.init(picture, truth.ellipse)
+        models.append(oriented(tracker))
+        estimates.append(track.ellipse)
+    for ellipse, model in zip(estimates, models[1:], strict=False):
+        wanted = max(0.7, 0.1 * math.sqrt(ellipse.a * ellipse.b))
+        assert model.scale == pytest.approx(wanted, rel=HYSTERESIS / (1 - HYSTERESIS))
+    assert 2 < len({model.scale for model in models}) < 10
+    assert len({model.threshold for model in models}) > 25
+
+
+def test_settings_that_are_refused() -> None:
+    refused: list[tuple[str, Any]] = [
+        ("bins", 3), ("bins", 181), ("scale", 0), ("scale", 1.5), ("window", 0), ("kept", 1.1),
+        ("kept", math.nan), ("form", "both"), ("kernel", "flat"),
+    ]  # fmt: skip
+    for key, value in refused:
+        with pytest.raises(ConfigError, match=key):
+            Orientation(**{key: value})

@@ -1,0 +1,118 @@
+"""Full occlusions: rendered as asked for, and counted as kept or not."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.cues.color import Color
+from motes.cues.hog import Hog
+from motes.evaluation.papers import occlusions
+from motes.evaluation.synthetic.clips import Clip, Target
+from motes.evaluation.synthetic.occlusion_clips import EMPTY, Meetings, Way, hidden, meetings
+from motes.mot.tracked_object import SceneTrack
+
+
+class Told:
+    """A scene that says where the first target is, under given identities; hidden, nothing."""
+
+    def __init__(self, clip: Clip, before: int, after: int) -> None:
+        self._truths = [truth for _, (truth, *_) in clip]
+        self._identities, self._hidden = (before, after), False
+
+    def update(self, frame: Frame) -> list[SceneTrack]:
+        """Say where it is."""
+        truth = self._truths[frame.index]
+        self._hidden |= frame.index > EMPTY + 40 and truth.visible < 0.02
+        if truth.visible < 0.5:
+            return []
+        track = Track(
+            frame.index, frame.time, truth.ellipse, np.eye(4), 1.0, Status.TRACKING, 0.0, 1.0
+        )
+        return [SceneTrack(self._identities[self._hidden], track, None, True)]
+
+
+@pytest.mark.parametrize(("before", "after", "kept"), [(1, 1, True), (1, 2, False), (0, 0, False)])
+@pytest.mark.parametrize("way", ["crossing", "turning back"])
+def test_an_identity_is_kept(
+    way: Way, before: int, after: int, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    met = meetings(way, 5)
+    monkeypatch.setattr(occlusions, "Scene", lambda _: Told(met.clip, before, after))
+    assert occlusions.keeps(met) == [kept]
+
+
+@pytest.mark.parametrize("way", get_args(Way))
+def test_who_meets_is_hidden_whole_for_as_long_as_is_said(way: Way) -> None:
+    met = meetings(way, 8, alike=True)
+    truths = [met.clip[index][1] for index in range(EMPTY + 60, len(met.clip))]
+    visible = np.array([[truth.visible for truth in each] for each in truths])
+    ((target, first, last),) = hidden(visible, np.ones(visible.shape, bool), 0.02)
+    assert target == 0
+    assert last - first + 1 == pytest.approx(8, abs=2)
+    assert first + EMPTY + 60 >= met.since
+    behind, before = met.clip.targets
+    assert behind.colors == before.colors
+    assert before.crosswise
+    assert (behind.states[-1, 0] < behind.states[-20, 0]) == (way == "turning back")
+    assert meetings(way, 8).clip.targets[0].colors != meetings(way, 8).clip.targets[1].colors
+
+
+@pytest.mark.parametrize("way", get_args(Way))
+def test_the_first_meets_the_last_of_its_lane(way: Way) -> None:
+    clip = meetings(way, 8, 20).clip
+    states = np.array([target.states for target in clip.targets])
+    assert states.shape == (20, len(clip), 5)
+    behind, before = states[:2], states[10:12]
+    np.testing.assert_array_equal(behind[:, :, 1], before[:, :, 1])  # the same lane
+    apart = np.abs(behind[:, None, :, 0] - before[None, :, :, 0])
+    np.testing.assert_array_equal(apart.min(axis=2) < 2, [[True, True], [True, False]])
+    lanes = states[:10:2, 0, 1]
+    assert np.diff(lanes) == pytest.approx([96] * 4, abs=8)
+
+
+def test_a_skin_across_has_the_same_colors_and_other_edges() -> None:
+    states = np.array([[40.0, 40.0, 30.0, 30.0, 0.0]])
+    color, hog = Color(), Hog(turned=False)
+    models = []
+    for crosswise in (False, True):
+        frame = Clip((80, 80), (Target(states, crosswise=crosswise),))[0][0]
+        ellipse = Ellipse(40, 40, 27, 27, 0)
+        models.append([cue.learn(frame, ellipse).histogram for cue in (color, hog)])
+    (colors, edges), (other_colors, other_edges) = models
+    assert np.sqrt(colors * other_colors).sum() > 0.97
+    assert np.sqrt(edges * other_edges).sum() < 0.9
+
+
+def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    met: list[Meetings] = []
+
+    def keeps(each: Meetings) -> list[bool]:
+        met.append(each)
+        return [True, len(each.clip.targets) > 2]
+
+    monkeypatch.setattr(occlusions, "keeps", keeps)
+    *_, result = occlusions.occlusions([5, 45], [2, 10], 3)
+    lengths, short = result.tables["lengths"], result.tables["short"]
+    assert len(met) == 2 * 2 * 2 * 6  # two clips give the three that are wanted
+    assert len(lengths.rows) == 12
+    assert {tuple(c.text for c in row[2:]) for row in lengths.rows} == {
+        ("5", "2 of 4", "4 of 4"),
+        ("45", "2 of 4", "4 of 4"),
+    }
+    assert len(short.rows) == 12
+    ((all_, *_, kept, share, between),) = short.foot
+    low, high = occlusions.interval(36, 48)
+    assert (all_.text, kept.text, share.text) == ("all", "36 of 48", "75%")
+    assert between.text == f"{100 * low:.1f} to {100 * high:.1f} %"
+
+
+def test_wilsons_interval() -> None:
+    assert occlusions.interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
+    assert occlusions.interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
+    assert occlusions.interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)

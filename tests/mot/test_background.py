@@ -1,0 +1,221 @@
+"""What moves before a camera that stands still."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from backgrounds import METHODS, NO_CV2
+from motes.core.errors import ConfigError, LimitError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method, blobs
+from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
+from motes.video.sources import read_image
+
+WALKER = (16, 30)
+
+
+def picture(index: int, rng: np.random.Generator) -> Frame:
+    """Return noise, after 30 frames with a bright box on it that throws a shadow, and a speck."""
+    pixels = rng.integers(95, 106, (120, 160, 3)).astype(np.uint8)
+    if index >= 30:
+        x = 3 * (index - 30)
+        pixels[40:70, x : x + WALKER[0]] = (250, 220, 60)
+        shadow = pixels[75:95, x : x + WALKER[0]]
+        shadow[:] = 0.7 * shadow
+        pixels[10:12, x : x + 2] = 250
+    return Frame(index, index / 25, pixels)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_moves_is_found_without_its_shadow(method: Method) -> None:
+    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+    for index in range(60):
+        found = detector(picture(index, rng))
+        if index < 30:
+            assert found == []
+        elif index > 32:
+            assert len(found) == 1, index
+            assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
+            assert found[0].score == 1
+    assert detector.remarks == {}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
+    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+    for index in range(40):
+        frame = picture(0, rng)
+        brighter = frame.pixels + np.uint8(100 * (index >= 20))
+        found = detector(Frame(index, index / 25, brighter))
+        assert found == [], index
+    assert list(detector.remarks) == ["light"]
+    assert detector.remarks["light"].startswith("Frame 20: ")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
+    """The picture gets brighter by 18 % when the walker enters; only the walker is found."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector(method)
+    for index in range(50):
+        frame = picture(index, rng)
+        gain = 1.18 if index >= 35 else 1.0
+        pixels = np.minimum(np.rint(gain * frame.pixels), 255).astype(np.uint8)
+        found = detector(Frame(index, index / 25, pixels))
+        if index > 33:
+            assert len(found) == 1, index
+            assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
+    assert detector.remarks == {}
+
+
+def test_a_moving_camera_is_said_once() -> None:
+    rng, detector = np.random.default_rng(0), BackgroundDetector("gaussian")
+    world = rng.integers(0, 256, (60, 400, 3), np.uint8)
+    for index in range(40):
+        assert detector(Frame(index, index / 25, world[:, 5 * index : 5 * index + 80])) == []
+    assert list(detector.remarks) == ["light", "camera"]
+    assert detector.remarks["camera"].startswith("Frame 10: ")
+
+
+def test_a_flood_of_objects_is_limited() -> None:
+    detector = BackgroundDetector(BackgroundConfig(method="gaussian", least=1e-4, limit=7))
+    still = np.full((200, 200, 3), 90, np.uint8)
+    detector(Frame(0, 0.0, still))
+    flood = still.copy()
+    for k in range(36):
+        y, x = 10 + 32 * (k // 6), 10 + 32 * (k % 6)
+        flood[y : y + 5 + k // 6, x : x + 8] = 250
+    found = detector(Frame(1, 0.04, flood))
+    assert [each.box.height for each in found] == [10] * 6 + [9]  # the largest
+    assert "36 moving patches" in detector.remarks["flood"]
+
+
+@pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=METHODS[0].marks)])
+def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not opencv:
+        monkeypatch.setitem(sys.modules, "cv2", None)
+    mask = np.zeros((200, 400), np.uint8)
+    mask[10:30, 20:40] = 1
+    mask[34:50, 20:40] = 1  # 4 rows below: a gap that is closed
+    mask[10:30, 60:70] = 1  # 20 columns aside: another one
+    mask[100, 100] = 1  # a speck
+    mask[190:, 390:] = 1  # in the corner
+    upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
+    assert blobs(mask, BackgroundConfig(least=50 / mask.size)) == [*upper, corner]
+    assert blobs(mask, BackgroundConfig(least=150 / mask.size)) == upper
+    apart = BackgroundConfig(gap=(0.01, 0.008), least=50 / mask.size)
+    assert len(blobs(mask, apart)) == 4
+    assert blobs(mask, BackgroundConfig(speck=1, least=1 / mask.size))[-1] == Box(100, 100, 1, 1)
+    assert blobs(np.zeros((20, 20), np.uint8), BackgroundConfig()) == []
+
+
+def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    for make in (
+        lambda: BackgroundDetector("mog2"),
+        lambda: BackgroundDetector("knn"),
+        PeopleDetector,
+    ):
+        with pytest.raises(LimitError, match=r"pip install 'motes\[opencv\]'"):
+            make()
+    rng, detector = np.random.default_rng(0), BackgroundDetector()
+    for index in range(36):
+        found = detector(picture(index, rng))
+    assert [iou(each.box, Box(15, 40, *WALKER)) > 0.8 for each in found] == [True]
+
+
+def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
+    """Return how many are found in a patch of another brightness, in its last frame."""
+    rng, detector = np.random.default_rng(0), BackgroundDetector(config)
+    for index in range(40):
+        pixels = rng.integers(98, 103, (120, 160, 3)).astype(np.uint8)
+        if index >= 40 - frames:
+            pixels[40:70, 30:50] = np.rint(gain * pixels[40:70, 30:50])
+        found = detector(Frame(index, index / 25, pixels))
+    return len(found)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("change", "gain", "found"),
+    [
+        ({"deviations": 40.0, "distance": 80.0}, 1.4, 0),
+        ({"least": 0.1}, 1.4, 0),
+        ({"shadow": 1.0}, 0.7, 1),
+        ({"shadow": 0.9}, 0.7, 1),
+    ],
+)
+def test_settings_decide_what_is_found(
+    method: Method, change: dict[str, float], gain: float, found: int
+) -> None:
+    config = BackgroundConfig(method=method)
+    assert patch(config, gain) == 1 - found
+    assert patch(replace(config, **change), gain) == found
+
+
+@pytest.mark.parametrize("method", METHODS[::2])  # nearest samples are replaced at random
+@pytest.mark.parametrize("change", [{"rate": 0.5}, {"history": 2}])
+def test_settings_decide_how_soon_what_stays_is_learned(
+    method: Method, change: dict[str, float]
+) -> None:
+    config = BackgroundConfig(method=method)
+    assert patch(config, 1.4, frames=4) == 1
+    assert patch(replace(config, **change), 1.4, frames=4) == 0
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"method": "mog"}, "method: .*mog"),
+        ({"least": 0.6}, "least < most"),
+        ({"limit": 0}, "limit: .* >= 1"),
+        ({"gap": (0.1, 2)}, "gap"),
+        ({"rate": 0}, "rate"),
+        ({"speck": 4}, "speck"),
+    ],
+)
+def test_settings_that_make_no_sense(settings: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        BackgroundConfig(**settings)  # type: ignore[arg-type]
+
+
+def test_detections_in_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "det.txt"
+    path.write_text("2,-1,11,21,30,40,0.5,-1,-1,-1\n\n1,-1,1,1,5,6,2\n2,-1,5,5,8,8\n")
+    detector = RecordedDetections(path)
+    pixels = np.zeros((9, 9, 3), np.uint8)
+    first, second, third = (detector(Frame(i, i / 25, pixels)) for i in range(3))
+    assert [each.box for each in first] == [(0, 0, 5, 6)]
+    assert [(each.box, each.score) for each in second] == [
+        ((10, 20, 30, 40), 0.5),
+        ((4, 4, 8, 8), 1.0),
+    ]
+    assert third == []
+
+
+@pytest.mark.parametrize("line", ["1,-1,2,3,x,5,1", "1,-1,2", "1,-1,2,3,0,5,1", "nan,-1,1,1,1,1,1"])
+def test_a_line_that_is_no_detection_is_named(line: str, tmp_path: Path) -> None:
+    path = tmp_path / "det.txt"
+    path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")
+    with pytest.raises(SourceError, match="line 2, is no detection"):
+        RecordedDetections(path)
+    with pytest.raises(SourceError, match="check the name"):
+        RecordedDetections(tmp_path / "nothing.txt")
+
+
+@pytest.mark.skipif(NO_CV2, reason="no OpenCV")
+def test_people(data: Path) -> None:
+    folder = data / "mot" / "TUD-Stadtmitte"
+    truth = np.loadtxt(folder / "gt" / "gt.txt", delimiter=",", usecols=range(6))
+    boxes = truth[truth[:, 0] == 1, 2:] - (1, 1, 0, 0)
+    pixels = read_image(folder / "img1" / "000001.jpg")
+    found = PeopleDetector()(Frame(0, 0.0, pixels))
+    overlaps = iou(np.array([each.box for each in found])[:, None], boxes)
+    assert len(found) >= 4
+    assert (overlaps.max(axis=1) > 0.5).mean() >= 0.75
+    assert PeopleDetector()(Frame(0, 0.0, pixels[:100])) == []

@@ -1,0 +1,91 @@
+"""Detectors that start a tracker."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes.core.detection import Detection, Detector, best
+from motes.core.errors import LimitError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou, region_within
+from motes.mot.detection.pretrained import FaceDetector
+from motes.sot.tracker import Tracker
+from oracles import region, scene, sequence
+
+FRAME = Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8))
+
+
+def test_the_surest_is_taken() -> None:
+    first, second = Detection(Box(1, 1, 9, 9), 0.3), Detection(Box(40, 40, 9, 9), 0.7)
+    assert best([first, second], FRAME) is second
+    assert best([second, first], FRAME) is second
+    assert best([], FRAME) is None
+    assert best([first, Detection(Box(2, 2, 5, 5), 0.3)], FRAME) is first
+
+
+@pytest.mark.parametrize(
+    "box",
+    [
+        Box(-9, 5, 10, 10),
+        Box(97, 5, 10, 10),
+        Box(5, 77, 10, 10),
+        Box(5, -9, 10, 10),
+        Box(0, 0, 101, 10),
+        Box(0, 0, 10, 81),
+        Box(5, 5, 1.5, 10),
+        Box(5, 5, 10, 0),
+    ],
+)
+def test_what_no_tracker_could_start_on_is_left_out(box: Box) -> None:
+    assert best([Detection(box, 9.0)], FRAME) is None
+    other = Detection(Box(5, 5, 10, 10), 0.1)
+    assert best([Detection(box, 9.0), other], FRAME) is other
+
+
+@pytest.mark.parametrize(
+    "box", [Box(-5, -5, 10, 10), Box(95, 75, 10, 10), Box(0, 0, 100, 80), Box(3, 3, 2, 2)]
+)
+def test_what_is_taken_is_a_region(box: Box) -> None:
+    found = best([Detection(box)], FRAME)
+    assert found is not None
+    region_within(found.box, FRAME.width, FRAME.height)
+
+
+def test_any_callable_is_a_detector() -> None:
+    def red(frame: Frame) -> Sequence[Detection]:
+        pixels = frame.pixels.astype(int)
+        rows, columns = np.nonzero(pixels[:, :, 0] > pixels[:, :, 1] + 80)
+        x, y = float(columns.min()), float(rows.min())
+        return [Detection(Box(x, y, np.ptp(columns) + 1.0, np.ptp(rows) + 1.0))]
+
+    detector: Detector = red
+    picture = scene(0, (40, 30))
+    found = best(detector(picture), picture)
+    assert found is not None
+    assert iou(found.box, region((40, 30)).box) > 0.8
+    tracker = Tracker()
+    tracker.init(picture, found.box)
+    assert iou(tracker.update(scene(1, (41, 30))).box, region((41, 30)).box) > 0.5
+
+
+def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "dlib", None)
+    with pytest.raises(LimitError, match=r"pip install 'motes\[faces\]'"):
+        FaceDetector()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
+def test_a_face(data: Path) -> None:
+    frames, boxes = sequence(data / "sot" / "David", 1)
+    faces = FaceDetector()(frames[0])
+    found = best(faces, frames[0])
+    assert found is not None
+    np.testing.assert_array_equal(boxes[0], [128, 79, 64, 78])
+    assert iou(found.box, boxes[0]) > 0.4
+    assert FaceDetector()(Frame(0, 0.0, np.zeros((80, 80, 3), np.uint8))) == []

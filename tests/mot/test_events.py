@@ -1,0 +1,159 @@
+"""Lines, zones, events and counts."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from motes.core.errors import ConfigError
+from motes.core.track import Status
+from motes.mot.analytics.events import Counting, Event, Line, Places, Zone, crossing
+from sightings import seen, told
+
+
+def test_crossing_by_hand() -> None:
+    line = (0.0, 10.0, 20.0, 10.0)  # seen along it, to the right is down
+    assert crossing(line, (5, 5), (5, 15)) == "right"
+    assert crossing(line, (5, 15), (7, 5)) == "left"
+    assert crossing(line, (5, 5), (9, 9)) is None
+    assert crossing(line, (30, 5), (30, 15)) is None  # beside its end
+    assert crossing(line, (5, 5), (5, 10)) is None  # onto it
+    assert crossing(line, (5, 10), (5, 11)) == "right"  # and on
+    assert crossing(line, (5, 10), (5, 5)) is None  # and back
+
+
+def test_a_step_crosses_as_its_finer_steps_do() -> None:
+    rng = np.random.default_rng(0)
+    line, crossings = (10.0, 20.0, 60.0, 45.0), 0
+    for _ in range(300):
+        start, end = rng.uniform(0, 70, (2, 2))
+        fine = [tuple(start + (end - start) * s) for s in np.linspace(0, 1, 8)]
+        sides = [crossing(line, a, b) for a, b in itertools.pairwise(fine)]
+        found = [side for side in sides if side]
+        assert len(found) <= 1
+        assert crossing(line, tuple(start), tuple(end)) == (found[0] if found else None)
+        crossings += bool(found)
+    assert crossings > 30
+
+
+def test_a_zone_is_a_polygon() -> None:
+    zone = Zone((0, 0, 10, 0, 10, 10, 5, 5, 0, 10))  # a square with a notch from below
+    inside = [(2, 2), (9, 8), (1, 8), (5, 4)]
+    outside = [(5, 8), (-1, 5), (11, 5), (5, -1), (5, 11)]
+    assert all(map(zone.holds, inside))
+    assert not any(map(zone.holds, outside))
+
+
+def test_events_of_one_visit() -> None:
+    places = Places((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99, 60, 99)),))
+    counting = Counting(places)
+    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(12)))
+    events += told(counting, seen(12, (0, 0), Status.OCCLUDED), seen(13, (0, 0), Status.LOST))
+    kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
+    assert kinds == [
+        (0, "appears", None, None, None),
+        (6, "crosses", "gate", "left", None),  # in frame 5 it stands on the line
+        (6, "enters", "zone 1", None, None),
+        (9, "leaves", "zone 1", None, 0.75),
+        (13, "disappears", None, None, 2.75),
+    ]
+    assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
+    assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
+    assert told(counting, seen(14, (0, 0), Status.LOST)) == []
+    assert counting.counts[0, "crosses", "gate", "left"] == 1
+    assert counting.counts.total() == 5
+
+
+def test_who_stays_is_told_once_for_each_visit() -> None:
+    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
+    places = Places(
+        zone=(Zone(square, "desk", dwell=1), Zone(square, "hall"), Zone(square, "bed", 9))
+    )
+    counting = Counting(places)
+    feet = [70, 70, 71, 72, 73, 74, 50, 70, 70, 70, 50, *[70] * 6]
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
+    stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
+    assert stays == [(4, "desk", 1.0), (15, "desk", 1.0)]  # four frames a second
+    assert counting.counts[0, "stays", "desk", ""] == 2
+    left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
+    assert left == [(6, 1.5), (10, 0.75)]
+
+
+def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
+    square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
+    counting = Counting(Places(zone=(Zone(square, "desk", dwell=1),)))
+    events = told(
+        counting, seen(0, (70, 40)), seen(5, (70, 40), Status.OCCLUDED), seen(7, (70, 40))
+    )
+    assert [(e.frame, e.seconds) for e in events if e.event == "stays"] == [(7, 1.75)]
+
+
+def test_what_is_hidden_crosses_when_it_comes_up() -> None:
+    counting = Counting(Places((Line((50, 0, 50, 99)),)))
+    events = told(
+        counting,
+        seen(0, (30, 40)),
+        seen(1, (60, 40), Status.OCCLUDED),
+        seen(2, (70, 40), Status.OCCLUDED),
+        seen(3, (80, 40)),
+    )
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (3, "crosses")]
+
+
+def test_who_trembles_on_a_line_crosses_it_once() -> None:
+    """The foot of an object 11 pixels high is beside a line when it is 1.1 pixels away."""
+    counting = Counting(Places((Line((50, 0, 50, 99)),)))
+    feet = [40, 49.5, 50.5, 49.2, 50.9, 49.1, 52, 50.5, 49.5, 51, 60]
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
+    assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
+    back = told(counting, seen(11, (48, 40)))
+    assert [(e.event, e.direction) for e in back] == [("crosses", "right")]
+
+
+def test_who_vanishes_in_a_zone_leaves_it() -> None:
+    counting = Counting(Places(zone=(Zone((0, 0, 90, 0, 90, 90), "court"),)))
+    events = told(counting, seen(0, (50, 20)), seen(4, (51, 20)), seen(9, (0, 0), Status.LOST))
+    assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
+
+
+def test_counts_are_by_the_minute() -> None:
+    counting = Counting()
+    for i in range(3):
+        told(counting, seen(4 * 60 * i, (5, 5), identity=i))
+    assert [key[0] for key in counting.counts] == [0, 1, 2]
+
+
+def test_a_line_of_json() -> None:
+    event = Event(3, 0.12, "crosses", 7, 1.23456, 2.0, 3.0, "gate", "left")
+    assert json.loads(event.json()) == {
+        "frame": 3, "time": 0.12, "event": "crosses", "identity": 7, "x": 1.235, "y": 2.0,
+        "speed": 3.0, "place": "gate", "direction": "left",
+    }  # fmt: skip
+
+
+def test_places_from_toml() -> None:
+    text = '[[line]]\npoints = [1, 2, 3, 4]\nname = "gate"\n[[zone]]\npoints = [0, 0, 9, 0, 9, 9]\n'
+    places = Places.parse(text)
+    assert list(places.lines) == ["gate"]
+    assert list(places.zones) == ["zone 1"]
+    with pytest.raises(ConfigError, match="did you mean 'points'"):
+        Places.parse("[[line]]\npoint = [1, 2, 3, 4]\n")
+    with pytest.raises(ConfigError, match="same name"):
+        Counting(Places((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 1, 1, 2, 3), "a"),)))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Line((1, 2, 1, 2)), "two different points"),
+        (lambda: Zone((1, 2, 3, 4, 5, 6, 7)), "an x and a y"),
+        (lambda: Zone((1, 2, 3, 4)), "length >= 6"),
+        (lambda: Line((1, 2, float("nan"), 4)), "finite"),
+    ],
+)
+def test_places_that_are_none(make: object, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        make()  # type: ignore[operator]

@@ -1,0 +1,69 @@
+"""What has left its place, which the background still has."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from backgrounds import METHODS
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method
+from motes.mot.detection.ghosts import gradients, without_ghosts
+
+THING, GONE = Box(20, 30, 16, 30), Box(100, 30, 16, 30)
+
+
+def painted(ground: NDArray[np.uint8], box: Box) -> NDArray[np.uint8]:
+    """Return a picture with a bright box on it."""
+    out = ground.copy()
+    x, y, width, height = map(int, box)
+    out[y : y + height, x : x + width] = (220, 200, 60)
+    return out
+
+
+def ground(seed: int = 0) -> NDArray[np.uint8]:
+    return np.random.default_rng(seed).integers(95, 106, (120, 160, 3)).astype(np.uint8)
+
+
+def test_a_ghost_has_its_edges_in_the_background() -> None:
+    mask = np.zeros((120, 160), np.uint8)
+    for x, y, width, height in (map(int, box) for box in (THING, GONE)):
+        mask[y : y + height, x : x + width] = 1
+    pixels = gradients(painted(ground(1), THING))
+    background = gradients(painted(ground(2), GONE))
+    assert without_ghosts([THING, GONE], mask, pixels, background, 0.9) == [THING]
+    assert without_ghosts([THING, GONE], mask, background, pixels, 0.9) == [GONE]
+    assert without_ghosts([THING, GONE], mask, pixels, background, 0.0) == [THING, GONE]
+    assert without_ghosts([], mask, pixels, background, 0.9) == []
+
+
+def test_gradients_by_hand() -> None:
+    pixels = np.zeros((3, 4, 3), np.uint8)
+    pixels[1, 2] = (9, 100, 9)
+    assert gradients(pixels).tolist() == [[0, 0, 100, 0], [0, 100, 0, 100], [0, 0, 100, 0]]
+    assert gradients(pixels[:1, :1]).tolist() == [[0]]
+
+
+def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
+    all_of_it = Box(0, 0, 160, 120)
+    mask = np.ones((120, 160), np.uint8)
+    assert without_ghosts([all_of_it], mask, gradients(ground()), gradients(ground(1)), 0.9) == [
+        all_of_it
+    ]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_who_walks_off_leaves_no_ghost(method: Method) -> None:
+    """Somebody is in the first frame, which makes the background, and leaves from frame 3 on."""
+    for share, ghosts in ((0.9, 0), (0.0, 1)):
+        config = replace(BackgroundConfig(method=method), ghost=share)
+        detector = BackgroundDetector(config)
+        for index in range(7):
+            place = GONE._replace(x=100.0 - 8 * max(0, index - 3))
+            found = detector(Frame(index, index / 25, painted(ground(index), place)))
+        boxes = [each.box for each in found]
+        assert sum(iou(box, place) > 0.8 for box in boxes) == 1
+        assert sum(box.x == GONE.x for box in boxes) == ghosts

@@ -1,0 +1,98 @@
+"""The ground in metres."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from motes.core.errors import ConfigError
+from motes.core.track import Status
+from motes.mot.analytics.events import Counting, Places
+from motes.mot.analytics.ground_plane import Ground
+from sightings import seen, told
+
+
+def seen_by_a_camera(x: float, y: float) -> tuple[float, float]:
+    """Return the pixel of a point on the ground: 5 m high, 30 degrees down, 500 pixels focal."""
+    tilt, height, focal = math.radians(30), 5.0, 500.0
+    depth = y * math.cos(tilt) + height * math.sin(tilt)
+    down = height * math.cos(tilt) - y * math.sin(tilt)
+    return 320 + focal * x / depth, 240 + focal * down / depth
+
+
+GRID = [(float(x), float(y)) for x in (-2, 0, 3) for y in (4, 7, 15)]
+POINTS = tuple((*seen_by_a_camera(*metres), *metres) for metres in GRID)
+
+
+def test_points_of_a_camera() -> None:
+    """Four of them say where all others are, and more say the same."""
+    for points in (POINTS, (POINTS[0], POINTS[2], POINTS[6], POINTS[8])):
+        ground = Ground(points=points)
+        for x, y in [(0.5, 5.0), (-4.0, 30.0), (9.0, 2.0)]:
+            assert ground.metres(seen_by_a_camera(x, y)) == pytest.approx((x, y))
+        horizon = 240 - 500 * math.tan(math.radians(30))
+        assert ground.metres((100, horizon - 1)) is None
+        assert ground.metres((100, horizon + 1)) is not None
+
+
+def test_a_homography_is_taken_as_it_is() -> None:
+    ground = Ground(homography=(2, 0, 1, 0, 4, -2, 0, 0, 2))
+    assert ground.metres((10, 20)) == (10.5, 39)
+
+
+def test_noise_on_many_points_averages_out() -> None:
+    moves = np.random.default_rng(0).normal(0, 0.5, (len(POINTS), 2)).tolist()
+    noisy = tuple(
+        (x + dx, y + dy, far, near)
+        for (x, y, far, near), (dx, dy) in zip(POINTS, moves, strict=True)
+    )
+    found = Ground(points=noisy).metres(seen_by_a_camera(1, 6))
+    assert found == pytest.approx((1, 6), abs=0.1)
+
+
+def test_speeds_in_metres() -> None:
+    """Ten pixels in a quarter of a second, at 20 pixels in a metre."""
+    counting = Counting(Places(ground=Ground(scale=20)))
+    events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
+    events += told(counting, seen(5, (100, 40)))
+    assert events[0].metres_per_second == 0
+    (gone,) = told(counting, seen(6, (100, 40), Status.LOST))
+    assert gone.metres_per_second == pytest.approx(gone.speed / 20)
+    assert gone.speed > 0
+
+
+def test_speed_does_not_depend_on_the_distance() -> None:
+    speeds = []
+    for y in (4.0, 12.0):
+        counting = Counting(Places.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
+        feet = [seen_by_a_camera(0.5 * i, y) for i in range(5)]
+        told(counting, *(seen(i, foot) for i, foot in enumerate(feet)))
+        speeds.append(counting._metres_per_second(counting._walks[1]))
+    assert speeds == pytest.approx([2.0, 2.0], rel=1e-6)  # half a metre in a quarter of a second
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({}, "exactly one of scale, homography and points"),
+        ({"scale": 3, "points": POINTS}, "exactly one of"),
+        ({"scale": 0}, "> 0"),
+        ({"homography": (1, 2, 3)}, "length >= 9"),
+        ({"homography": (1, 2, 3, 2, 4, 6, 0, 0, 1)}, "onto a line"),
+        ({"points": POINTS[:3]}, "length >= 4"),
+        ({"points": [(i, i, i, 2 * i) for i in range(5)]}, "on a line"),
+        ({"points": [(0, 0, 0, 0), (9, 9, 9, 0), (9, 0, 9, 9), (0, 9, 0, 9)]}, "horizon"),
+    ],
+)
+def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        Ground(**values)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("ground", ["homography", "points"])
+def test_numbers_of_no_ground(ground: str) -> None:
+    values = [1e300, *[1.0] * 8] if ground == "homography" else [[1e300, 0, 0, 0]] * 4
+    with pytest.raises(ConfigError, match=f"{ground}.*<= 1000000000000000.0"):
+        Places.parse(f"[ground]\n{ground} = {values}")

@@ -1,0 +1,97 @@
+"""All that look like one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motes import Status
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import iou
+from motes.mot.detection.lookalike import LIMIT, LookalikeDetector
+from motes.mot.scene import Scene
+
+RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
+SIZE = 14, 30
+
+
+def pitch(index: int, *players: tuple[int, int, tuple[int, int, int]]) -> Frame:
+    """Return a striped lawn with players of one color, each at x, y, on black legs."""
+    rng = np.random.default_rng(index)
+    pixels = np.full((180, 320, 3), LAWN, np.int16)
+    pixels[:, ::40] += 30
+    pixels[90:93] = WHITE  # a line across
+    for x, y, shirt in players:
+        pixels[y : y + 18, x : x + 14] = shirt
+        pixels[y + 18 : y + 30, x + 3 : x + 11] = (20, 20, 20)
+    pixels += rng.integers(-8, 9, pixels.shape, np.int16)
+    return Frame(index, index / 25, pixels.clip(0, 255).astype(np.uint8))
+
+
+TEAM = [(30, 20), (100, 120), (200, 40), (270, 130)]
+OTHERS = [(60, 60), (150, 20), (240, 90)]
+
+
+def test_a_team_is_found_and_the_others_are_not() -> None:
+    frame = pitch(
+        0, *((x, y, BLUE) for x, y in TEAM), *((x, y, WHITE) for x, y in OTHERS), (160, 130, RED)
+    )
+    found = LookalikeDetector((*TEAM[0], *SIZE))(frame)
+    assert len(found) == len(TEAM)
+    for x, y in TEAM:
+        overlaps = [float(iou((x, y, *SIZE), each.box)) for each in found]
+        assert max(overlaps) > 0.5, (x, y)
+    assert {each.score for each in found} == {1.0}
+
+
+def test_the_chosen_one_sets_what_is_looked_for() -> None:
+    players = [(30, 20, BLUE), (100, 120, WHITE), (200, 40, BLUE)]
+    detector = LookalikeDetector((100, 120, *SIZE))
+    found = detector(pitch(0, *players))
+    assert any(iou((100, 120, *SIZE), each.box) > 0.5 for each in found)
+    assert not any(iou((x, 20, *SIZE), each.box) > 0.1 for x in (30, 200) for each in found)
+    assert detector(pitch(1, (30, 20, BLUE))) == []  # nothing is learned from later frames
+
+
+def test_they_are_followed_while_the_camera_moves() -> None:
+    scene = Scene(LookalikeDetector((*TEAM[0], *SIZE)))
+    seen: list[dict[int, tuple[float, float]]] = []
+    for i in range(20):
+        players = [(x - i, y + i // 2, BLUE) for x, y in TEAM] + [(60 - i, 60, WHITE)]
+        tracks = scene.update(pitch(i, *players))
+        seen.append(
+            {t.identity: t.track.ellipse[:2] for t in tracks if t.track.status is Status.TRACKING}
+        )
+    assert len(seen[-1]) == len(TEAM)
+    assert set(seen[10]) == set(seen[-1])
+    for (x, y), place in zip(sorted(TEAM), sorted(seen[-1].values()), strict=True):
+        assert place == pytest.approx((x - 19 + 6.5, y + 9 + 14.5), abs=5)
+
+
+def test_where_everything_is_alike_there_is_a_limit() -> None:
+    frame = Frame(0, 0.0, np.full((180, 320, 3), 90, np.uint8))
+    assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
+
+
+def test_a_box_beside_the_picture() -> None:
+    with pytest.raises(ConfigError, match="outside"):
+        LookalikeDetector((900, 20, 8, 8))(pitch(0))
+
+
+def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
+    """On a lawn of two greens, where the lawn around one is not that around another."""
+    frame = pitch(0, *((x, y, BLUE) for x, y in TEAM))
+    frame.pixels[:, 160:] = np.where(
+        (frame.pixels[:, 160:] > (40, 90, 20)).all(axis=2, keepdims=True)
+        & (frame.pixels[:, 160:, 1:2] < 200),
+        (110, 150, 30),
+        frame.pixels[:, 160:],
+    )
+    x, y = TEAM[0]
+    found = LookalikeDetector((x - 8, y - 6, 30, 42))(frame)
+    for x, y in TEAM:
+        boxes = [each.box for each in found]
+        centers = [(box.x + box.width / 2, box.y + box.height / 2) for box in boxes]
+        assert any(abs(a - x - 7) < 10 and abs(b - y - 15) < 16 for a, b in centers), (x, y)
+    assert len(found) <= 2 * len(TEAM)

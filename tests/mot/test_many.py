@@ -1,0 +1,119 @@
+"""A scene of very many detections: its work grows with their number, and there is a limit."""
+
+from __future__ import annotations
+
+import sys
+import tracemalloc
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.mot.association import Outcome
+from motes.mot.scene import Scene
+from motes.mot.scene_config import SceneConfig
+from motes.mot.track_initiation import SCORES, Births
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS
+
+GRAY = np.full((480, 640, 3), 100, np.uint8)
+BORN, HIDDEN, FRAMES = 3, 4, 7
+"""Objects are born in the frame before; from then on, half of them have no detection, then all."""
+
+
+class Work(NamedTuple):
+    """What the frames after the births took: calls of functions, and bytes at a time."""
+
+    calls: int
+    bytes: int
+
+
+def config(**changes: object) -> SceneConfig:
+    """Return a scene whose objects take little time of their own."""
+    tracker = PRESETS["nummiaro"]
+    assert isinstance(tracker, ParticleFilter)
+    presence = replace(tracker.presence, places=5)
+    return replace(SceneConfig(replace(tracker, particles=2, presence=presence)), **changes)
+
+
+def grid(count: int) -> NDArray[np.float64]:
+    """Return boxes (count, 4) that cover the same share of the frame, however many they are."""
+    across = int(np.ceil((count * 4 / 3) ** 0.5))
+    places = np.stack([np.arange(count) % across, np.arange(count) // across], axis=1) + 0.2
+    return np.hstack([places, np.full((count, 2), 0.6)]) * (640 / across)
+
+
+def found(index: int, count: int) -> list[Detection]:
+    """Return objects, a double of each, and things that are born nowhere."""
+    boxes, rng = grid(count), np.random.default_rng(index)
+    shown = boxes[::2] if index == HIDDEN else boxes
+    noise = np.hstack([rng.uniform(0, 400, (count, 2)), boxes[:, 2:]])
+    kinds = [(shown, 1.0), (shown + 0.01, 0.9)] + [(noise, 0.5)] * (index >= BORN)
+    return [Detection(Box(*box), score) for some, score in kinds for box in some.tolist()]
+
+
+def work(count: int) -> Work:
+    """Follow so many objects, all detected, half of them hidden, and found again; count."""
+    there: list[Detection] = []
+    scene, calls = Scene(lambda _: there, config(doubt=0.0)), 0
+    outcomes = set[Outcome]()
+
+    def called(_frame: object, event: str, _argument: object) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    for index in range(FRAMES):
+        there = found(index, count)
+        frame = Frame(index, index / 5, GRAY)
+        if index < BORN:
+            scene.update(frame)
+            continue
+        if index == BORN:
+            assert scene.born == count
+            tracemalloc.start()
+        sys.setprofile(called)
+        try:
+            scene.update(frame)
+        finally:
+            sys.setprofile(before)
+        outcomes |= {each.outcome for each in scene.accounts}
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert outcomes >= {Outcome.MATCHED, Outcome.FOUND, Outcome.DOUBLE, Outcome.CANDIDATE}
+    return Work(calls, peak)
+
+
+def test_four_times_the_objects_take_four_times_the_work() -> None:
+    """Sixteen times, if anything was asked of each pair; the work is counted, not timed."""
+    work(20)  # imports
+    few, many = work(60), work(240)
+    assert many.calls < 6 * few.calls
+    assert many.bytes < 6 * few.bytes
+
+
+def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> None:
+    there = [Detection(Box(*box), score) for score, box in enumerate(grid(12).tolist())]
+    scene = Scene(lambda _: there, config(limit=8, doubt=0.0))
+    for index in range(4):
+        scene.update(Frame(index, index / 25, GRAY))
+        surplus = [each.detection for each in scene.accounts if each.outcome is Outcome.SURPLUS]
+        assert surplus == there[3::-1]
+        assert len(scene.accounts) == 12
+    assert scene.born == 8
+    assert scene.remarks == {
+        "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
+    }
+
+
+def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
+    """The surest come first, so that the last ones alone would let too many pass."""
+    births, count = Births(0.2, 3, 0.25), 4 * SCORES
+    scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
+    births.note(scored)
+    doubtful = [each is None for each in births.update(0.0, scored)]
+    assert doubtful == [i >= 0.75 * count for i in range(count)]

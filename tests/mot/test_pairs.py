@@ -1,0 +1,119 @@
+"""Boxes that meet, and one-to-one assignment of few pairs, against all pairs; and how they grow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.mot import assignment, overlaps, pairs
+from motes.mot.assignment import assign_pairs
+from motes.mot.association import Association, assign, inside
+from motes.mot.overlaps import overlapping, singles
+from motes.mot.pairs import candidates, meeting
+
+Floats = NDArray[np.float64]
+
+LINEAR = 6
+"""Of four times as many objects: linear is 4, quadratic 16."""
+
+
+def boxes_like(kind: str, rng: np.random.Generator, n: int) -> Floats:
+    """Return boxes (n, 4) of sizes from alike to very different, some where others are."""
+    places = rng.uniform(-50, 200, (n, 2))
+    sizes = {
+        "alike": rng.uniform(15, 25, (n, 2)),
+        "any": np.exp(rng.uniform(0, 6, (n, 2))),
+        "flat": np.stack([rng.uniform(50, 300, n), rng.uniform(1, 3, n)], axis=1),
+        "whole": rng.integers(0, 30, (n, 2)).astype(float),  # edges touch, some have no area
+    }[kind]
+    return np.hstack([np.rint(places) if kind == "whole" else places, sizes])
+
+
+@pytest.mark.parametrize("few", [0, 1000])
+@pytest.mark.parametrize("kind", ["alike", "any", "flat", "whole"])
+def test_boxes_that_meet_are_all_that_share_an_area(
+    kind: str, few: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pairs, "FEW", few)
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        first, second = (boxes_like(kind, rng, int(rng.integers(0, 60))) for _ in range(2))
+        low = np.maximum(first[:, None, :2], second[:, :2])
+        high = np.minimum(first[:, None, :2] + first[:, None, 2:], second[:, :2] + second[:, 2:])
+        expected = np.nonzero((low < high).all(axis=2))
+        np.testing.assert_array_equal(meeting(first, second), expected)
+        one, other = candidates(first, second)
+        assert len({*zip(one.tolist(), other.tolist(), strict=True)}) == len(one)
+
+
+def test_without_a_least_overlap_all_pairs_are_possible() -> None:
+    far = np.array([[0, 0, 10, 10], [100, 0, 10, 10]], float)
+    assert len(overlapping(far, far, 0.0)[0]) == 4
+    assert len(overlapping(far, far, 0.01)[0]) == 2
+
+
+def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
+    rng, rule = np.random.default_rng(0), Association()
+    places = np.concatenate([rng.uniform(0, 300, (40, 2, 2)), rng.uniform(3, 30, (40, 2, 3))], 2)
+    hidden, boxes = rng.uniform(0, 3, 40), boxes_like("alike", rng, 60)
+    i, j, off = rule.near(places, hidden, boxes)
+    centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
+    away = np.linalg.norm(places[:, :, None, :2] - centers, axis=3).min(axis=1)
+    shares = away / np.sqrt(places[:, 0, 2] * places[:, 0, 3])[:, None]
+    shares /= (rule.reach + rule.spread * hidden)[:, None]
+    np.testing.assert_array_equal([i, j], np.nonzero(shares <= 1))
+    np.testing.assert_allclose(off, shares[i, j])
+
+
+@pytest.mark.parametrize("block", [3, 1000])
+def test_each_detection_drops_those_after_it_that_are_the_same(
+    block: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(overlaps, "BLOCK", block)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        boxes = boxes_like("any", rng, 40)
+        shares = inside(boxes[:, None], boxes)
+        same, kept = np.maximum(shares, shares.T) > 0.6, list[int]()
+        for i in range(len(boxes)):
+            if not same[i, kept].any():
+                kept.append(i)
+        assert singles(boxes, 0.6) == kept
+
+
+@pytest.mark.parametrize("dense", [0, 30])
+def test_assignment_of_pairs_is_that_of_a_matrix(
+    dense: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(assignment, "DENSE", dense)
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        n, m = (int(k) for k in rng.integers(1, 30, 2))
+        possible = rng.random((n, m)) < rng.choice([0.02, 0.05, 0.3])
+        costs = np.where(possible, rng.random((n, m)), np.inf)
+        costs[0, 0] = 0
+        i, j = np.indices((n, m)).reshape(2, -1)
+        assert assign_pairs(i, j, costs.ravel(), (n, m)) == assign(costs)
+
+
+# Growth
+
+
+def grid(count: int, fill: float = 0.5) -> Floats:
+    """Return boxes (count, 4) in a frame of 640x480, that cover the same share however many."""
+    across = int(np.ceil((count * 4 / 3) ** 0.5))
+    places = np.stack([np.arange(count) % across, np.arange(count) // across], axis=1) + 0.2
+    pitch = 640 / across
+    size = pitch * fill**0.5
+    return np.hstack([places * pitch, np.full((count, 2), size)])
+
+
+@pytest.mark.parametrize("outlier", [None, (0, 0, 640, 480), (1e6, -1e6, 30, 30)])
+def test_candidates_grow_with_the_boxes(outlier: tuple[float, ...] | None) -> None:
+    def count(boxes: int) -> int:
+        first = grid(boxes) + np.random.default_rng(0).normal(0, 1, (boxes, 4))
+        second = first if outlier is None else np.vstack([first, outlier])
+        return len(candidates(first, second)[0])
+
+    assert count(8000) < LINEAR * count(2000)

@@ -1,0 +1,390 @@
+"""Several cameras from the outside: rows, handover, what goes wrong, and how it ends."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.cli import main
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.mot.cameras import camera_process
+from motes.mot.cameras.camera_reporter import Lookout, Notice, Over
+from motes.mot.cameras.reidentification import Camera, Handover, Report, Rig
+from motes.mot.cameras.rig import Watch
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.scene import Scene
+from motes.sot.known_target import Place
+from motes.video import decoder, live
+from motes.video.live import open_watched
+from motes.video.writer import VideoWriter
+from streams import Stream, camera
+
+Go = Callable[..., tuple[int, str, str]]
+HALL, OFFICE, PASSAGE = (
+    """
+[[camera]]
+name = "hall"
+source = "hall.mkv"
+detector = "gaussian"
+place = [{ name = "door", box = [150, 0, 10, 96] }]
+""",
+    """
+[[camera]]
+name = "office"
+source = "office.mkv"
+detector = "gaussian"
+offset = 2.0
+place = [{ name = "door", box = [0, 0, 10, 96] }]
+""",
+    """
+[[passage]]
+between = ["hall/door", "office/door"]
+seconds = [0.5, 4]
+""",
+)
+
+
+@pytest.fixture(scope="module")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with two films: a red box walks out of one on the right, and into the other.
+
+    It is gone from the hall after 2.6 s, and comes into the office 3.2 s after the hall's start, in
+    a film that begins 2 s after the hall's.
+    """
+    folder = tmp_path_factory.mktemp("rig")
+    rng = np.random.default_rng(0)
+    for name, enters in (("hall", 20), ("office", 30)):
+        with VideoWriter(folder / f"{name}.mkv", 25) as writer:
+            for index in range(70):
+                pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+                x = 4 * (index - enters) - 16
+                pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+                writer.write(pixels)
+    return folder
+
+
+@pytest.fixture
+def go(
+    films: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> Go:
+    """Run motes watch on a rig in a folder with the films."""
+    for film in films.iterdir():
+        (tmp_path / film.name).symlink_to(film)
+    monkeypatch.chdir(tmp_path)
+
+    def run(text: str, line: str = "-o r.csv") -> tuple[int, str, str]:
+        Path("rig.toml").write_text(text)
+        code = main(["watch", "rig.toml", *line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def read(name: str = "r.csv") -> list[dict[str, str]]:
+    with Path(name).open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
+    code, _, error = go(HALL + OFFICE + PASSAGE)
+    assert code == 0, error
+    assert "hall 70, office 70 frames; 1 objects, 1 times handed over; wrote r.csv." in error
+    rows = read()
+    assert {row["camera"] for row in rows} == {"hall", "office"}
+    assert {row["identity"] for row in rows} == {"1"}
+    times = [float(row["time"]) for row in rows]
+    assert times == sorted(times)
+    first = next(row for row in rows if row["camera"] == "office")
+    assert float(first["time"]) == pytest.approx(int(first["frame"]) / 25 + 2, abs=0.01)
+
+
+def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
+    code, out, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"), "-o -")
+    assert code == 6
+    assert error.count("none.mkv") == 1
+    assert "camera office: There is no file or folder none.mkv; check the name." in error
+    assert "hall 70, office 0 frames; 1 objects, 0 times handed over" in error
+    rows = [line.split(",") for line in out.splitlines()[1:]]
+    assert len(rows) > 30
+    assert {(row[0], row[3]) for row in rows} == {("hall", "1")}
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "code", "words"),
+    [
+        (
+            HALL + PASSAGE,
+            "",
+            2,
+            "rig.toml: A passage or overlap got 'office/door', which is not",
+        ),
+        (HALL + "speed = 3", "", 2, "rig.toml: Config has no key 'camera[0].speed'; known keys"),
+        (HALL + "[[", "", 2, "rig.toml: this file is not valid TOML"),
+        (HALL, "--line 1,2,3,4", 2, "--line is for one camera, not for a file of several."),
+        (HALL, "--preset maggio", 2, "--preset is for one camera"),
+        (HALL, "-o r.txt", 2, "r.txt ends neither in .csv nor in .jsonl"),
+        (HALL, "-o hall.mkv", 2, "hall.mkv is the source"),
+        (HALL, "-o none/r.csv", 5, "There is no folder none"),
+        (HALL.replace("[150,", "[950,"), "", 3, "Place 'door' lies outside the frame"),
+        (HALL.replace("gaussian", "magic"), "", 3, "A detector is mog2, knn, gaussian"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(
+    go: Go, text: str, line: str, code: int, words: str
+) -> None:
+    found, out, error = go(text, line)
+    assert found == code
+    assert words in error
+    assert "Traceback" not in out + error
+
+
+LIVE = """
+import sys
+from motes.cli import main
+from motes.core.detection import Detection
+if __name__ == "__main__":
+    sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
+"""
+
+
+def moving(index: int) -> NDArray[np.uint8]:
+    """Return a picture with a red box that goes to and fro."""
+    pixels = np.random.default_rng(index).integers(95, 106, (96, 160, 3)).astype(np.uint8)
+    x = 60 + round(20 * np.sin(index / 40))
+    pixels[30:60, x : x + 16] = (230, 40, 40)
+    return pixels
+
+
+def red(frame: Frame) -> list[Detection]:
+    """Find the box."""
+    rows, columns = np.nonzero(frame.pixels[:, :, 0] > 160)
+    left, top = int(columns.min()), int(rows.min())
+    return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]
+
+
+@contextlib.contextmanager
+def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[str], Path, Path]]:
+    """Run motes watch on live cameras named one, two ...
+
+    Give the program, its rows, once each camera has some, and the file of its messages.
+    """
+    text = "".join(
+        f'[[camera]]\nname = "{name}"\nsource = "{stream.url}"\ndetector = "gaussian"\n'
+        for name, stream in zip(("one", "two"), streams, strict=False)
+    )
+    (folder / "rig.toml").write_text(text)
+    (folder / "run.py").write_text(LIVE)
+    rows, messages = folder / "r.csv", folder / "messages"
+    with messages.open("w") as file:
+        program = subprocess.Popen([sys.executable, "run.py"], cwd=folder, stderr=file, text=True)
+    try:
+        _until(lambda: rows.exists() and len(_cameras(rows)) > len(streams))
+        yield program, rows, messages
+    finally:
+        program.kill()
+
+
+def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
+    with camera(moving) as first, camera(moving) as second:
+        with running(tmp_path, first, second) as (program, rows, messages):
+            children = _children(program.pid)
+            assert len(children) == 2
+            os.kill(children[0], signal.SIGKILL)
+            # Rows of the killed process may still be on their way, so its return is waited for.
+            _until(lambda: "camera one: it is back after" in messages.read_text())
+            seen = [rows.read_text().count(f"{name},") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
+            _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
+            children = _children(program.pid)
+            os.kill(program.pid, signal.SIGINT)
+            program.wait(timeout=60)
+            error = messages.read_text()
+        assert program.returncode == 130
+        assert error.count("camera one: its process ended with SIGKILL") == 1
+        assert error.count("It is started again, with growing pauses.") == 1
+        assert len(re.findall(r"camera one: it is back after \d+\.\d s\.", error)) == 1
+        assert re.search(r"interrupted after one \d+, two \d+ frames; .* wrote r.csv", error)
+        assert "Traceback" not in error
+        lines = rows.read_text().splitlines()
+        assert all(line.count(",") == lines[0].count(",") for line in lines)
+        frames = [int(line.split(",")[1]) for line in lines if line.startswith("one,")]
+        assert all(a <= b for a, b in itertools.pairwise(frames))
+        _until(lambda: not any(map(_runs, children)))
+
+
+def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
+    """Its manager sends the signal to all of its processes; only the program itself acts on it."""
+    with camera(moving) as first, camera(moving) as second:
+        with running(tmp_path, first, second) as (program, rows, messages):
+            children = _children(program.pid)
+            for child in children:
+                os.kill(child, signal.SIGTERM)
+                os.kill(child, signal.SIGHUP)
+            seen = [rows.read_text().count(f"{name},") for name in ("one", "two")]
+            _until(lambda: rows.read_text().count("two,") > seen[1] + 20)
+            _until(lambda: rows.read_text().count("one,") > seen[0] + 20)
+            os.kill(program.pid, signal.SIGTERM)
+            program.wait(timeout=60)
+            error = messages.read_text()
+        assert program.returncode == 143
+        assert "camera" not in error
+        assert re.search(r"terminated after one \d+, two \d+ frames; .* wrote r.csv", error)
+        _until(lambda: not any(map(_runs, children)))
+
+
+def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
+    with camera(moving) as stream, running(tmp_path, stream) as (program, *_):
+        children = _children(program.pid)
+        assert len(children) == 1
+        os.kill(program.pid, signal.SIGKILL)
+        program.wait(timeout=60)
+        _until(lambda: not any(map(_runs, children)))
+
+
+def kill(watch: Watch) -> None:
+    """Kill the hall's process."""
+    pid = watch.pids["hall"]
+    assert pid
+    os.kill(pid, signal.SIGKILL)
+
+
+def told(watch: Watch, when: Callable[[list[Report]], bool]) -> tuple[list[Report], list[object]]:
+    """Return what cameras tell, and what is said of them; the first one is killed if wished."""
+    reports: list[Report] = []
+    said: list[object] = []
+    with watch:
+        for news in watch:
+            if isinstance(news, tuple):
+                reports.append(news[0])
+            else:
+                said.append(news)
+            if when(reports):
+                kill(watch)
+    return reports, said
+
+
+def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(camera_process, "GAP", 0.1)
+    hall = Camera("hall", str(films / "hall.mkv"), detector="gaussian")
+    calm, (end,) = told(Watch(Rig((hall,))), lambda _: False)
+    moments = [1]
+
+    def once(reports: list[Report]) -> bool:
+        return len(reports) in moments and moments.pop() > 0
+
+    again, said = told(Watch(Rig((hall,))), once)
+    assert again == calm
+    assert len(calm) == 70
+    assert said[-1] == end
+    assert all(isinstance(each, Notice) for each in said[:-1])
+    assert len(said) in (1, 3)  # it may have been over already
+
+
+def test_a_process_that_dies_at_the_same_place_again_is_given_up(
+    films: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(camera_process, "GAP", 0.1)
+    watch = Watch(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
+    kill(watch)
+    with watch:
+        news = iter(watch)
+        first = next(news)
+        assert isinstance(first, Notice)
+        assert "SIGKILL" in first.text
+        pid = watch.pids["hall"]
+
+        def kill_next() -> None:
+            _until(lambda: watch.pids["hall"] not in (None, pid))
+            kill(watch)
+
+        threading.Thread(target=kill_next).start()
+        (last,) = news
+    assert isinstance(last, Over)
+    assert last.failure
+    assert "SIGKILL" in last.failure
+
+
+def _cameras(rows: Path) -> set[str]:
+    return {line.split(",")[0] for line in rows.read_text().splitlines()}
+
+
+def _children(pid: int) -> list[int]:
+    """Return the cameras' processes, in their order."""
+    found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    lines = {int(each): Path(f"/proc/{each}/cmdline").read_text() for each in found}
+    return sorted(each for each, line in lines.items() if "spawn_main" in line)
+
+
+def _runs(pid: int) -> bool:
+    return Path(f"/proc/{pid}").exists()
+
+
+def _until(done: Callable[[], bool]) -> None:
+    begun = time.monotonic()
+    while not done():
+        assert time.monotonic() - begun < 120, "waited in vain"
+        time.sleep(0.05)
+
+
+def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+    monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
+    lookout = Lookout(Camera("one", ""), Scene(red))
+    handover, said = Handover(Rig((Camera("one", ""),))), []
+    with camera(moving) as stream, open_watched(stream.url) as film:
+        for news in film:
+            if isinstance(news, str):
+                said.append(news)
+                stream.stalled.clear()
+                continue
+            report = lookout.report(news)
+            identities = handover.update(report)
+            assert set(identities.values()) <= {1}
+            if not said and report.frame > 60:
+                stream.stalled.set()
+            if len(said) == 2 and identities:
+                break
+            assert report.frame < 600
+    assert len(said) == 2  # it stalls, it is back
+
+
+def test_half_of_somebody_is_not_told_of(films: Path) -> None:
+    """Who comes in by a door is told of when whole, and with the looks of then."""
+    place = Place(name="door", box=(0, 0, 10, 96))
+    reports: dict[bool, list[Report]] = {}
+    for door in (True, False):
+        scene = Scene(BackgroundDetector("gaussian"))
+        lookout = Lookout(Camera("hall", "", place=(place,) * door), scene)
+        with open_watched(str(films / "hall.mkv")) as film:
+            frames = [frame for frame in film if isinstance(frame, Frame)]
+        reports[door] = [r for r in map(lookout.report, frames) if r.sightings]
+    first, early = reports[True][0].sightings[0], reports[False][0].sightings[0]
+    assert early.box.x < 2 <= first.box.x
+    assert first.places == ("door",)
+    histograms = [np.frombuffer(each.histogram or b"", np.float32) for each in (first, early)]
+    assert [histogram.sum() for histogram in histograms] == pytest.approx([1, 1], abs=1e-3)
+    told = [s for r in reports[True] for s in r.sightings if s.histogram is not None]
+    assert len(told) == 2  # when it comes, and when it goes
+    gone = np.frombuffer(told[1].histogram or b"", np.float32)
+    np.testing.assert_allclose(gone, histograms[0], atol=0.1)  # whole, not what was left of it

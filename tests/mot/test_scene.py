@@ -1,0 +1,535 @@
+"""Many objects: birth, identity, occlusion, death."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import itertools
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec.structs import astuple, replace
+from numpy.typing import NDArray
+
+from motes.core.detection import Detection, Detector
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.core.track import Status
+from motes.evaluation.synthetic.clips import Clip
+from motes.evaluation.synthetic.occlusion_clips import EMPTY, meetings
+from motes.mot.association import Account, Association, Outcome, assign, divided, inside, may_hide
+from motes.mot.detection.background import BackgroundDetector, Method
+from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
+from motes.mot.tracked_object import SceneTrack
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS
+
+GROUND = np.random.default_rng(0).integers(90, 110, (120, 200, 3)).astype(np.uint8)
+COLORS = [(220, 60, 60), (60, 60, 220), (60, 200, 60)]
+
+
+class Stage:
+    """A scene of painted boxes whose detections are given."""
+
+    def __init__(self, **changes: object) -> None:
+        self.found: list[Detection] = []
+        self.scene = Scene(lambda _: self.found, **changes)  # type: ignore[arg-type]
+        self.index = -1
+
+    def show(
+        self, boxes: Sequence[Box | None], found: Sequence[Box] | None = None
+    ) -> list[SceneTrack]:
+        """Paint boxes, later ones in front, and detect them or what is given instead."""
+        pixels = GROUND.copy()
+        for box, color in zip(boxes, COLORS, strict=False):
+            if box is not None:
+                x, y, w, h = map(int, box)
+                pixels[max(y, 0) : y + h, max(x, 0) : max(x + w, 0)] = color
+        there = [box for box in boxes if box is not None] if found is None else found
+        self.found = [Detection(box) for box in there]
+        self.index += 1
+        said = self.scene.update(Frame(self.index, self.index / 25, pixels))
+        assert_accounted(self.scene.accounts, self.found)
+        return said
+
+
+def assert_accounted(accounts: list[Account], found: Sequence[Detection]) -> None:
+    """Every detection has exactly one outcome."""
+    assert sorted(id(each.detection) for each in accounts) == sorted(map(id, found))
+
+
+def walker(index: int, x: float = 20, y: float = 30) -> Box:
+    return Box(x + 3 * index, y, 16, 30)
+
+
+def test_birth_takes_three_frames_and_death_a_while() -> None:
+    stage = Stage()
+    assert [stage.show([walker(i)]) for i in range(2)] == [[], []]
+    (born,) = stage.show([walker(2)])
+    assert (born.identity, born.detected, born.track.status) == (1, True, Status.TRACKING)
+    assert born.track.box == pytest.approx(walker(2))
+    for i in range(3, 20):
+        (track,) = stage.show([walker(i)])
+        assert track.identity == 1
+        assert track.track.box == pytest.approx(walker(i))
+    for _ in range(60):
+        stage.show([walker(19)])
+    statuses = [[t.track.status for t in stage.show([None])] for _ in range(90)]
+    assert statuses[0] == [Status.OCCLUDED]  # the appearance rule sees that nothing is there
+    last = statuses.index([Status.LOST])
+    assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
+    assert all(each == [] for each in statuses[last + 1 :])
+    assert (stage.scene.born, stage.scene.gone) == (1, 1)
+
+
+def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
+    for covered in (False, True):
+        stage = Stage(config=replace(scene_config(), patience=1.0))
+        small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
+        statuses = []
+        for i in range(110):
+            place = large._replace(x=160 - (2.6 if covered else 1) * min(i, 40))
+            here = i < 40
+            said = stage.show([small if here else None, place], [small, place][not here :])
+            statuses += [each.track.status for each in said if each.identity == 2]
+        assert statuses.count(Status.OCCLUDED) == pytest.approx(50 if covered else 25, abs=1)
+        assert statuses[-1] is Status.LOST
+
+
+def test_an_object_that_leaves_is_gone_soon() -> None:
+    stage = Stage()
+    for i in range(60):
+        box = walker(i, x=60)
+        visible = Box(box.x, box.y, min(16, 200 - box.x), 30)
+        there = visible.width > 2
+        said = stage.show([box if there else None], [visible] if there else [])
+        if not there and not said:
+            break
+    assert (200 - 60) / 3 < i < (200 - 60) / 3 + 8
+
+
+def test_identities_are_never_used_twice() -> None:
+    stage = Stage()
+    seen = []
+    for visit in range(3):
+        for i in range(10):
+            said = stage.show([walker(i)])
+        seen += [each.identity for each in said]
+        for _ in range(60):
+            stage.show([None])
+        assert stage.scene.gone == visit + 1
+    assert seen == [1, 2, 3]
+
+
+def test_what_flickers_is_not_born() -> None:
+    stage = Stage()
+    for i in range(30):
+        assert stage.show([walker(0)] if i % 3 else [None]) == []
+    assert stage.scene.born == 0
+
+
+def test_detections_that_make_no_object_say_why() -> None:
+    stage = Stage()
+    for i in range(5):
+        stage.show([walker(i)])
+    box = walker(5)
+    others = {
+        Outcome.DOUBLE: Box(box.x + 1, box.y + 1, 12, 26),
+        Outcome.USELESS: Box(3, 3, 1, 9),
+        Outcome.CANDIDATE: Box(150, 80, 10, 10),
+    }
+    stage.show([box], [box, *others.values()])
+    outcomes = {each.outcome: each for each in stage.scene.accounts}
+    for outcome, given in others.items():
+        assert outcomes[outcome].detection.box == given
+    assert outcomes[Outcome.MATCHED].identity == 1
+    stage.found = [Detection(box), Detection(Box(150, 80, 10, 10), float("nan"))]
+    stage.scene.update(GROUND)
+    assert Outcome.USELESS in {each.outcome for each in stage.scene.accounts}
+
+
+def test_doubtful_detections_begin_nothing() -> None:
+    stage = Stage()
+    for i in range(20):
+        stage.index += 1
+        stage.found = [Detection(walker(i), 9.0)]
+        if i >= 15:
+            stage.found.append(Detection(Box(150, 70, 20, 20), 1.0))
+        stage.scene.update(Frame(stage.index, stage.index / 25, GROUND))
+    assert [each.outcome for each in stage.scene.accounts] == [Outcome.MATCHED, Outcome.DOUBTFUL]
+    assert stage.scene.born == 1
+
+
+def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
+    """The first passes behind the second, which stands; a blob covers both while they touch."""
+    stage, still, said = Stage(), Box(90, 20, 40, 50), {}
+    for i in range(70):
+        box = walker(i, x=-10)
+        touching = box.x + box.width > still.x and box.x < still.x + still.width
+        left, right = min(box.x, still.x), max(box.x + 16, still.x + 40)
+        blob = Box(left, 20, right - left, 50)
+        on_screen = box.x > 0 and box.x + 16 < 200
+        found = [blob] if touching else [still, box] if on_screen else [still]
+        said[i] = {t.identity: t for t in stage.show([box, still], found)}
+    boxes = {i: walker(i, x=-10) for i in said}
+    before, after = said[26], said[52]
+    assert boxes[26].x + 16 < still.x
+    assert boxes[52].x > still.x + 40
+    (who,) = [k for k, t in before.items() if iou(t.track.box, boxes[26]) > 0.7]
+    (other,) = [k for k in before if k != who]
+    hidden = said[40][who]
+    assert (hidden.track.status, hidden.behind) == (Status.OCCLUDED, other)
+    assert hidden.track.confidence == 0
+    assert iou(hidden.track.box, boxes[40]) > 0.5  # it keeps its pace
+    assert said[40][other].track.status is Status.TRACKING
+    assert iou(after[who].track.box, boxes[52]) > 0.7
+    assert iou(after[other].track.box, still) > 0.7
+    assert stage.scene.born == 2
+
+
+def test_who_is_hidden_does_not_learn_and_is_not_weighed() -> None:
+    stage, still = Stage(), Box(90, 20, 40, 50)
+    models, weights = [], []
+    for i in range(45):
+        box = walker(i, x=-10)
+        apart = box.x + box.width <= still.x
+        found = [still, box] if apart and box.x > 0 else [still]
+        stage.show([box, still], found)
+        things = {thing.identity: thing for thing in stage.scene._objects}
+        if 2 in things:
+            weights.append(things[2].state.weights.values)
+        if 2 in things and things[2].hidden:
+            color: Any = things[2].state.models["color"]
+            models.append(color.histogram)
+    assert len(models) > 5
+    assert all((model == models[0]).all() for model in models)
+    last_seen, *hidden = weights[-len(models) - 1 :]
+    assert all((each == last_seen).all() for each in hidden)
+
+
+@pytest.mark.parametrize(("name", "remembers"), [("nummiaro:adaptive", False), ("zhao_pei", True)])
+def test_where_objects_may_hide_each_other_no_model_learns(name: str, remembers: bool) -> None:
+    """Two that walk side by side, nearer than equation 19 allows, but both are seen."""
+    for gap, learns in ((10, False), (80, True)):
+        stage, models, memories = Stage(config=name), [], []
+        for i in range(18):
+            stage.show([walker(i), walker(i, x=20 + gap)._replace(y=34)])
+            for thing in stage.scene._objects[:1]:
+                color: Any = thing.state.models["color"]
+                models.append(color.histogram)
+                memories.append(thing.state.memories.get("color"))
+        assert (models[0] != models[-1]).any() == learns
+        assert (memories[0] != memories[-1]) == (learns and remembers)
+
+
+def test_a_blob_of_two_is_divided_between_them() -> None:
+    stage, still = Stage(), [Box(60, 30, 16, 30), Box(78, 30, 16, 30)]
+    for _ in range(6):
+        stage.show(still)
+    moved = [Box(56, 30, 16, 30), Box(81, 30, 16, 30)]
+    said = stage.show(moved, [Box(56, 30, 41, 30)])
+    assert [each.outcome for each in stage.scene.accounts] == [Outcome.SEVERAL]
+    assert [each.detected for each in said] == [True, True]
+    for each, box in zip(said, moved, strict=True):
+        assert each.track.box == pytest.approx(box)
+
+
+def test_sizes_follow_detections_slowly() -> None:
+    stage = Stage()
+    for _ in range(4):
+        stage.show([Box(60, 30, 16, 30)])
+    wider = Box(58, 30, 20, 30)
+    widths = [stage.show([wider])[0].track.box.width for _ in range(3)]
+    assert widths == pytest.approx([18, 19, 19.5])
+
+
+def test_objects_have_random_numbers_of_their_own() -> None:
+    stage = Stage()
+    for _ in range(4):
+        stage.show([Box(20, 30, 16, 30), Box(120, 30, 16, 30)])
+    one, other = stage.scene._objects
+    assert one.rng.random() != other.rng.random()
+
+
+def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
+    stage, said = Stage(), []
+    for i in range(50):
+        visible = not 20 <= i < 35
+        said.append(stage.show([walker(i) if visible else None]))
+    assert {t.identity for each in said for t in each} == {1}
+    assert said[25][0].track.status is Status.OCCLUDED
+    assert said[25][0].behind is None
+    assert said[40][0].track.status is Status.TRACKING
+
+
+def test_colors_bridge_a_gap_of_detections() -> None:
+    stage = Stage()
+    for i in range(20):
+        stage.show([walker(i)])
+    for i in range(20, 22):  # less than the 0.12 s that an object may be alone
+        (said,) = stage.show([walker(i)], [])
+        assert (said.track.status, said.detected) == (Status.TRACKING, False)
+        assert iou(said.track.box, walker(i)) > 0.6
+    for i in range(22, 30):
+        (said,) = stage.show([walker(i)], [])
+    assert said.track.status is Status.OCCLUDED
+
+
+def test_tracks_of_one_object_do_not_depend_on_others() -> None:
+    alone, together = Stage(seed=3), Stage(seed=3)
+    for i in range(30):
+        first = alone.show([walker(i)])
+        found = [walker(i)] if i < 5 else [walker(i), Box(150, 75, 20, 30)]
+        second = together.show([walker(i)], found)
+        assert [t.track.ellipse for t in first] == [t.track.ellipse for t in second[:1]]
+        assert [t.track.distance for t in first] == [t.track.distance for t in second[:1]]
+
+
+def test_noise_for_10_000_frames_neither_crashes_nor_grows() -> None:
+    rng = np.random.default_rng(0)
+    pictures = rng.integers(0, 256, (16, 24, 32, 3), np.uint8)
+    found: list[Detection] = []
+
+    def detector(frame: Frame) -> list[Detection]:
+        if frame.index % 10 == 0:  # long enough for births
+            boxes = rng.uniform((-5, -5, 1, 1), (32, 24, 20, 20), (rng.integers(3), 4))
+            found[:] = [Detection(Box(*box), float(rng.random())) for box in boxes.tolist()]
+        return found if frame.index % 10 < 4 else []
+
+    scene, sizes, most = Scene(detector, scene_config(small())), [], 0
+    for index, pixels in zip(range(10_000), itertools.cycle(pictures)):
+        most = max(most, len(scene.update(Frame(index, index / 25, pixels))))
+        if index in (1000, 9999):
+            gc.collect()
+            sizes.append(sys.getallocatedblocks())
+    assert scene.born >= scene.gone > 300
+    assert most < 20  # who is not seen again is gone after some seconds
+    assert sizes[1] < sizes[0] + 5000  # accounts alone would take more, kept for good
+
+
+def small() -> ParticleFilter:
+    """Return a quick tracker."""
+    config = PRESETS["nummiaro"]
+    assert isinstance(config, ParticleFilter)
+    return replace(config, particles=5, presence=replace(config.presence, places=20))
+
+
+def test_frames_must_fit() -> None:
+    scene = Scene(lambda _: [])
+    scene.update(Frame(3, 1.0, GROUND))
+    with pytest.raises(SourceError, match="does not come after"):
+        scene.update(Frame(4, 1.0, GROUND))
+    with pytest.raises(SourceError, match="stays the same"):
+        scene.update(Frame(4, 1.1, GROUND[:50]))
+    with pytest.raises(ConfigError, match="particle filters: nummiaro"):
+        Scene(lambda _: [], "mean_shift")
+    with pytest.raises(ConfigError, match="seed"):
+        Scene(lambda _: [], seed=-1)
+
+
+@pytest.mark.parametrize("name", ["maggio", "ng_delp", "nummiaro"])
+def test_any_particle_filter_follows(name: str) -> None:
+    stage = Stage(config=name)
+    for i in range(12):
+        said = stage.show([walker(i)], [walker(i)] if i < 8 else [])
+    assert [t.identity for t in said] == [1]
+    if said[0].track.status is Status.TRACKING:
+        assert iou(said[0].track.box, walker(11)) > 0.3
+
+
+# Rendered, from pixels alone
+
+
+def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
+    """Return which identity is on each target in each frame, (frames, targets); 0 for none."""
+    out = np.zeros((len(clip), len(clip.targets)), int)
+    for frame, truths in map(clip.__getitem__, range(since, len(clip))):
+        said = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
+        for k, truth in enumerate(truths):
+            for each in said:
+                if iou(each.track.box, truth.ellipse.box) > 0.4:
+                    out[frame.index, k] = each.identity
+    return out
+
+
+@pytest.mark.parametrize("length", [5, 30])
+def test_identities_survive_full_occlusion(length: int) -> None:
+    pytest.importorskip("cv2")
+    clip = meetings("passing", length, seed=length).clip
+    who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
+    inside = EMPTY + 100  # by when both have come in
+    visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
+    first, last = inside + np.flatnonzero(visible < 0.98)[[0, -1]]
+    before, after = who[first - 20 : first - 10], who[last + 10 : last + 20]
+    for k in range(2):
+        identity = np.bincount(before[:, k]).argmax()
+        assert identity > 0
+        assert (after[:, k] == identity).mean() > 0.8
+
+
+# Ahead
+
+
+class Slow:
+    """A detector that is now quicker and now slower than what follows, and says what it does."""
+
+    def __init__(self, wrapped: Detector, fail: int = -1) -> None:
+        self.wrapped, self.fail, self.latest = wrapped, fail, -1
+        self.remarks: dict[str, str] = {}
+
+    def __call__(self, frame: Frame) -> Sequence[Detection]:
+        """Return what the wrapped one finds."""
+        if frame.index == self.fail:
+            raise SourceError("the detector is tired")
+        time.sleep(0.003 * (frame.index % 3))
+        self.latest = frame.index
+        self.remarks[f"{frame.index // 10}"] = f"Frame {frame.index}"
+        return self.wrapped(frame)
+
+
+def walks() -> Iterator[Frame]:
+    """Yield two who meet, before a still camera, from frame 10 on."""
+    rng = np.random.default_rng(1)
+    for i in range(45):
+        pixels = GROUND + rng.integers(0, 5, GROUND.shape, np.uint8)
+        for box, color in zip((walker(i - 10), walker(55 - i)), COLORS, strict=False):
+            x, y, w, h = map(int, box)
+            if i >= 10:
+                pixels[y : y + h, max(x, 0) : max(x + w, 0)] = color
+        yield Frame(i, i / 25, pixels)
+
+
+@pytest.mark.parametrize("method", ["gaussian", "mog2"])
+def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
+    if method != "gaussian":
+        pytest.importorskip("cv2")
+    scenes = [Scene(Slow(BackgroundDetector(method)), seed=2) for _ in range(3)]
+    serial = [told(scenes[0], frame, scenes[0].update(frame)) for frame in walks()]
+    assert scenes[0].born >= 2
+    for scene, ahead in zip(scenes[1:], (True, False), strict=True):
+        said = [told(scene, *each) for each in scene.watch(walks(), ahead=ahead)]
+        assert said == serial
+
+
+def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, ...]:
+    """Return all that is said of a frame in a form that is compared bit for bit."""
+    bits = [[np.asarray(value).tobytes() for value in astuple(t.track)] for t in tracks]
+    who = [(t.identity, t.behind, t.detected) for t in tracks]
+    return frame.index, who, bits, scene.accounts, dict(scene.remarks)
+
+
+def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
+    slow = Slow(lambda _: [])
+    for frame, _ in Scene(slow).watch(walks()):
+        while slow.latest < frame.index + 2:
+            time.sleep(0.001)
+        time.sleep(0.012)  # longer than the detector takes, should it go on
+        assert slow.latest == frame.index + 2
+        if frame.index == 20:
+            break
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+def test_what_fails_ahead_is_told_in_its_turn(ahead: bool) -> None:
+    def film() -> Iterator[Frame]:
+        yield from itertools.islice(walks(), 8)
+        raise SourceError("the film is torn")
+
+    for detector, frames, why in (
+        (Slow(lambda _: [], fail=5), 5, "tired"),
+        (Slow(lambda _: []), 8, "torn"),
+    ):
+        threads, watched = threading.active_count(), Scene(detector).watch(film(), ahead=ahead)
+        assert [next(watched)[0].index for _ in range(frames)] == list(range(frames))
+        with pytest.raises(SourceError, match=why):
+            next(watched)
+        assert threading.active_count() == threads
+
+
+def test_who_stops_watching_leaves_no_thread() -> None:
+    threads = threading.active_count()
+    with contextlib.closing(Scene(Slow(lambda _: [])).watch(walks())) as watched:
+        next(watched)
+        assert threading.active_count() == threads + 1
+    assert threading.active_count() == threads
+
+
+# Association
+
+
+def test_assignment_is_the_cheapest_of_the_largest() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        n, m = rng.integers(1, 5, 2)
+        costs = np.where(rng.random((n, m)) < 0.4, np.inf, rng.random((n, m)))
+        pairs = assign(costs)
+        best = (0, 0.0)  # number of pairs, minus their cost, over all one-to-one assignments
+        columns = [*range(m), *[-1] * n]
+        for chosen in set(itertools.permutations(columns, int(n))):
+            each = [(i, j) for i, j in enumerate(chosen) if j >= 0 and np.isfinite(costs[i, j])]
+            best = max(best, (len(each), -sum(costs[pair] for pair in each)))
+        assert len(pairs) == best[0]
+        assert -sum(costs[pair] for pair in pairs) == pytest.approx(best[1])
+    assert assign(np.zeros((0, 3))) == []
+
+
+def test_shares_inside_by_hand() -> None:
+    boxes = np.array([[0, 0, 10, 10], [5, 0, 10, 20], [30, 0, 4, 4]], float)
+    np.testing.assert_allclose(
+        inside(boxes[:, None], boxes), [[1.0, 0.5, 0.0], [0.25, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    )
+
+
+def test_what_is_shared_is_divided_from_its_edges() -> None:
+    places = np.array([[10, 10, 10, 20], [18, 12, 10, 20], [27, 11, 10, 20]], float)
+    shared = divided(places, Box(8, 10, 30, 23))
+    np.testing.assert_allclose(shared, [[8, 10, 10, 20], [18, 13, 10, 20], [28, 11, 10, 20]])
+    # One that reaches over the other on both sides stays where it should be.
+    places = np.array([[10, 10, 30, 20], [15, 5, 10, 20]], float)
+    np.testing.assert_allclose(divided(places, Box(9, 4, 40, 27))[:, 0], [10, 15])
+
+
+def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
+    one = Box(0, 0, 20, 40)
+    # A = (20 + 10) / 2 = 15, B = (40 + 30) / 2 = 35, R = sqrt(A² + B²) = 38.08
+    near, far = Box(10 - 5 + 38, 20 - 15, 10, 30), Box(10 - 5 - 38.1, 20 - 15, 10, 30)
+    i, j = may_hide(np.array([one, near, far]))
+    assert (i.tolist(), j.tolist()) == ([0, 1], [1, 0])
+    assert not len(may_hide(np.empty((0, 4)))[0])
+
+
+def test_what_is_ruled_out() -> None:
+    rule = Association(overlap=0.2, distance=0.4, reach=1.0, spread=2.0)
+    costs = rule.costs(np.array([0.1, 0.5]), np.array([0.0, 0.2]))
+    np.testing.assert_allclose(costs, [np.inf, 0.6])
+    # After a second, the reach is 3; half of that away, half of what is left to 1 is forgiven.
+    away, far = [3.1, 1.5, 1.5, 3.0], [0.0, 0.69, 0.71, 0.39]
+    costs = rule.recoveries(rule.off(np.array(away), np.ones(4)), np.array(far))
+    np.testing.assert_allclose(costs, [np.inf, 1.19, np.inf, 1.39])
+
+
+@pytest.mark.parametrize("own", [0, 1])
+def test_of_two_places_as_near_an_object_is_where_it_looks_like_itself(own: int) -> None:
+    colors = np.array([(200, 30, 30), (30, 30, 200)], np.uint8)
+    places = [Box(30 + shift, 30, 24, 30) for shift in (-8, 8)]
+    still, found = Box(30, 30, 24, 30), list[Detection]()
+    scene = Scene(lambda _: found)
+    pixels = np.full((90, 120, 3), 100, np.uint8)
+    for index in range(6):
+        shown = pixels.copy()
+        shown[30:60, 30:54] = colors[own]
+        found = [Detection(still)]
+        scene.update(Frame(index, index / 25, shown))
+    shown = pixels.copy()
+    shown[30:60, 22:42], shown[30:60, 42:62] = colors
+    found = [Detection(place) for place in places]
+    (track, *_) = scene.update(Frame(6, 6 / 25, shown))
+    assert track.identity == 1
+    assert track.track.ellipse.x == pytest.approx(places[own].x + 11.5)

@@ -1,0 +1,170 @@
+"""What a scene makes of pictures that are no good: it says so once, and invents few objects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from backgrounds import METHODS
+from motes.core.frame import Frame
+from motes.evaluation.synthetic.scenery import noise, to_bytes
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method
+from motes.mot.detection.camera_motion import Anchor
+from motes.mot.scene import Scene
+
+Picture = NDArray[np.uint8]
+Floats = NDArray[np.floating[Any]]
+WIDTH, HEIGHT = 200, 120
+CHANGE = 50
+"""In this frame it happens."""
+
+
+def ground(seed: int, width: int = WIDTH) -> Picture:
+    """Return a smooth ground with many shades and colors."""
+    rng = np.random.default_rng(seed)
+    shades = 110 + 35 * noise(rng, width, HEIGHT, 24)[:, :, None]
+    return to_bytes(shades + 20 * np.stack([noise(rng, width, HEIGHT, 40) for _ in "rgb"], 2))
+
+
+def walked(picture: Picture, index: int) -> Picture:
+    """Return a picture with two in it who walk past each other, from frame 20 on."""
+    out, way = picture.copy(), 3 * (index - 20)
+    for x, y, color in ((way, 40, (220, 60, 60)), (192 - way, 75, (60, 60, 220))):
+        if index >= 20:
+            out[y : y + 30, max(x, 0) : max(x + 16, 0)] = color
+    return out
+
+
+def film(picture: Callable[[int], Picture | Floats], frames: int) -> Iterator[Frame]:
+    """Yield pictures with a camera's noise."""
+    rng = np.random.default_rng(3)
+    for index in range(frames):
+        noisy: Floats = picture(index) + rng.normal(0, 2, (HEIGHT, WIDTH, 3))
+        yield Frame(index, index / 25, noisy.clip(0, 255).astype(np.uint8))
+
+
+def watched(method: Method, picture: Callable[[int], Picture | Floats], frames: int) -> Scene:
+    """Return a scene that has seen a film."""
+    scene = Scene(BackgroundDetector(method))
+    for _ in scene.watch(film(picture, frames)):
+        pass
+    return scene
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_nothing_for_300_frames_is_nothing(method: Method) -> None:
+    empty = ground(0)
+    scene = watched(method, lambda _: empty, 300)
+    assert (scene.born, scene.remarks) == (0, {})
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("gain", [0.4, 1.6])
+def test_a_sudden_light_makes_no_crowd(method: Method, gain: float) -> None:
+    """The two who are there look like others, and where they stood, ghosts may be left."""
+    empty = ground(0)
+    scene = watched(method, lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 80)
+    assert 2 <= scene.born <= 6
+    assert list(scene.remarks) == ["light"]
+    assert scene.remarks["light"].startswith(f"Frame {CHANGE}: ")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_cut_makes_no_crowd(method: Method) -> None:
+    before, after = ground(0), ground(7)
+    scene = watched(method, lambda i: walked(after if i >= CHANGE else before, i), 110)
+    assert 2 <= scene.born <= 4
+    assert list(scene.remarks) == ["light"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("speed", [0.5, 2, 5, 12])
+def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: float) -> None:
+    wide = ground(0, WIDTH + 500)
+
+    def picture(index: int) -> Picture:
+        x = round(speed * max(0, index - CHANGE))
+        return walked(wide[:, x : x + WIDTH], index)
+
+    scene = watched(method, picture, 90)
+    assert 2 <= scene.born <= 3
+    assert CHANGE < int(scene.remarks["camera"].split()[1][:-1]) < CHANGE + 15
+    assert len(scene.remarks) == 1 + ("light" in scene.remarks)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
+    """For ten frames; what it shows until then may be the edges of things that stand."""
+    wide, detector = ground(0, WIDTH + 20), BackgroundDetector(method)
+
+    def picture(index: int) -> Picture:
+        x = 3 * (index >= CHANGE)
+        return walked(wide[:, x : x + WIDTH], index)
+
+    found = [len(detector(frame)) for frame in film(picture, 70)]
+    assert found[CHANGE : CHANGE + 11] == [0] * 11
+    assert min(found[30:CHANGE]) >= 2
+    assert min(found[CHANGE + 11 :]) >= 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_flood_is_limited_and_said_once(method: Method) -> None:
+    """150 patches flicker; a hundred of them are taken in each frame."""
+    empty, rng = ground(0), np.random.default_rng(1)
+
+    def picture(index: int) -> Picture:
+        out = empty.copy()
+        for k in range(150 if index >= 20 else 0):
+            y, x = 10 * (k // 15) + 2, 13 * (k % 15) + 2
+            out[y : y + 5, x : x + 6] = rng.choice((20, 220))
+        return out
+
+    config = BackgroundConfig(method=method, least=0.0005, gap=(0, 0))
+    scene, most = Scene(BackgroundDetector(config)), 0
+    for _, tracks in scene.watch(film(picture, 35)):
+        most = max(most, len(tracks))
+        assert len(scene.accounts) <= config.limit
+    assert config.limit <= most <= scene.born <= 160
+    assert list(scene.remarks) == ["flood"]
+
+
+def test_an_anchor_slips_with_the_picture_alone() -> None:
+    """Neither by a thing that covers 40 % and moves, nor by light; and again after each slip."""
+    wide = ground(2, 2 * WIDTH)
+    here, there = wide[:, :WIDTH], wide[:, 1 : WIDTH + 1]
+    anchor = Anchor(here)
+    assert not anchor.slipped(here)
+    assert not anchor.slipped((here * 0.7).astype(np.uint8))
+    half = here.copy()
+    half[:, :80] = there[:, :80]
+    assert not anchor.slipped(half)
+    assert anchor.slipped(there)
+    assert not anchor.slipped(there)
+    assert anchor.slipped(here)
+
+
+def test_an_anchor_forgets_what_is_old() -> None:
+    """A camera that creeps by a pixel in 200 frames does not slip: it is learned."""
+    picture = ground(2, 800)
+    anchor, slips = Anchor(shrunk(picture, 0)), 0
+    for shift in range(4):
+        slips += sum(anchor.slipped(shrunk(picture, shift)) for _ in range(50))
+    assert slips == 0
+    assert Anchor(shrunk(picture, 0)).slipped(shrunk(picture, 4))
+
+
+def shrunk(picture: Picture, shift: int) -> Picture:
+    """Return a quarter of a picture's width, from so many quarters of a pixel on."""
+    part = picture[:, shift : shift + 4 * (WIDTH - 2)]
+    means: Floats = part.reshape(HEIGHT, WIDTH - 2, 4, 3).mean(axis=2)
+    return means.astype(np.uint8)
+
+
+def test_any_picture_can_be_an_anchor() -> None:
+    for height, width in ((1, 1), (7, 3), (5, 4000)):
+        pixels = np.zeros((height, width, 3), np.uint8)
+        assert not Anchor(pixels).slipped(pixels)

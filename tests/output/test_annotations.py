@@ -1,0 +1,248 @@
+"""Objects in the forms of COCO and CVAT, and in the tools that these are for."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from crowds import from_files
+from motes.cli.watch_outputs import Rows
+from motes.core.geometry import Ellipse, area, clipped
+from motes.core.track import Status
+from motes.mot.tracked_object import SceneTrack
+from motes.output.annotations import coco, cvat
+from motes.output.documents import write_document
+from motes.output.journal import Head, Journal, JournalWriter, Picture, Sighting, sightings
+from sightings import seen
+
+SIZE = (100, 60)
+HEAD = Head("film.mp4", *SIZE, "sea & <bird>")
+
+
+def frames() -> dict[int, list[SceneTrack]]:
+    """Return two objects: one walks out by the left border, one is hidden and then lost."""
+    return {
+        4: [seen(4, (20, 40), identity=1), seen(4, (50, 30), identity=2)],
+        5: [seen(5, (2, 40), identity=1), seen(5, (52, 30), Status.OCCLUDED, identity=2)],
+        6: [seen(6, (-20, 40), identity=1), seen(6, (54, 30), Status.LOST, identity=2)],
+        7: [seen(7, (20, 40), Status.SEARCHING, identity=1)],
+        8: [seen(8, (20, 40), identity=1)],
+    }
+
+
+def pictures(tracks: Mapping[int, Sequence[SceneTrack]]) -> list[Picture]:
+    return [Picture(index, index / 4, sightings(here)) for index, here in tracks.items()]
+
+
+def journal(folder: Path, kept: Sequence[Picture]) -> Journal:
+    writer = JournalWriter(folder / "kept.rows.jsonl", HEAD)
+    for picture in kept:
+        writer.add(picture)
+    writer.close()
+    return Journal(folder / "kept.rows.jsonl")
+
+
+def test_coco(tmp_path: Path) -> None:
+    document = json.loads(b"".join(coco(journal(tmp_path, pictures(frames())))))
+    assert list(document) == ["info", "licenses", "categories", "images", "annotations"]
+    assert document["info"]["video"] == "film.mp4"
+    assert [(each["id"], each["frame"], each["time"]) for each in document["images"]] == [
+        (i + 1, i, i / 4) for i in range(4, 9)
+    ]
+    assert [each["file_name"] for each in document["images"]] == [
+        f"frame_{i:06d}.png" for i in range(4, 9)
+    ]
+    assert {(each["width"], each["height"]) for each in document["images"]} == {SIZE}
+    (category,) = document["categories"]
+    assert category["name"] == HEAD.label
+    found = document["annotations"]
+    assert [each["id"] for each in found] == [1, 2, 3, 4, 5]
+    assert {each["category_id"] for each in found} == {category["id"]}
+    attributes = [each["attributes"] for each in found]
+    assert [(each["image_id"] - 1, which["track_id"], which["occluded"])
+            for each, which in zip(found, attributes, strict=True)] == [
+        (4, 1, False), (4, 2, False), (5, 1, False), (5, 2, True), (8, 1, False),
+    ]  # fmt: skip
+    assert found[0]["bbox"] == [15, 30, 11, 11]  # an object 11 pixels wide and high, on its foot
+    assert found[2]["bbox"] == [0, 30, 8, 11]  # cut at the border
+    assert {each["iscrowd"] for each in found} == {0}
+    for each in found:
+        (outline,) = each["segmentation"]
+        x, y, width, height = each["bbox"]
+        np.testing.assert_allclose(np.min(np.reshape(outline, (-1, 2)), axis=0), (x, y), atol=0.01)
+        far = (x + width, y + height)
+        np.testing.assert_allclose(np.max(np.reshape(outline, (-1, 2)), axis=0), far, atol=0.01)
+    assert found[0]["area"] == pytest.approx(math.pi * 5.5**2, rel=4e-3)  # it has 48 corners
+
+
+def test_images_of_a_folder_keep_their_names(tmp_path: Path) -> None:
+    kept = journal(tmp_path, [Picture(0, 0.0, (), "left/a1.jpg"), Picture(3, 0.1, (), "b.jpg")])
+    images = json.loads(b"".join(coco(kept)))["images"]
+    assert [each["file_name"] for each in images] == ["left/a1.jpg", "b.jpg"]
+
+
+def test_an_outline_is_cut_to_the_picture() -> None:
+    """As counted: which points of a fine grid in the picture are in the ellipse."""
+    rng = np.random.default_rng(0)
+    y, x = (np.mgrid[0:600, 0:1000] + 0.5) / 10
+    for _ in range(30):
+        ellipse = Ellipse(*rng.uniform((-20, -20, 5, 5, 0), (120, 80, 40, 40, 4)).tolist())
+        cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+        u = ((x - ellipse.x) * cos + (y - ellipse.y) * sin) / ellipse.a
+        v = ((y - ellipse.y) * cos - (x - ellipse.x) * sin) / ellipse.b
+        inside = (u**2 + v**2 <= 1).sum() / 100
+        outline = clipped(ellipse.polygon(), *SIZE)
+        assert area(outline) == pytest.approx(inside, rel=0.01, abs=1)
+        if len(outline):
+            assert (outline >= -1e-9).all()
+            assert (outline <= np.add(SIZE, 1e-9)).all()
+
+
+def test_cvat(tmp_path: Path) -> None:
+    root = ElementTree.fromstring(b"".join(cvat(journal(tmp_path, pictures(frames())))))
+    assert root.tag == "annotations"
+    assert root.findtext("version") == "1.1"
+    assert root.findtext("meta/task/size") == "9"
+    assert root.findtext("meta/task/original_size/width") == "100"
+    assert root.findtext("meta/task/labels/label/name") == HEAD.label
+    tracks = {track.get("id"): track for track in root.iter("track")}
+    assert list(tracks) == ["1", "2"]
+    assert {track.get("label") for track in tracks.values()} == {HEAD.label}
+
+    def told(who: str) -> list[tuple[int, bool, bool]]:
+        return [
+            (int(box.attrib["frame"]), box.get("outside") == "1", box.get("occluded") == "1")
+            for box in tracks[who]
+        ]
+
+    # A box outside ends what would be drawn on; who comes back goes on in the same track.
+    assert told("1") == [(4, False, False), (5, False, False), (6, True, False), (8, False, False)]
+    assert told("2") == [(4, False, False), (5, False, True), (6, True, False)]
+    first, second = tracks["1"][:2]
+    corners = "xtl", "ytl", "xbr", "ybr"
+    assert [float(first.attrib[name]) for name in corners] == [15, 30, 26, 41]
+    assert [float(second.attrib[name]) for name in corners] == [0, 30, 8, 41]
+    assert all(box.get("keyframe") == "1" for track in tracks.values() for box in track)
+
+
+def test_nothing_at_all(tmp_path: Path) -> None:
+    nothing = journal(tmp_path, [Picture(0, 0.0, ())])
+    assert json.loads(b"".join(coco(nothing)))["annotations"] == []
+    assert ElementTree.fromstring(b"".join(cvat(nothing))).find("track") is None
+
+
+@pytest.fixture
+def dataset(tmp_path: Path) -> Path:
+    """Return a folder with all forms, laid out as datumaro wants each of them."""
+    kept = journal(tmp_path, pictures(frames()))
+    for folder in ("images", "annotations", "gt"):
+        (tmp_path / folder).mkdir()
+    write_document(tmp_path / "annotations" / "instances_all.json", kept)
+    write_document(tmp_path / "cvat.xml", kept)
+    with Rows(str(tmp_path / "gt" / "gt.txt"), "mot", overwrite=False) as rows:
+        for picture in kept:
+            rows.add(picture)
+    (tmp_path / "gt" / "labels.txt").write_text("bird\n")
+    return tmp_path
+
+
+def boxes(form: Any) -> list[tuple[int, int, bool, list[float]]]:
+    """Return frame from 0, identity, whether it is hidden, and box of what datumaro has read."""
+    found = []
+    for item in form:
+        for each in item.annotations:
+            if each.type.name == "bbox" and not each.attributes.get("outside"):
+                which, hidden = each.attributes["track_id"], each.attributes["occluded"]
+                frame = int(item.id.split("_")[-1])
+                found.append((frame, which, hidden, [float(part) for part in each.get_bbox()]))
+    return sorted(found)
+
+
+EXPECTED = [
+    (4, 1, False, [15, 30, 11, 11]), (4, 2, False, [45, 20, 11, 11]),
+    (5, 1, False, [0, 30, 8, 11]), (5, 2, True, [47, 20, 11, 11]), (8, 1, False, [15, 30, 11, 11]),
+]  # fmt: skip
+
+
+def datumaro() -> Any:
+    reason = "datumaro is not installed; `make test` installs it"
+    return pytest.importorskip("datumaro.components.dataset", reason=reason).Dataset
+
+
+def test_datumaro_reads_coco_and_cvat(dataset: Path) -> None:
+    for path, form in ((dataset, "coco_instances"), (dataset / "cvat.xml", "cvat")):
+        found = datumaro().import_from(str(path), form)
+        assert boxes(found) == EXPECTED
+        assert {item.id for item in found} >= {f"frame_{i:06d}" for i in (4, 5, 8)}
+        (label,) = next(iter(found.categories().values()))
+        assert label.name == HEAD.label
+
+
+def test_datumaro_reads_rows_of_the_motchallenge(dataset: Path) -> None:
+    """What is hidden has no row; what has one is seen, and of the first label."""
+    found = datumaro().import_from(str(dataset), "mot_seq")
+    shown = [  # frames and pixels count from 1; nothing is cut to the picture
+        (frame + 1, who, hidden, [-2 if frame == 5 else x + 1, y + 1, 11, 11])
+        for frame, who, hidden, (x, y, _, _) in EXPECTED
+        if not hidden
+    ]
+    shown.insert(3, (7, 1, False, [-24, 31, 11, 11]))
+    assert boxes(found) == shown
+    attributes = [each.attributes for item in found for each in item.annotations]
+    assert {each["visibility"] for each in attributes} == {1}
+    assert {each.label for item in found for each in item.annotations} == {0}
+
+
+def test_trackeval_reads_rows_of_the_motchallenge(dataset: Path) -> None:
+    """Their class is the one that it evaluates; here they are measured against themselves."""
+    truth = dataset / "truth" / "film"
+    (truth / "gt").mkdir(parents=True)
+    rows = (dataset / "gt" / "gt.txt").read_text()
+    (truth / "gt" / "gt.txt").write_text(rows)
+    (truth / "seqinfo.ini").write_text("[Sequence]\nname=film\nseqLength=9\n")
+    (dataset / "results").mkdir()
+    (dataset / "results" / "film.txt").write_text(rows)
+    found = from_files(dataset / "truth", dataset / "results", "film")["CLEAR"]
+    assert (found["CLR_TP"], found["CLR_FP"], found["CLR_FN"]) == (len(rows.splitlines()), 0, 0)
+
+
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # its own
+def test_cocos_own_tool(tmp_path: Path) -> None:
+    """It reads all of it, and its masks are the pixels whose centers are in the ellipses."""
+    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    rng = np.random.default_rng(1)
+    ellipses = [
+        Ellipse(*rng.uniform((0, 0, 8, 8, 0), (*SIZE, 25, 25, 4)).tolist()) for _ in range(20)
+    ]
+    objects = [Sighting(i, each, 0.5, Status.TRACKING) for i, each in enumerate(ellipses, 1)]
+    write_document(tmp_path / "a.json", journal(tmp_path, [Picture(0, 0.0, tuple(objects))]))
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        found = tool.COCO(str(tmp_path / "a.json"))
+        found.info()
+    assert "video: film.mp4" in said.getvalue()
+    ((_, image),) = found.imgs.items()
+    assert (image["width"], image["height"]) == SIZE
+    annotations = found.loadAnns(found.getAnnIds(imgIds=[image["id"]]))
+    assert len(annotations) == len(ellipses)
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    for annotation, ellipse in zip(annotations, ellipses, strict=True):
+        cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
+        u = ((x - ellipse.x) * cos + (y - ellipse.y) * sin) / ellipse.a
+        v = ((y - ellipse.y) * cos - (x - ellipse.x) * sin) / ellipse.b
+        inside, mask = u**2 + v**2 <= 1, found.annToMask(annotation) == 1
+        assert (inside & mask).sum() / (inside | mask).sum() > 0.95
+        assert annotation["area"] == pytest.approx(inside.sum(), rel=0.03, abs=6)
+    figure, axes = pyplot.subplots()
+    found.showAnns(annotations, draw_bbox=True)
+    assert axes.collections
+    pyplot.close(figure)

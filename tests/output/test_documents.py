@@ -1,0 +1,256 @@
+"""Documents of a run: made at its end, and of its rows where it was killed or the disk was full."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from PIL import Image
+
+from motes import open_source
+from motes.cli import main
+from motes.core.errors import SourceError
+from motes.evaluation.synthetic.clips import crowd
+from motes.output.annotations import coco
+from motes.output.journal import Head, Journal, JournalWriter, Picture
+
+Go = Callable[..., tuple[int, str, str]]
+FRAMES = 12
+BOX = "--init 60,40,20,30 --preset mean_shift"
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder of images: 0.png to 11.png."""
+    folder = tmp_path_factory.mktemp("film")
+    for frame, _ in crowd((200, 160), (20, 30), FRAMES):
+        Image.fromarray(frame.pixels).save(folder / f"{frame.index}.png")
+    return folder
+
+
+@pytest.fixture
+def go(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Go:
+    """Run motes in an empty folder; FILM in the arguments is the folder of images."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> tuple[int, str, str]:
+        capfd.readouterr()
+        code = main([str(film) if word == "FILM" else word for word in line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def here() -> set[str]:
+    return {path.name for path in Path().iterdir()}
+
+
+def test_a_document_names_the_images_of_its_source(go: Go, film: Path) -> None:
+    assert go(f"track FILM {BOX} --stride 5 -o a.json")[0] == 0
+    document = json.loads(Path("a.json").read_text())
+    assert [each["file_name"] for each in document["images"]] == ["0.png", "5.png", "10.png"]
+    assert document["info"]["video"] == str(film)
+    assert here() == {"a.json"}
+
+
+def test_names_of_images_are_those_below_their_common_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for folder in ("02", "10"):
+        (tmp_path / "run" / folder).mkdir(parents=True)
+        Image.new("RGB", (8, 8)).save(tmp_path / "run" / folder / "1.png")
+    for pattern, names in (("run/*/1.png", ["02/1.png", "10/1.png"]), ("run/02/*.png", ["1.png"]),
+                           ("run/10/1.png", ["1.png"])):  # fmt: skip
+        with open_source(pattern) as film:
+            assert [film.file_of(frame.index) for frame in film] == names
+    monkeypatch.chdir(tmp_path / "run" / "02")
+    with open_source("*.png") as film:
+        assert film.file_of(0) == "1.png"
+
+
+@pytest.mark.parametrize("command", [f"track FILM {BOX}", f"track FILM {BOX} --init 5,5,20,20",
+                                     "watch FILM --detector gaussian"])  # fmt: skip
+def test_a_label_names_the_class(go: Go, command: str) -> None:
+    go(f"{command} --label sea-bird -o a.json")
+    go(f"{command} --label sea-bird -o a.xml")
+    assert json.loads(Path("a.json").read_text())["categories"][0]["name"] == "sea-bird"
+    assert ElementTree.parse("a.xml").findtext("meta/task/labels/label/name") == "sea-bird"
+
+
+@pytest.mark.parametrize("label", ["", " ", "a\nb", "a\x01b", "\ud800"])
+def test_a_label_that_no_tool_takes(
+    tmp_path: Path, film: Path, label: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for command in (["track", str(film), "--init", "60,40,20,30"], ["watch", str(film)]):
+        assert main([*command, "-o", str(tmp_path / "a.json"), "--label", label]) == 2
+        assert capfd.readouterr()[1].splitlines()[-1].startswith("motes: error: --label is ")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "options", ["-o a.csv", "-o a.txt", "-o a.json --format csv", "--overlay a.mkv"]
+)
+def test_rows_have_no_label(go: Go, options: str) -> None:
+    code, _, error = go(f"track FILM {BOX} {options} --label bird")
+    assert (code, "--label is for documents" in error) == (2, True)
+    assert here() == set()
+
+
+PROGRAM = """
+import os, signal, sys
+from motes.cli import main
+from motes.cli import watch_outputs
+
+write = watch_outputs.Annotations.write
+
+def last(self, moment):
+    write(self, moment)
+    if moment.frame.index == 7:
+        os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+
+watch_outputs.Annotations.write = last
+sys.exit(main(sys.argv[2:]))
+"""
+"""motes that gets a signal in frame 7."""
+
+
+def signaled(name: str, film: Path, line: str) -> subprocess.CompletedProcess[str]:
+    words = [str(film) if word == "FILM" else word for word in line.split()]
+    command = [sys.executable, "-c", PROGRAM, name, *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
+    ended = signaled("SIGKILL", film, f"track FILM {BOX} -o a.json")
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    assert here() == {"a.json.rows.jsonl"}
+    code, _, error = go(f"track FILM {BOX} -o a.json --overwrite")  # which would lose them
+    assert (code, "motes convert a.json.rows.jsonl -o a.json" in error) == (5, True)
+    for name in ("a.json", "a.xml", "a.txt"):
+        code, _, error = go(f"convert a.json.rows.jsonl -o {name}")
+        assert (code, f"wrote {name}, of the 8 frames" in error) == (0, True)
+        assert go(f"track FILM {BOX} --end 8 -o whole-{name}")[0] == 0
+        assert Path(name).read_bytes() == Path(f"whole-{name}").read_bytes()
+    assert go("convert a.json.rows.jsonl -o a.csv")[0] == 0
+    rows = list(csv.DictReader(Path("a.csv").read_text().splitlines()))
+    assert [(row["frame"], row["identity"]) for row in rows] == [(str(i), "1") for i in range(8)]
+
+
+def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
+    ended = signaled("SIGINT", film, f"track FILM {BOX} -o {tmp_path}/a.json")
+    assert ended.returncode == 130, ended.stderr
+    assert "interrupted after 8 frames" in ended.stderr
+    assert f"wrote {tmp_path}/a.json." in ended.stderr
+    document = json.loads((tmp_path / "a.json").read_text())
+    assert len(document["images"]) == len(document["annotations"]) == 8
+    assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
+
+
+@pytest.mark.parametrize("command", [f"track FILM {BOX}", "watch FILM --detector gaussian"])
+def test_a_disk_that_is_full_at_the_end_keeps_the_rows(go: Go, command: str) -> None:
+    Path("a.json").symlink_to("/dev/full")
+    code, _, error = go(f"{command} -o a.json")
+    assert code == 5
+    line = error.splitlines()[-1]
+    assert "; wrote a.json.rows.jsonl, but not a.json." in error
+    assert "No space left" in line
+    assert line.endswith("Make room, then: motes convert a.json.rows.jsonl -o a.json")
+    assert go("convert a.json.rows.jsonl -o a.json")[0] == 5
+    assert go("convert a.json.rows.jsonl -o b.json")[0] == 0
+    assert len(json.loads(Path("b.json").read_text())["images"]) == FRAMES
+
+
+class Full:
+    """A file on a disk that has room for so many more bytes."""
+
+    def __init__(self, file: Any, room: int) -> None:
+        self.file, self.room = file, room
+
+    def write(self, data: bytes) -> int:
+        """Write what there is room for."""
+        if not self.room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        written: int = self.file.write(data[: self.room])
+        self.room -= written
+        return written
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.file, name)
+
+
+def test_a_disk_that_gets_full_keeps_whole_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    add = JournalWriter.add
+
+    def fill(self: JournalWriter, picture: Picture) -> None:
+        if picture.frame == 5:
+            self._file = Full(self._file, 20)  # type: ignore[assignment]
+        add(self, picture)
+
+    monkeypatch.setattr(JournalWriter, "add", fill)
+    code, _, error = go(f"track FILM {BOX} -o a.json")
+    assert code == 5
+    assert "its rows are kept in a.json.rows.jsonl. Make room, then: motes convert" in error
+    assert "wrote a.json.rows.jsonl, but not a.json." in error
+    assert here() == {"a.json.rows.jsonl"}
+    assert Path("a.json.rows.jsonl").read_bytes().endswith(b"}\n")
+    assert [each.frame for each in Journal(Path("a.json.rows.jsonl"))] == [0, 1, 2, 3, 4]
+
+
+def test_what_is_there_already_stays(go: Go) -> None:
+    Path("mine").write_text("mine")
+    for name in ("a", "b"):
+        Path(f"{name}.json.rows.jsonl").symlink_to("mine" if name == "a" else "nowhere")
+        assert go(f"track FILM {BOX} -o {name}.json")[0] == 5
+        with pytest.raises(FileExistsError):
+            JournalWriter(Path(f"{name}.json.rows.jsonl"), Head("film", 1, 1, "object"))
+    code, _, error = go("watch FILM -o c.json --events c.json.rows.jsonl")
+    assert (code, "Two outputs are the same file" in error) == (2, True)
+    assert Path("mine").read_text() == "mine"
+    assert here() == {"mine", "a.json.rows.jsonl", "b.json.rows.jsonl"}
+
+
+def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.json.rows.jsonl"
+    writer = JournalWriter(path, Head("film", 8, 8, "object"))
+    for index in range(3):
+        writer.add(Picture(index, index / 4, ()))
+    writer.close()
+    data = path.read_bytes()
+    path.write_bytes(data[:-5])
+    assert [each.frame for each in Journal(path)] == [0, 1]
+    assert len(json.loads(b"".join(coco(Journal(path))))["images"]) == 2
+    begin = data.index(b'{"frame":1')
+    path.write_bytes(data[:begin] + b"{" + data[begin:])
+    with pytest.raises(SourceError, match=f"damaged at byte {begin}"):
+        list(Journal(path))
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "said"),
+    [
+        ("convert no.rows.jsonl -o a.json", 3, "no.rows.jsonl cannot be read"),
+        ("convert FILM -o a.json", 3, "cannot be read"),
+        ("convert r.csv -o a.json", 3, "does not hold the rows of a document"),
+        ("convert r.csv -o r.csv", 2, "cannot be an output"),
+        ("convert r.csv -o a.mp4", 3, "does not hold"),
+    ],
+)
+def test_errors_are_one_line(go: Go, line: str, code: int, said: str) -> None:
+    Path("r.csv").write_text("1,2,3\n")
+    found, _, error = go(line)
+    assert (found, said in error) == (code, True), error
+    assert len(error.splitlines()) == 1
+    assert here() == {"r.csv"}

@@ -1,0 +1,214 @@
+"""What the overlay draws, where, and on what."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError, SourceError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.output.overlay import COLORS, PARTICLE, draw
+
+
+def track(ellipse: Ellipse, status: Status = Status.TRACKING, confidence: float = 0.5) -> Track:
+    return Track(7, 0.28, ellipse, np.eye(5), confidence, status, 0.2, 50.0)
+
+
+def gray(width: int = 320, height: int = 240) -> NDArray[np.uint8]:
+    return np.full((height, width, 3), 128, np.uint8)
+
+
+def near(pixels: NDArray[np.uint8], color: tuple[int, int, int], within: int) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(pixels.astype(int) - color).max(axis=-1) <= within)
+
+
+def colored(pixels: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Return where an outline's color is, also half of it; frame and casing are gray."""
+    return np.asarray(np.ptp(pixels.astype(int), axis=-1) > 50)
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.7, -2.0])
+@pytest.mark.parametrize("size", [(160, 120), (320, 240), (1280, 960)])
+def test_the_outline_lies_on_the_ellipse(size: tuple[int, int], theta: float) -> None:
+    width, height = size
+    ellipse = Ellipse(0.52 * width, 0.47 * height, 0.3 * width, 0.2 * height, theta)
+    out = draw(gray(*size), track(ellipse), label="")
+    changed = (out != 128).any(axis=2)
+    y, x = np.mgrid[:height, :width]
+    u, v = x - ellipse.x, y - ellipse.y
+    cos, sin = math.cos(theta), math.sin(theta)
+    radius = np.hypot((u * cos + v * sin) / ellipse.a, (v * cos - u * sin) / ellipse.b)
+    # The distance from the outline is at most this; lines are up to 3 pixels of 240 rows wide.
+    distance = np.abs(radius - 1) * ellipse.a
+    line = max(1, height / 240)
+    assert distance[changed].max() < (2 * line + 1) * ellipse.a / ellipse.b
+    assert not changed[radius < 0.8].any()
+    for px, py in np.rint(ellipse.polygon(90)).astype(int):
+        assert colored(out[py, px]), (px, py)
+
+
+def test_the_center_of_the_outline_is_not_shifted() -> None:
+    out = draw(gray(), track(Ellipse(160, 120, 60, 60)), label="")
+    y, x = np.nonzero((out != 128).any(axis=2))
+    assert (x.min() + x.max()) / 2 == pytest.approx(160, abs=0.5)
+    assert (y.min() + y.max()) / 2 == pytest.approx(120, abs=0.5)
+    assert x.mean() == pytest.approx(160, abs=0.3)
+    assert y.mean() == pytest.approx(120, abs=0.3)
+
+
+def test_the_status_decides_color_and_dashes() -> None:
+    ellipse = Ellipse(160, 120, 80, 50, 0.3)
+    points = np.rint(ellipse.polygon(400)).astype(int)
+    share = {}
+    for status in Status:
+        out = draw(gray(), track(ellipse, status), label="")[points[:, 1], points[:, 0]]
+        share[status] = colored(out).mean()
+        assert near(out, COLORS[status], 0).sum() > 20
+    assert share[Status.TRACKING] > 0.98
+    for status in set(Status) - {Status.TRACKING}:
+        assert 0.4 < share[status] < 0.65
+    assert len(set(COLORS.values())) == len(Status)
+
+
+def test_particles_are_dots_that_fade_with_their_weight() -> None:
+    particles = np.array([[40.0, 60, 9, 9, 0], [80, 60, 9, 9, 0], [120, 60, 9, 9, 0]])
+    target = track(Ellipse(260, 180, 20, 20))
+    out = draw(gray(), target, particles=particles, weights=[0.1, 0.6, 0.3], label="")
+    toward = [np.abs(out[60, x].astype(int) - PARTICLE).sum() for x in (40, 80, 120)]
+    assert toward[1] < toward[2] < toward[0]
+    assert near(out[60, 80], PARTICLE, 50)
+    assert (out[60, 40] != 128).any()
+    left = out[:, :200]
+    y, x = np.nonzero((left != 128).any(axis=2))
+    assert np.abs(y - 60).max() <= 1
+    assert np.abs(x[:, None] - particles[:, 0]).min(axis=1).max() <= 1
+
+    alike = draw(gray(), target, particles=particles[:, :2], label="")
+    assert near(alike[60, [40, 80, 120]], PARTICLE, 70).all()
+
+
+def test_weights_of_zero_and_particles_without_place() -> None:
+    target = track(Ellipse(260, 180, 20, 20))
+    particles = [[40.0, 60], [math.nan, 60], [math.inf, 1], [1e300, -1e300]]
+    out = draw(gray(), target, particles=particles, weights=np.zeros(4), label="")
+    assert (out[60, 40] != 128).any()
+    empty = draw(gray(), target, particles=np.empty((0, 5)), weights=np.empty(0), label="")
+    assert np.array_equal(empty, draw(gray(), target, label=""))
+
+
+def test_the_trail_fades_and_is_interrupted() -> None:
+    trail = [(20.0, 100), (60, 100), (100, 100), (math.nan, math.nan), (140, 100), (180, 100)]
+    out = draw(gray(), track(Ellipse(260, 180, 20, 20)), trail=trail, label="")
+    difference = np.abs(out[100].astype(int) - 128).sum(axis=1)
+    assert 0 < difference[40] < difference[80] < difference[160]
+    assert not difference[105:135].any()
+
+
+def test_the_label_shows_the_confidence_as_a_bar() -> None:
+    ellipse = Ellipse(200, 180, 20, 20)
+    lengths = []
+    for confidence in (0.0, 0.25, 0.5, 1.0):
+        out = draw(gray(), track(ellipse, confidence=confidence), label="the same words")
+        lengths.append(near(out[:60], COLORS[Status.TRACKING], 4).any(axis=0).sum())
+    panel = lengths[-1]
+    assert lengths == pytest.approx([0, panel / 4, panel / 2, panel], abs=1.5)
+    assert panel > 40
+    plain = draw(gray(), track(ellipse), label="")
+    assert (plain[:150] == 128).all()
+
+
+def test_the_label_names_frame_and_status() -> None:
+    target = track(Ellipse(200, 180, 20, 20), Status.LOST, 0.25)
+    assert np.array_equal(draw(gray(), target), draw(gray(), target, label="7  lost  0.25"))
+
+
+def test_the_input_is_left_as_it_is() -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, (120, 160, 3), np.uint8)
+    before = pixels.copy()
+    pixels.flags.writeable = False
+    out = draw(
+        pixels, track(Ellipse(80, 60, 20, 10)), particles=[[80.0, 60]], trail=[(1, 1), (9, 9)]
+    )
+    assert np.array_equal(pixels, before)
+    assert not np.shares_memory(pixels, out)
+    assert out.flags.writeable
+    assert (out != before).any()
+
+
+def test_only_what_is_drawn_changes() -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, (240, 320, 3), np.uint8)
+    out = draw(pixels, track(Ellipse(160, 120, 80, 60)), label="")
+    y, x = np.nonzero((out != pixels).any(axis=2))
+    radius = np.hypot((x - 160) / 80, (y - 120) / 60)
+    assert radius.min() > 0.92
+    assert radius.max() < 1.08
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    ellipse=st.builds(
+        Ellipse,
+        st.floats(-1e4, 1e4) | st.floats(-1e9, 1e9),
+        st.floats(-300, 300),
+        st.floats(1e-9, 1e9),
+        st.floats(1e-3, 1e4),
+        st.floats(-10, 10),
+    ),
+    status=st.sampled_from(Status),
+    size=st.sampled_from([(1, 1), (2, 5), (96, 72), (320, 240)]),
+)
+def test_any_ellipse_on_any_frame(ellipse: Ellipse, status: Status, size: tuple[int, int]) -> None:
+    pixels = gray(*size)
+    out = draw(
+        pixels,
+        track(ellipse, status),
+        particles=np.array([ellipse]),
+        trail=np.array([ellipse[:2], (0, 0)]),
+    )
+    assert out.shape == pixels.shape
+    assert out.dtype == np.uint8
+
+
+@pytest.mark.parametrize("x", [-500.0, 1e7])
+def test_an_ellipse_outside_changes_nothing(x: float) -> None:
+    assert (draw(gray(), track(Ellipse(x, 120, 30, 20, 1.0)), label="") == 128).all()
+
+
+def test_an_ellipse_around_the_frame_changes_nothing() -> None:
+    assert (draw(gray(), track(Ellipse(160, 120, 900, 900)), label="") == 128).all()
+
+
+def test_an_ellipse_across_the_border_shows_its_inner_part() -> None:
+    out = draw(gray(), track(Ellipse(0, 120, 50, 40)), label="")
+    assert colored(out[120, 50])
+    assert colored(out[80, 0])
+    assert (out[100:140, :40] == 128).all()
+
+
+def test_lines_grow_with_the_frame() -> None:
+    thick = []
+    for width, height in ((96, 72), (640, 480), (3840, 2160)):
+        ellipse = Ellipse(width / 2, height / 2, width / 4, height / 4)
+        out = draw(gray(width, height), track(ellipse), label="")
+        thick.append(int((out[height // 2, : width // 2] != 128).any(axis=1).sum()))
+    assert 2 <= thick[0] <= 5
+    assert 5 <= thick[1] <= 9
+    assert 24 <= thick[2] <= 32
+
+
+def test_wrong_shapes_are_refused() -> None:
+    target = track(Ellipse(100, 100, 20, 20))
+    with pytest.raises(ConfigError, match="2 particles needs one weight for each"):
+        draw(gray(), target, particles=np.ones((2, 5)), weights=[1.0])
+    with pytest.raises(ConfigError, match="particles of an overlay must be rows"):
+        draw(gray(), target, particles=[1.0, 2, 3])
+    with pytest.raises(ConfigError, match="trail of an overlay must be rows"):
+        draw(gray(), target, trail=[[1.0]])
+    with pytest.raises(SourceError, match="An image has shape"):
+        draw(np.zeros((5, 5, 2), np.uint8), target)

@@ -1,0 +1,174 @@
+"""The appearance rule (Nummiaro et al., equations 11 to 13), status and confidence."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.cues import Cue
+from motes.cues.color import Color
+from motes.cues.sampling import EveryPixel
+from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.likelihood import Gaussian
+from oracles import bhattacharyya, every_pixel, frame, mosaic
+
+Floats = NDArray[np.float64]
+CUE = Color(sampling=EveryPixel())
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_background_over_every_pixel(step: int) -> None:
+    """Equations 11 and 12 by brute force."""
+    background, target = frame(mosaic(1, 14, 19)), frame(mosaic(2, 14, 19))
+    region = Ellipse(9, 6, 4.3, 3.1, 0.2)
+    model = CUE.learn(target, region)
+    rho = [
+        1 - bhattacharyya(every_pixel(background.pixels, moved, *RGB), model.histogram) ** 2
+        for y in range(0, 14, step)
+        for x in range(0, 19, step)
+        for moved in [region._replace(x=x, y=y)]
+    ]
+    mean = sum(rho) / len(rho)
+    variance = sum((value - mean) ** 2 for value in rho) / len(rho)
+    found = AppearanceRule(step=step).background(
+        CUE, model, background, region, target_in_frame=False
+    )
+    assert found.mean == pytest.approx(mean, abs=1e-9)
+    assert found.deviation == pytest.approx(math.sqrt(variance), abs=1e-9)
+
+
+RGB: Any = ("rgb", (8, 8, 8), "radial")
+
+
+def test_the_target_is_no_background() -> None:
+    pixels = mosaic(1, 14, 25)
+    region = Ellipse(7, 6, 2.5, 2.5)
+    pixels[3:10, 4:11] = 77
+    picture = frame(pixels)
+    model = CUE.learn(picture, region)
+    rho = [
+        1 - bhattacharyya(every_pixel(pixels, moved, *RGB), model.histogram) ** 2
+        for y in range(14)
+        for x in range(25)
+        if abs(x - 7) > 5 or abs(y - 6) > 5
+        for moved in [region._replace(x=x, y=y)]
+    ]
+    found = AppearanceRule().background(CUE, model, picture, region, target_in_frame=True)
+    assert found.mean == pytest.approx(np.mean(rho))
+    assert found.deviation == pytest.approx(np.std(rho))
+    with_it = AppearanceRule().background(CUE, model, picture, region, target_in_frame=False)
+    assert with_it.mean > found.mean
+
+
+def test_a_target_as_large_as_the_frame_leaves_no_other_background() -> None:
+    picture = frame(mosaic(3, 12, 12))
+    region = Ellipse(5.5, 5.5, 6, 6)
+    model = CUE.learn(picture, region)
+    inside, outside = (
+        AppearanceRule().background(CUE, model, picture, region, target_in_frame=there)
+        for there in (True, False)
+    )
+    assert inside == outside
+
+
+@pytest.mark.parametrize(
+    ("background", "threshold"),
+    [(Background(0.3, 0.1), 0.5), (Background(0.0, 0.0), 0.0), (Background(0.8, 0.3), 0.9)],
+)
+def test_equation_13(background: Background, threshold: float) -> None:
+    rule = AppearanceRule(deviations=2.0, ceiling=0.9)
+    rho = np.array([0.0, threshold - 1e-6, threshold + 1e-6, 1.0]).clip(0, 1)
+    expected = rho > threshold
+    np.testing.assert_array_equal(rho > rule.threshold(background), expected)
+
+
+def test_the_margin_asks_for_more_where_the_background_varies_little() -> None:
+    rule = AppearanceRule(deviations=2.0, margin=0.7, ceiling=0.9)
+    for background, threshold in [
+        (Background(0.2, 0.1), 0.2 + 0.7 * 0.8),
+        (Background(0.2, 0.32), 0.84),
+        (Background(0.9, 0.01), 0.9),
+    ]:
+        assert rule.threshold(background) == pytest.approx(threshold)
+
+
+def walk(rule: AppearanceRule, seen: str, status: Status = Status.TRACKING) -> str:
+    """Return the statuses, by first letters, over frames in which the rule holds (1) or not."""
+    missed, out = 0, ""
+    for letter in seen:
+        status, missed = rule.next_status(status, letter == "1", missed)
+        out += status.value[0]
+    return out
+
+
+def test_searching_tracking_lost_searching() -> None:
+    rule = AppearanceRule(frames=3)
+    assert walk(rule, "1001100100001101", Status.SEARCHING) == "ttttttttttlstttt"
+    assert walk(rule, "0000", Status.SEARCHING) == "ssss"
+    assert walk(rule, "0000000") == "ttlssss"
+    assert walk(rule, "0001") == "ttlt"
+    assert walk(rule, "00100100") == "tttttttt"
+    assert walk(AppearanceRule(frames=1), "0010") == "lstl"
+
+
+@given(st.text("01", max_size=60), st.integers(1, 6))
+def test_lost_is_one_frame_and_comes_only_after_tracking(seen: str, frames: int) -> None:
+    statuses = "t" + walk(AppearanceRule(frames=frames), seen)
+    assert "ll" not in statuses
+    assert "sl" not in statuses
+    assert "ts" not in statuses
+    for before, letter, status in zip(statuses, seen, statuses[1:], strict=False):
+        if letter == "1":
+            assert status == "t"
+        elif before != "t":
+            assert status == "s"
+
+
+@given(st.floats(0, 1), st.floats(0, 1), st.floats(0, 1), st.floats(1e-6, 10))
+def test_confidence_is_a_falling_probability(
+    first: float, second: float, middle: float, width: float
+) -> None:
+    calibration = Calibration(middle=middle, width=width)
+    low, high = sorted((first, second))
+    assert 0 <= calibration.probability(high) <= calibration.probability(low) <= 1
+    assert calibration.probability(middle) == 0.5
+
+
+@given(st.floats(0, 1), st.floats(0.01, 2))
+def test_equation_10_up_to_its_constant(d: float, sigma: float) -> None:
+    density = math.exp(-(d**2) / (2 * sigma**2)) / (math.sqrt(2 * math.pi) * sigma)
+    constant = math.log(math.sqrt(2 * math.pi) * sigma)
+    found = Gaussian(sigma=sigma).log(["color"], np.array([[d]]))[0, 0]
+    if density > 0:
+        assert found == pytest.approx(math.log(density) + constant, abs=1e-3)
+    assert found == pytest.approx(-(d**2) / (2 * sigma**2))
+
+
+class Counting:
+    """A cue that counts how many regions it compares."""
+
+    def __init__(self) -> None:
+        self.regions: list[int] = []  # threads may ask at the same time
+
+    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+        """Return zeros."""
+        self.regions.append(len(ellipses))
+        return np.zeros(len(ellipses))
+
+
+def test_any_cue_can_be_asked() -> None:
+    cue = Counting()
+    found = AppearanceRule(step=2).background(
+        cast(Cue, cue), None, frame(mosaic(0, 10, 7)), Ellipse(3, 3, 2, 2), target_in_frame=False
+    )
+    assert sum(cue.regions) == 5 * 4
+    assert (found.mean, found.deviation) == (1, 0)

@@ -1,0 +1,366 @@
+"""The default tracker: on every kind of target, behind things, out of the frame and back."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Box, Ellipse, iou
+from motes.core.track import Status, Track
+from motes.sot.discriminative.confidence_gate import Standing, Trust
+from motes.sot.discriminative.redetection import Search
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.tracker import Tracker
+
+Pixels = NDArray[np.uint8]
+Place = tuple[float, float]
+Color = tuple[int, int, int]
+
+
+def blocks(seed: int, height: int, width: int, side: int, low: Color, high: Color) -> Pixels:
+    """Return a texture of blocks of random colors."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(low, high, (height // side + 1, width // side + 1, 3), np.uint8)
+    return coarse.repeat(side, axis=0).repeat(side, axis=1)[:height, :width]
+
+
+def wall(height: int, width: int) -> Pixels:
+    """Return a dull texture."""
+    return blocks(11, height, width, 8, (60, 60, 60), (120, 120, 120))
+
+
+def coat(height: int, width: int) -> Pixels:
+    """Return a bright texture of some six blocks to a side."""
+    side = max(min(height, width) // 6, 1)
+    return blocks(7, height, width, side, (120, 60, 0), (255, 160, 120))
+
+
+def film(
+    places: list[Place], size: tuple[int, int], background: Pixels, bar: Box | None = None
+) -> tuple[list[Frame], list[Box]]:
+    """Return frames with a coat of `size` (w, h) centered at each place, and its boxes.
+
+    A bar hides what is behind it.
+    """
+    frames, boxes = [], []
+    width, height = size
+    target = coat(height, width)
+    for index, (x, y) in enumerate(places):
+        pixels = background.copy()
+        left, top = round(x - (width - 1) / 2), round(y - (height - 1) / 2)
+        rows = slice(max(top, 0), max(min(top + height, len(pixels)), 0))
+        columns = slice(max(left, 0), max(min(left + width, pixels.shape[1]), 0))
+        part = pixels[rows, columns]
+        part[:] = target[
+            rows.start - top : rows.start - top + part.shape[0],
+            columns.start - left : columns.start - left + part.shape[1],
+        ]
+        if bar is not None:
+            x0, y0, w, h = (round(value) for value in bar)
+            pixels[y0 : y0 + h, x0 : x0 + w] = (70, 75, 80)
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+        boxes.append(Box(left, top, width, height))
+    return frames, boxes
+
+
+def follow(frames: list[Frame], box: Box, seed: int = 0) -> tuple[Tracker, list[Track]]:
+    tracker = Tracker(seed=seed)
+    return tracker, [tracker.init(frames[0], box)] + [tracker.update(each) for each in frames[1:]]
+
+
+def colorless(frames: list[Frame]) -> list[Frame]:
+    return [Frame(each.index, each.time, each.pixels.mean(2).astype(np.uint8)) for each in frames]
+
+
+def circle(middle: Place, radius: float, count: int) -> list[Place]:
+    turns = np.arange(count) / 8
+    return [
+        (middle[0] + radius * np.sin(turn), middle[1] + radius * (1 - np.cos(turn)))
+        for turn in turns.tolist()
+    ]
+
+
+@pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
+@pytest.mark.parametrize(
+    ("size", "frame"),
+    [
+        ((8, 8), (160, 120)),
+        ((30, 50), (320, 240)),
+        ((12, 60), (320, 240)),
+        ((160, 120), (320, 240)),
+    ],
+    ids=["8 pixels", "upright", "thin", "half of the frame"],
+)
+def test_follows_targets_of_every_size(
+    size: tuple[int, int], frame: tuple[int, int], gray: bool
+) -> None:
+    background = wall(frame[1], frame[0])
+    places = circle((frame[0] / 2, frame[1] / 2), min(size) / 2, 20)
+    frames, boxes = film(places, size, background)
+    if gray:
+        frames = colorless(frames)
+    _, tracks = follow(frames, boxes[0])
+    overlaps = [float(iou(track.box, box)) for track, box in zip(tracks, boxes, strict=True)]
+    assert min(overlaps) > 0.6
+    assert {track.status for track in tracks} == {Status.TRACKING}
+
+
+def test_follows_in_a_large_frame() -> None:
+    frames, boxes = film(circle((2000.0, 900.0), 120, 4), (300, 420), wall(2160, 3840))
+    _, tracks = follow(frames, boxes[0])
+    assert iou(tracks[-1].box, boxes[-1]) > 0.7
+
+
+def grown() -> tuple[list[Frame], list[Box]]:
+    frames, boxes = [], []
+    for index in range(25):
+        side = round(40 * 1.03**index)
+        (frame,), (box,) = film([(160.0, 120.0)], (side, side), wall(240, 320))
+        frames.append(Frame(index, index * FRAME_INTERVAL, frame.pixels))
+        boxes.append(box)
+    return frames, boxes
+
+
+def test_follows_growth() -> None:
+    frames, boxes = grown()
+    _, tracks = follow(frames, boxes[0])
+    assert boxes[-1].width > 80
+    assert iou(tracks[-1].box, boxes[-1]) > 0.7
+
+
+def hidden() -> tuple[list[Frame], list[Box]]:
+    """Return a target that stops behind a bar, hidden in frames 20 to 39, and comes out again."""
+    x = np.concatenate([np.linspace(40, 150, 21), np.full(18, 150.0), np.linspace(150, 260, 21)])
+    places = [(value, 100.0) for value in x.tolist()]
+    return film(places, (30, 40), wall(200, 320), Box(125, 60, 50, 80))
+
+
+def test_a_hidden_target_is_lost_and_found_again() -> None:
+    frames, boxes = hidden()
+    _, tracks = follow(frames, boxes[0])
+    assert {track.status for track in tracks[:15]} == {Status.TRACKING}
+    assert Status.LOST in {track.status for track in tracks[18:32]}
+    assert {track.status for track in tracks[30:38]} == {Status.SEARCHING}
+    assert {track.status for track in tracks[-8:]} == {Status.TRACKING}
+    assert iou(tracks[-1].box, boxes[-1]) > 0.6
+
+
+def test_nothing_is_learned_of_what_hides_the_target() -> None:
+    frames, boxes = hidden()
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    learned = []
+    for frame in frames[1:]:
+        before = tracker.info.models["correlation"]
+        tracker.update(frame)
+        learned.append(tracker.info.models["correlation"] is not before)
+    assert all(learned[2:12])
+    assert not any(learned[26:36])
+
+
+def test_what_is_found_is_believed_after_three_frames_and_then_learned() -> None:
+    frames, boxes = hidden()
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    waited = []
+    for frame, box in zip(frames[1:], boxes[1:], strict=True):
+        before = tracker.info.models["correlation"]
+        track = tracker.update(frame)
+        if frame.index > 40 and iou(track.box, box) > 0.5:
+            waited.append((track.status, tracker.info.models["correlation"] is not before))
+    assert waited[:2] == [(Status.SEARCHING, False)] * 2
+    assert (Status.TRACKING, True) in waited[2:4]
+
+
+@pytest.mark.parametrize("gray", [False, True], ids=["color", "gray"])
+def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> None:
+    places = [(60.0, 60.0)] * 5 + [(105.0, 80.0)] * 6  # farther than the window reaches
+    frames, boxes = film(places, (30, 40), wall(200, 320))
+    _, tracks = follow(colorless(frames) if gray else frames, boxes[0])
+    assert iou(tracks[7].box, boxes[7]) > 0.6
+    assert Status.SEARCHING not in {track.status for track in tracks}
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
+    out = [(300.0 + 8 * index, 60.0) for index in range(8)]
+    places = [(220.0 + 8 * index, 60.0) for index in range(10)] + out + [(-60.0, 150.0)] * 12
+    places += [(-10.0 + 5 * index, 150.0) for index in range(40)]
+    frames, boxes = film(places, (30, 40), wall(200, 320))
+    _, tracks = follow(frames, boxes[0], seed)
+    assert {track.status for track in tracks[20:28]} == {Status.SEARCHING}
+    assert tracks[-1].status is Status.TRACKING
+    assert iou(tracks[-1].box, boxes[-1]) > 0.5
+
+
+def test_a_turned_region_stays_turned() -> None:
+    frames, boxes = film(circle((160.0, 100.0), 15, 10), (40, 40), wall(240, 320))
+    region = Ellipse.from_box(boxes[0])._replace(a=22.0, b=14.0, theta=0.6)
+    tracker = Tracker()
+    tracker.init(frames[0], region)
+    for frame in frames[1:]:
+        track = tracker.update(frame)
+    assert track.ellipse.theta == 0.6
+    assert track.ellipse.a / track.ellipse.b == pytest.approx(22 / 14)
+    center = boxes[-1].x + 19.5, boxes[-1].y + 19.5
+    assert track.ellipse[:2] == pytest.approx(center, abs=3)
+
+
+def spinning(degrees: float, count: int) -> list[Frame]:
+    """Return frames with a long striped oval that turns about its center, (160, 120)."""
+    stripes = np.zeros((81, 81, 3), np.uint8)
+    stripes[:, np.arange(81) % 12 < 6] = (230, 190, 40)
+    stripes[:, 52:] = (200, 60, 30)
+    background, target = Image.fromarray(wall(240, 320)), Image.fromarray(stripes)
+    oval = Image.new("L", (81, 81))
+    ImageDraw.Draw(oval).ellipse((8, 24, 72, 56), fill=255)
+    frames = []
+    for index in range(count):
+        picture, turn = background.copy(), (-index * degrees, Image.Resampling.BILINEAR)
+        picture.paste(target.rotate(*turn), (120, 80), oval.rotate(*turn))
+        frames.append(Frame(index, index * FRAME_INTERVAL, np.array(picture)))
+    return frames
+
+
+@pytest.mark.parametrize(("degrees", "side"), [(20.0, 1), (-20.0, -1), (0.0, 0)])
+def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
+    frames, config = spinning(degrees, 2), Discriminative()
+    rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
+    state, _ = config.init(rng, frames[0], region)
+    look = config.look(rng, state, frames[1], state.ellipse)
+    turned = config._turn(rng, state, frames[1], look)
+    assert turned.found.theta == side * config.turn
+    assert turned.certainty >= look.certainty
+    assert turned.found[:2] == pytest.approx((160, 120), abs=3)
+
+
+def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
+    frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    standing = Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10)
+    state = replace(state, standing=standing)
+    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
+    look = config.look(rng, state, empty, state.ellipse)
+    after, info, learned = config._observe(state, empty, look, jumped=False)
+    assert (after.standing.status, learned) == (Status.SEARCHING, False)
+    assert info.ellipses.shape == (config.particles, 5)
+
+
+@pytest.mark.parametrize(("certainty", "moves"), [(0.22, True), (0.15, False)])
+def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, moves: bool) -> None:
+    frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, standing=Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10))
+    look = config.look(rng, state, frames[1], state.ellipse)
+    look = dataclasses.replace(look, certainty=certainty)
+    after, info, learned = config._observe(state, frames[1], look, jumped=False)
+    assert (after.standing.status, learned) == (Status.SEARCHING, False)
+    assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
+    assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
+
+
+@pytest.mark.parametrize(("shift", "looks"), [(0.0, 1), (10.0, 2)])
+def test_it_looks_again_where_the_target_has_moved(
+    monkeypatch: pytest.MonkeyPatch, shift: float, looks: int
+) -> None:
+    frames, boxes = film([(160.0, 100.0), (160.0 + shift, 100.0)], (30, 40), wall(240, 320))
+    tracker = Tracker()
+    tracker.init(frames[0], boxes[0])
+    places, look = [], Discriminative.look
+
+    def seen(*arguments: Any) -> Any:
+        places.append(arguments[-1])
+        return look(*arguments)
+
+    monkeypatch.setattr(Discriminative, "look", seen)
+    track = tracker.update(frames[1])
+    assert len(places) == looks
+    assert places[-1].x == pytest.approx(160 + shift, abs=2)
+    assert track.ellipse.x == pytest.approx(160 + shift, abs=1)
+
+
+def test_fewer_particles_where_the_place_is_clear() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    clear = config.look(rng, state, frames[1], state.ellipse)
+    empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
+    unclear = config.look(rng, state, empty, state.ellipse)
+    assert len(clear.centers) < len(unclear.centers) <= config.budget.most
+
+
+def test_the_shares_follow_the_color_contrast() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 3, (30, 40), wall(240, 320))
+    colored, _ = follow(frames, boxes[0])
+    plain, _ = follow(colorless(frames), boxes[0])
+    assert sum(colored.info.shares.values()) == pytest.approx(1)
+    assert colored.info.shares["posterior"] >= plain.info.shares["posterior"]
+
+
+def test_without_color_the_filter_alone_decides() -> None:
+    frames, boxes = film(circle((160.0, 100.0), 15, 6), (30, 40), wall(240, 320))
+    tracker = Tracker(Discriminative(color_gain=0, border_gain=0))
+    tracker.init(frames[0], boxes[0])
+    for frame in frames[1:]:
+        track = tracker.update(frame)
+    assert tracker.info.shares == {"correlation": 1.0, "posterior": 0.0}
+    assert iou(track.box, boxes[-1]) > 0.7
+
+
+def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
+    doubting = replace(Discriminative(), trust=Trust(of_first=1.0))
+    tracker, done = Tracker(doubting), list[str]()
+    tracker.init(frames[0], boxes[0])
+    for name in ("_sized", "_turn"):
+        method = getattr(Discriminative, name)
+
+        def noted(*arguments: Any, name: str = name, method: Any = method) -> Any:
+            done.append(name)
+            return method(*arguments)
+
+        monkeypatch.setattr(Discriminative, name, noted)
+    for picture in frames[1:]:
+        # Always a little less certain than at first.
+        state: Any = tracker._state
+        tracker._state = replace(state, standing=Standing(reference=1.0, seen=10))
+        tracker.update(picture)
+    assert done == ["_sized", "_turn"] * 3
+
+
+def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
+    frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state = replace(state, sizing=False, factors=np.array([0.9, 1.1]))
+    after, info = config.step(rng, state, frames[1])
+    assert info.track.ellipse[2:4] == pytest.approx((15, 20))
+    assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
+    assert after.sizing
+
+
+def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
+    tracker, _ = follow(frames, boxes[0])
+    given, told, step = [], [], Search.step
+
+    def noted(self: Search, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
+        given.append(searchers)
+        told.append(step(self, rng, model, searchers, *rest))
+        return told[-1]
+
+    monkeypatch.setattr(Search, "step", noted)
+    for index in range(8, 12):
+        tracker.update(Frame(index, index * FRAME_INTERVAL, wall(240, 320)))
+    assert len(given) > 1
+    for before, (after, _) in zip(given[1:], told[:-1], strict=True):
+        np.testing.assert_array_equal(before, after)

@@ -1,0 +1,461 @@
+"""Several cues in one filter (Maggio et al., section 4) against equations 8 to 10 by hand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError
+from motes.core.frame import FRAME_INTERVAL
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.cues import AdaptableCue
+from motes.cues.color import Color
+from motes.cues.structure_tensor import Orientation
+from motes.sot.filtering.appearance_rule import AppearanceRule, Background
+from motes.sot.filtering.fusion import Adaptive, Fixed
+from motes.sot.filtering.likelihood import Gaussian
+from motes.sot.filtering.model_update import Forgetting
+from motes.sot.filtering.motion import EllipseWalk
+from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.particle_filter import FilterState, ParticleFilter
+from motes.sot.presets import PRESETS
+from motes.sot.step_info import Info
+from oracles import frame, region, scene
+
+Floats = NDArray[np.float64]
+
+FIRST = Ellipse(40, 30, 12, 6, 0.2)
+NAMES = ["color", "orientation", "edges", "shape"]
+
+
+def uncertainties(likelihoods: Floats, ellipses: Floats, first: Ellipse, floor: float) -> Floats:
+    """Return U of each cue: equations 8 and 9, one particle at a time.
+
+    Positions count in mean half-axes of the first region, half-axes relative to its own, and the
+    floor is a standard deviation that each dimension has in addition.
+    """
+    out = []
+    for likelihood in likelihoods / likelihoods.sum(axis=1, keepdims=True):
+        doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(likelihood, ellipses, strict=True))
+        mean = np.array([*(likelihood @ ellipses[:, :4]), np.angle(doubled) / 2])
+        covariance = floor**2 * np.eye(5)
+        for w, row in zip(likelihood, ellipses, strict=True):
+            off = row - mean
+            off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
+            off[:2] /= math.sqrt(first.a * first.b)
+            off[2:4] /= [first.a, first.b]
+            covariance += w * np.outer(off, off)
+        out.append(np.linalg.det(covariance))
+    return np.array(out)
+
+
+def by_hand(likelihoods: Floats, ellipses: Floats, first: Ellipse, floor: float) -> Floats:
+    """Equation 10."""
+    inverse = 1 / uncertainties(likelihoods, ellipses, first, floor)
+    shares: Floats = inverse / inverse.sum()
+    return shares
+
+
+def cloud(seed: int, n: int, cues: int) -> tuple[Floats, Floats]:
+    """Return particles around the first region, and likelihoods of different sharpness."""
+    rng = np.random.default_rng(seed)
+    ellipses = np.array(FIRST) + rng.normal(size=(n, 5)) * [5, 9, 2, 1, 0.3]
+    ellipses[:, 2:4] = np.maximum(ellipses[:, 2:4], 1)
+    logs = rng.normal(size=(cues, n)) * rng.uniform(0, 6, (cues, 1))
+    return ellipses, np.stack([Weights.from_log(log).values for log in logs])
+
+
+def shares(fusion: Adaptive | Fixed, likelihoods: Floats, ellipses: Floats) -> Floats:
+    return fusion.shares(NAMES[: len(likelihoods)], likelihoods, ellipses, FIRST)
+
+
+clouds = st.builds(cloud, st.integers(0, 999), st.integers(1, 30), st.integers(2, 4))
+floors = st.floats(0.01, 3)
+
+
+# Fixed weights
+
+
+@given(st.dictionaries(st.sampled_from(NAMES), st.floats(1e-6, 1e6)), st.integers(1, 4))
+def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -> None:
+    names = NAMES[:cues]
+    found = Fixed(weights=dict(weights)).shares(names, np.ones((cues, 3)), np.ones((3, 5)), FIRST)
+    expected = [weights.get(name, 1.0) for name in names]
+    np.testing.assert_allclose(found, np.array(expected) / sum(expected))
+    assert found.sum() == pytest.approx(1)
+
+
+def test_the_paper_s_weights() -> None:
+    """Section 5: 66 % and 34 %; as many names as there are cues, in their order."""
+    ellipses, likelihoods = cloud(0, 9, 2)
+    fixed = Fixed(weights={"orientation": 34, "color": 66})
+    np.testing.assert_allclose(shares(fixed, likelihoods, ellipses), [0.66, 0.34])
+    np.testing.assert_allclose(fixed.shares(["orientation"], likelihoods[:1], ellipses, FIRST), [1])
+    np.testing.assert_allclose(shares(Fixed(), likelihoods, ellipses), [0.5, 0.5])
+
+
+@pytest.mark.parametrize("weight", [0.0, -1.0, math.nan, math.inf, 1e300, "much"])
+def test_weights_that_are_none(weight: Any) -> None:
+    with pytest.raises(ConfigError, match="weights"):
+        Fixed(weights={"color": weight})
+
+
+# Adaptive weights
+
+
+@given(clouds, floors)
+def test_equations_8_to_10(made: tuple[Floats, Floats], floor: float) -> None:
+    ellipses, likelihoods = made
+    found = shares(Adaptive(floor=floor), likelihoods, ellipses)
+    np.testing.assert_allclose(found, by_hand(likelihoods, ellipses, FIRST, floor), rtol=1e-6)
+    assert found.sum() == pytest.approx(1)
+    assert (found > 0).all()
+
+
+@given(clouds, st.randoms(use_true_random=False))
+def test_no_order_matters(made: tuple[Floats, Floats], random: Any) -> None:
+    """Neither that of the cues nor that of the particles."""
+    ellipses, likelihoods = made
+    expected = shares(Adaptive(), likelihoods, ellipses)
+    cues, particles = list(range(len(likelihoods))), list(range(len(ellipses)))
+    random.shuffle(cues)
+    random.shuffle(particles)
+    found = shares(Adaptive(), likelihoods[cues][:, particles], ellipses[particles])
+    np.testing.assert_allclose(found, expected[cues], rtol=1e-6)
+
+
+@given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
+def test_an_angle_counts_modulo_half_a_turn(made: tuple[Floats, Floats], turns: list[int]) -> None:
+    ellipses, likelihoods = made
+    turned = ellipses.copy()
+    turned[:, 4] += np.pi * np.array(turns[: len(turned)])
+    np.testing.assert_allclose(
+        shares(Adaptive(), likelihoods, turned),
+        shares(Adaptive(), likelihoods, ellipses),
+        rtol=1e-6,
+    )
+
+
+@given(clouds, st.floats(0.1, 30), st.floats(-500, 500))
+def test_units_do_not_matter(made: tuple[Floats, Floats], zoom: float, moved: float) -> None:
+    """The same film at another size, seen from elsewhere, has the same shares."""
+    ellipses, likelihoods = made
+    names = NAMES[: len(likelihoods)]
+    large = ellipses.copy()
+    large[:, :4] *= zoom
+    large[:, :2] += moved
+    x, y, a, b, theta = FIRST
+    first = Ellipse(zoom * x, zoom * y, zoom * a, zoom * b, theta)
+    np.testing.assert_allclose(
+        Adaptive().shares(names, likelihoods, large, first),
+        Adaptive().shares(names, likelihoods, ellipses, FIRST),
+        rtol=1e-6,
+    )
+
+
+@pytest.mark.parametrize("dimension", range(5))
+def test_the_broader_posterior_counts_less(dimension: int) -> None:
+    """In whatever dimension; the particles are the same."""
+    rng = np.random.default_rng(1)
+    ellipses = np.tile(np.array(FIRST), (500, 1))
+    spread = [12, 12, 6, 3, 0.5][dimension]
+    ellipses[:, dimension] += rng.uniform(-spread, spread, 500)
+    off = (ellipses - np.array(FIRST))[:, dimension] / spread
+    logs = [-(off**2) / (2 * width**2) for width in (0.1, 0.3, 1.0, 1e9)]
+    likelihoods = np.stack([Weights.from_log(log).values for log in logs])
+    found = shares(Adaptive(floor=0.1), likelihoods, ellipses)
+    assert (np.diff(found) < 0).all()
+    assert found[0] > 1.5 * found[3]
+
+
+@given(clouds)
+def test_differences_far_below_the_floor_do_not_matter(made: tuple[Floats, Floats]) -> None:
+    ellipses, likelihoods = made
+    equal = shares(Adaptive(floor=1e6), likelihoods, ellipses)
+    np.testing.assert_allclose(equal, 1 / len(likelihoods), rtol=1e-6)
+
+
+@pytest.mark.parametrize("floor", [1e-3, 0.5, 1e6])
+def test_one_particle_with_all_the_weight(floor: float) -> None:
+    """It has no spread at all, and yet is not infinitely certain."""
+    ellipses, _ = cloud(3, 10, 2)
+    one, other, broad = np.eye(10)[2], np.eye(10)[7], np.full(10, 0.1)
+    found = shares(Adaptive(floor=floor), np.stack([one, other, broad]), ellipses)
+    assert np.isfinite(found).all()
+    assert found.sum() == pytest.approx(1)
+    assert found[0] == pytest.approx(found[1])
+    assert found[0] >= found[2] * (1 - 1e-9)
+    alike = shares(Adaptive(floor=floor), np.stack([one, one]), ellipses[:10])
+    np.testing.assert_allclose(alike, 0.5)
+    single = shares(Adaptive(floor=floor), np.ones((3, 1)), ellipses[:1])
+    np.testing.assert_allclose(single, 1 / 3)
+
+
+def test_one_cue_has_it_all() -> None:
+    ellipses, likelihoods = cloud(0, 9, 1)
+    for fusion in (Adaptive(), Fixed(), Fixed(weights={"color": 7.0})):
+        np.testing.assert_array_equal(shares(fusion, likelihoods, ellipses), [1])
+
+
+def test_inputs_stay_as_they_are() -> None:
+    ellipses, likelihoods = cloud(0, 9, 3)
+    before = ellipses.copy(), likelihoods.copy()
+    shares(Adaptive(), likelihoods, ellipses)
+    np.testing.assert_array_equal(ellipses, before[0])
+    np.testing.assert_array_equal(likelihoods, before[1])
+
+
+@pytest.mark.parametrize("floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf])
+def test_floors_that_are_none(floor: float) -> None:
+    with pytest.raises(ConfigError, match="floor"):
+        Adaptive(floor=floor)
+
+
+# Likelihoods
+
+
+def test_each_cue_may_have_a_sigma_of_its_own() -> None:
+    distances = np.array([[0.0, 0.1, 0.5], [0.2, 0.3, 1.0]])
+    found = Gaussian(sigma=0.1, cues={"orientation": 0.4}).log(NAMES[:2], distances)
+    expected = [
+        [-(d**2) / (2 * sigma**2) for d in row]
+        for row, sigma in zip(distances, (0.1, 0.4), strict=True)
+    ]
+    np.testing.assert_allclose(found, expected)
+    # By name, not by place.
+    swapped = Gaussian(sigma=0.1, cues={"orientation": 0.4}).log(NAMES[1::-1], distances[::-1])
+    np.testing.assert_allclose(swapped, found[::-1])
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1e-4, 1e7, math.nan, math.inf, "wide"])
+def test_sigmas_that_are_none(sigma: Any) -> None:
+    with pytest.raises(ConfigError, match="cues"):
+        Gaussian(cues={"color": sigma})
+
+
+# The filter
+
+
+def with_cues(**changes: Any) -> ParticleFilter:
+    config = ParticleFilter(
+        particles=50,
+        motion=EllipseWalk(position=2.0, size=0.04, angle=0.05),
+        color=Color(),
+        orientation=Orientation(scale=0.1),
+        likelihood=Gaussian(sigma=0.15, cues={"orientation": 0.25}),
+        presence=AppearanceRule(margin=0.5, step=6),
+    )
+    return msgspec.structs.replace(config, **changes)
+
+
+def begun(config: ParticleFilter) -> tuple[FilterState, Info]:
+    return config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
+
+
+def names_of(states: Sequence[FilterState]) -> set[tuple[str, ...]]:
+    return {(*state.models, "|", *state.backgrounds) for state in states}
+
+
+@pytest.mark.parametrize("fusion", [Adaptive(floor=0.3), Fixed(weights={"color": 2.0})])
+@pytest.mark.parametrize("threshold", [1.0, 0.0])
+def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> None:
+    """Select, propagate, observe, fuse, estimate, judge and learn, put together by hand."""
+    config = with_cues(
+        fusion=fusion,
+        resampling=Resampling(threshold=threshold),
+        adaptation=Forgetting(rate=0.2, anchor=0.3),
+    )
+    state, info = begun(config)
+    rng = np.random.default_rng(3)
+    color, orientation = config.color, config.orientation
+    assert color is not None
+    assert orientation is not None
+    learned = 0
+    for index in range(1, 5):
+        picture = scene(index, (40 + 2 * index, 30))
+        copy = scene(index, (40 + 2 * index, 30))  # which nobody has looked at
+        twin = np.random.default_rng()
+        twin.bit_generator.state = rng.bit_generator.state
+        states, prior = state.states, state.weights.values
+        if threshold:
+            cumulative = np.cumsum(prior)
+            chosen = twin.random(50)
+            states = states[[int(np.argmax(cumulative > value)) for value in chosen]]
+            prior = np.full(50, 1 / 50)
+        moved = config.motion.propagate(twin, states, FRAME_INTERVAL, state.first)
+        ellipses = config.motion.ellipses(moved)
+        models, d = state.models, np.empty((2, 50))
+        d[0] = color.distances(models["color"], copy, ellipses)  # type: ignore[arg-type]
+        d[1] = orientation.distances(models["orientation"], copy, ellipses)  # type: ignore[arg-type]
+        likelihoods = prior * np.exp(-(d**2) / (2 * np.array([[0.15], [0.25]]) ** 2))
+        likelihoods /= likelihoods.sum(axis=1, keepdims=True)
+        if isinstance(fusion, Fixed):
+            alpha = np.array([2 / 3, 1 / 3])
+        else:
+            alpha = by_hand(likelihoods, ellipses, state.first, 0.3)
+        pi = alpha[0] * likelihoods[0] + alpha[1] * likelihoods[1]
+        rho = alpha @ (1 - d**2)
+        thresholds = []
+        for name in ("color", "orientation"):
+            background = state.backgrounds[name]
+            middle = background.mean + 0.5 * (1 - background.mean)
+            thresholds.append(min(0.9, max(middle, background.mean + 2 * background.deviation)))
+        before = state
+        state, info = config.step(rng, state, picture)
+        np.testing.assert_allclose(state.states, moved, atol=1e-9)
+        assert list(info.shares) == ["color", "orientation"]
+        np.testing.assert_allclose(list(info.shares.values()), alpha, rtol=1e-6)
+        np.testing.assert_allclose(info.weights, pi, rtol=1e-6)
+        np.testing.assert_allclose(info.distances, np.sqrt(1 - rho), atol=1e-7)
+        assert info.track.ellipse[:4] == pytest.approx(pi @ ellipses[:, :4])
+        assert info.track.effective_sample_size == pytest.approx(1 / (pi**2).sum(), rel=1e-6)
+        place = np.array([info.track.ellipse])
+        at = [
+            color.distances(models["color"], copy, place)[0],  # type: ignore[arg-type]
+            orientation.distances(models["orientation"], copy, place)[0],  # type: ignore[arg-type]
+        ]
+        assert info.track.distance == pytest.approx(math.sqrt(alpha @ np.square(at)), abs=1e-6)
+        appears = rho > alpha @ thresholds
+        assert info.appearing == appears.sum()
+        there = bool(appears.sum() > 0.1 * 50)
+        sure = config.calibration.probability(info.track.distance)
+        assert info.track.confidence == pytest.approx(sure * pi[appears].sum(), abs=1e-6)
+        assert info.models == before.models
+        for name, cue in config.cues.items():
+            assert isinstance(cue, AdaptableCue)
+            expected: Any = models[name]
+            if there:
+                learned += 1
+                histogram, first = expected.histogram, expected.anchor
+                seen = cue.observe(expected, copy, info.track.ellipse)
+                histogram = 0.8 * histogram + 0.2 * (0.3 * first + 0.7 * seen)
+                expected = replace(expected, histogram=histogram)
+                expected = cue.settle(expected, copy, info.track.ellipse)
+            for one, other in zip(
+                msgspec.structs.astuple(state.models[name]),
+                msgspec.structs.astuple(expected),
+                strict=True,
+            ):
+                np.testing.assert_allclose(one, other, atol=1e-12)
+    assert learned >= 4
+    assert names_of([state]) == {("color", "orientation", "|", "color", "orientation")}
+
+
+def test_a_cue_that_cannot_tell_does_not_decide() -> None:
+    """Where a target has no edges, all of orientation's distances are 1: the colors' word counts.
+
+    Were likelihoods multiplied or mixed as they are, either cue could silence the other.
+    """
+    config = with_cues()
+    state, _ = begun(config)
+    plain = frame(np.full((72, 96, 3), 120, np.uint8), 1)
+    colored = plain.pixels.copy()
+    colored[20:40, 30:50] = scene(0, (40, 30)).pixels[30, 40]
+    for pixels in (plain.pixels, colored):
+        _, info = config.step(np.random.default_rng(1), state, frame(pixels, 1))
+        assert np.isfinite(info.weights).all()
+        assert sum(info.shares.values()) == pytest.approx(1)
+        assert np.isfinite([*info.track.ellipse, info.track.confidence]).all()
+    blank, _ = config.init(np.random.default_rng(0), frame(plain.pixels, 0), region((40, 30)))
+    _, info = config.step(np.random.default_rng(1), blank, frame(colored, 1))
+    nothing: Any = blank.models["orientation"]
+    np.testing.assert_array_equal(nothing.histogram, 0)
+    assert info.shares["color"] > info.shares["orientation"] > 0
+
+
+def test_the_scale_of_a_cue_s_likelihood_does_not_matter() -> None:
+    """Distances of one cue may all be larger than those of the other (equation 6 knows no norm)."""
+    config = with_cues()
+    rng = np.random.default_rng(0)
+    ellipses = np.array(FIRST) + rng.normal(size=(50, 5)) * [4, 4, 1, 1, 0.1]
+    squares = rng.uniform(0, 0.2, (2, 50))
+    prior = Weights.from_log(rng.normal(size=50))
+    found = []
+    for more in ([0, 0], [0, 0.7], [0.5, 0.2]):
+        distances = np.sqrt(squares + np.array(more)[:, None])
+        logs = config.likelihood.log(list(config.cues), distances)
+        weights, alpha = config.fusion.fuse(list(config.cues), prior.log, logs, ellipses, FIRST)
+        found.append((weights.values, alpha))
+    for values, alpha in found[1:]:
+        np.testing.assert_allclose(values, found[0][0], rtol=1e-6)
+        np.testing.assert_allclose(alpha, found[0][1], rtol=1e-6)
+
+
+def test_the_rule_is_that_of_the_mixture() -> None:
+    """Equation 13 with the shares' mean of the cues' coefficients and of their thresholds."""
+    config = with_cues(
+        fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
+        motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
+        presence=AppearanceRule(frames=1, deviations=0, ceiling=1.0, step=6),
+    )
+    state, info = begun(config)
+    low = float(1 - info.distances.max() ** 2)
+    assert low > 0.99
+    for means, there in (((0.5, 0.5), True), ((1.0, 0.9), True), ((1.0, 1.0), False)):
+        backgrounds = {
+            name: Background(mean, 0.0)
+            for name, mean in zip(("color", "orientation"), means, strict=True)
+        }
+        picture = scene(0, (40, 30))
+        same = replace(state, backgrounds=backgrounds, time=-0.04)
+        _, info = config.step(np.random.default_rng(0), same, picture)
+        assert (info.track.status is Status.TRACKING) is there
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_shares_of_every_preset(name: str) -> None:
+    config = PRESETS[name]
+    if isinstance(config, ParticleFilter):
+        config = msgspec.structs.replace(config, presence=AppearanceRule(step=8))
+    _, info = config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
+    assert list(info.shares) == list(config.cues) == list(info.models)
+    assert sum(info.shares.values()) == pytest.approx(1)
+
+
+# Configurations
+
+
+def test_a_filter_needs_a_cue() -> None:
+    with pytest.raises(ConfigError, match="needs a cue: color, orientation, edges, hog"):
+        ParticleFilter()
+    assert list(ParticleFilter(color=Color()).cues) == ["color"]
+    assert list(ParticleFilter(orientation=Orientation()).cues) == ["orientation"]
+    assert list(with_cues().cues) == ["color", "orientation"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"likelihood": Gaussian(cues={"orientation": 0.2})},
+            "likelihood.cues names 'orientation'; the cues in use are color",
+        ),
+        (
+            {"fusion": Fixed(weights={"color": 1.0, "colour": 2.0})},
+            "fusion.weights names 'colour'; the cues in use are color",
+        ),
+        (
+            {"orientation": Orientation(), "fusion": Fixed(weights={"edges": 2.0})},
+            "the cues in use are color, orientation",
+        ),
+    ],
+)
+def test_names_of_no_cue_in_use_are_refused(changes: Any, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        ParticleFilter(color=Color(), **changes)
+    ParticleFilter(
+        color=Color(),
+        orientation=Orientation(),
+        likelihood=Gaussian(cues={"orientation": 0.2, "color": 0.1}),
+        fusion=Fixed(weights={"orientation": 2.0}),
+    )

@@ -1,0 +1,203 @@
+"""Known targets and the places where they may appear."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from disks import fill
+from motes.core.errors import ConfigError, FormatError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.cues.color import Color
+from motes.sot.known_target import Place, Target, boxes_of, load_places
+from oracles import region, scene
+
+FRAME = scene(0, (40, 30))
+
+
+def target() -> Target:
+    return Target.learn(Color(space="hsv", bins=(8, 8, 4)), FRAME, region((40, 30)))
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The device is full for the new bytes, the old ones are untouched."""
+    path = tmp_path / "target.json"
+    target().save(path)
+    before = path.read_bytes()
+    fill(monkeypatch, "target.json")
+    with pytest.raises(FormatError, match="No space left"):
+        target().save(path)
+    assert [found.name for found in tmp_path.iterdir()] == ["target.json"]
+    assert path.read_bytes() == before
+
+
+def test_a_target_survives_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "target.json"
+    first = target()
+    first.save(path)
+    again = Target.load(path)
+    assert again.cue == first.cue
+    assert again.size == first.size == Ellipse(0, 0, 10, 7)
+    np.testing.assert_allclose(again.model.histogram, first.model.histogram, rtol=1e-12)
+    np.testing.assert_array_equal(again.model.histogram, again.model.anchor)
+    values = json.loads(path.read_text())
+    assert sum(share for _, share in values["bins"]) == pytest.approx(1)
+
+
+def spoiled(path: Path, **changes: Any) -> Path:
+    target().save(path)
+    values = json.loads(path.read_text())
+    values.update(changes)
+    path.write_text(json.dumps(values))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"bins": []}, "at least one"),
+        ({"bins": [[-1, 0.5]]}, "bins must be 0 to 255"),
+        ({"bins": [[256, 0.5]]}, "bins must be 0 to 255"),
+        ({"bins": [[0, 0.0]]}, "is not a histogram file"),
+        ({"bins": [[0, 1.5]]}, "is not a histogram file"),
+        ({"bins": 5}, "is not a histogram file"),
+        ({"a": 0}, "is not a histogram file"),
+        ({"a": -3}, "is not a histogram file"),
+        ({"theta": "x"}, "is not a histogram file"),
+        ({"cue": {"type": "smell"}}, "is not a histogram file"),
+        ({"type": "motes_track"}, "is not a histogram file"),
+        ({"extra": 1}, "is not a histogram file"),
+    ],
+)
+def test_files_with_wrong_values(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(FormatError, match=message) as error:
+        Target.load(spoiled(tmp_path / "target.json", **changes))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[]", b"\xff\xfe", b'"text"', b"null"])
+def test_files_that_are_no_targets(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "target.json"
+    path.write_bytes(content)
+    with pytest.raises(FormatError, match=r"target.json is not a histogram file .*motes histogram"):
+        Target.load(path)
+
+
+def test_files_that_are_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match=r"Cannot read the histogram .*none\.json"):
+        Target.load(tmp_path / "none.json")
+    with pytest.raises(FormatError, match="Cannot read the histogram"):
+        Target.load(tmp_path)
+    with pytest.raises(ConfigError, match=r"Cannot read the places in .*none\.toml"):
+        load_places(tmp_path / "none.toml")
+
+
+def covered(boxes: Any, shape: tuple[int, int]) -> Any:
+    counts = np.zeros(shape, int)
+    for x, y, w, h in np.asarray(boxes, int):
+        counts[y : y + h, x : x + w] += 1
+    return counts
+
+
+@given(st.integers(1, 15))
+def test_a_border_covers_the_edge_once(width: int) -> None:
+    picture = Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8))
+    counts = covered(Place(border=width).boxes(picture), (32, 40))
+    expected = np.ones((32, 40), int)
+    expected[width:-width, width:-width] = 0
+    np.testing.assert_array_equal(counts, expected)
+
+
+@pytest.mark.parametrize(
+    ("box", "inside"),
+    [
+        ((5, 6, 7, 8), (5, 6, 7, 8)),
+        ((-5, -6, 10, 10), (0, 0, 5, 4)),
+        ((35, 30, 50, 50), (35, 30, 5, 2)),
+        ((-9, -9, 900, 900), (0, 0, 40, 32)),
+    ],
+)
+def test_a_door_is_cut_to_the_frame(box: Any, inside: Any) -> None:
+    picture = Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8))
+    assert Place(box=box).boxes(picture) == [inside]
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        (Place(name="door", box=(40, 0, 5, 5)), "Place 'door' lies outside the frame of 40x32"),
+        (Place(name="door", box=(-5, 0, 5, 5)), "lies outside"),
+        (Place(name="edge", border=16), "a border of 16 fills the frame 40x32"),
+        (Place(name="both", box=(0, 0, 5, 5), border=3), "needs either"),
+        (Place(name="none"), "needs either"),
+    ],
+)
+def test_places_that_do_not_fit(place: Place, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        place.boxes(Frame(0, 0.0, np.zeros((32, 40, 3), np.uint8)))
+
+
+def test_places_from_toml(tmp_path: Path) -> None:
+    path = tmp_path / "places.toml"
+    path.write_text('[[place]]\nname = "door"\nbox = [1, 2, 3, 4]\n[[place]]\nborder = 5\n')
+    places = load_places(path)
+    assert places == (Place(name="door", box=(1, 2, 3, 4)), Place(border=5))
+    boxes = boxes_of(places, FRAME)
+    assert boxes.shape == (5, 4)
+    np.testing.assert_array_equal(boxes[0], [1, 2, 3, 4])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "place"),
+        ("place = []", "names no place"),
+        ("[[place]]\nbx = [1, 2, 3, 4]", "did you mean 'box'"),
+        ("[[place]]\nbox = [1, 2, 3]", r"place\[0\].box"),
+        ("[[place]]\nbox = [1, 2, -3, 4]", r"place\[0\].box"),
+        ("[[place]]\nbox = [nan, 2, 3, 4]", "finite number"),
+        ("[[place]]\nbox = [1, 2, inf, 4]", "finite number"),
+        ("[[place]]\nborder = 0", r"place\[0\].border"),
+        ("[[place", "is not valid TOML"),
+    ],
+)
+def test_toml_that_makes_no_sense(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "places.toml"
+    path.write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        load_places(path)
+
+
+def test_a_file_that_is_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "places.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="Cannot read the places"):
+        load_places(path)
+
+
+def test_sizes_keep_their_angle() -> None:
+    learned = Target.learn(Color(), FRAME, Ellipse(40, 30, 9, 5, math.pi / 3))
+    assert learned.size == Ellipse(0, 0, 9, 5, math.pi / 3)
+
+
+@pytest.mark.parametrize("side", ["1e-300", "0.9"])
+def test_a_place_has_a_least_size(side: str, tmp_path: Path) -> None:
+    (tmp_path / "places.toml").write_text(f"[[place]]\nbox = [0, 0, {side}, {side}]\n")
+    with pytest.raises(ConfigError, match=r"place\[0\].box\[2\]: Expected `float` >= 1"):
+        load_places(tmp_path / "places.toml")
+    with pytest.raises(ConfigError, match="outside the frame"):
+        Place(box=(99.5, 0, 9, 9)).boxes(Frame(0, 0.0, np.zeros((80, 100, 3), np.uint8)))
+
+
+def test_deep_histograms_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "deep").write_bytes(b"[" * 100_000)
+    with pytest.raises(FormatError, match="deep is not a histogram file"):
+        Target.load(tmp_path / "deep")

@@ -1,0 +1,197 @@
+"""From distances to weights: Ng and Delp, equations 22 to 24, and the product of cues."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes.core.errors import ConfigError
+from motes.cues.color import Color
+from motes.cues.edge_histogram import Edges
+from motes.sot.filtering.fusion import Fixed, Product
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
+from motes.sot.filtering.resampling import Weights
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS, configure
+from motes.sot.tracker import Tracker
+from oracles import region, scene
+
+Floats = NDArray[np.float64]
+
+NAMES = ["color", "edges"]
+distances = st.lists(st.lists(st.floats(0, 1), min_size=5, max_size=5), min_size=1, max_size=2).map(
+    np.array
+)
+
+
+@given(distances, st.floats(0.03, 2), st.floats(1e-6, 1))
+def test_equation_23(d: Floats, sigma: float, epsilon: float) -> None:
+    found = Gaussian(sigma=sigma, epsilon=epsilon).log(NAMES[: len(d)], d)
+    expected = np.log(np.exp(-(d**2) / (2 * sigma**2)) + epsilon)
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+@given(distances, st.floats(0.03, 2))
+def test_without_epsilon_it_is_equation_22(d: Floats, sigma: float) -> None:
+    found = Gaussian(sigma=sigma).log(NAMES[: len(d)], d)
+    np.testing.assert_allclose(found, -(d**2) / (2 * sigma**2), rtol=1e-12)
+
+
+def test_no_distance_is_too_large_for_a_small_sigma() -> None:
+    """exp(-500000) is no number, its logarithm is; with epsilon, that is all that is left."""
+    d = np.array([[0.0, 1.0]])
+    assert Gaussian(sigma=1e-3).log(["color"], d)[0, 1] == pytest.approx(-500_000)
+    for likelihood in (
+        Gaussian(sigma=1e-3, epsilon=1e-300), BestParticle(floor=1e-3, epsilon=1e-300)
+    ):  # fmt: skip
+        assert likelihood.log(["color"], d)[0, 1] == pytest.approx(math.log(1e-300))
+
+
+def test_figure_3() -> None:
+    """Epsilon 0.1, sigma 0.15: tolerance, a plummet, and all bad ones alike beyond 0.4."""
+    likelihood = Gaussian(sigma=0.15, epsilon=0.1)
+    values = np.exp(likelihood.log(["color"], np.array([[0.0, 0.02, 0.2, 0.5, 1.0]])))[0]
+    np.testing.assert_allclose(values, [1.1, 1.091, 0.511, 0.104, 0.1], atol=1e-3)
+
+
+@given(distances, st.floats(1e-6, 1))
+def test_equation_24(d: Floats, epsilon: float) -> None:
+    likelihood = BestParticle(epsilon=epsilon, floor=0.02)
+    found = likelihood.log(NAMES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        # As it is printed, with log L = -1.
+        sigma = max(math.sqrt(2) / 2 * math.sqrt(-(row.min() ** 2) / -1), 0.02)
+        expected = Gaussian(sigma=sigma, epsilon=epsilon).log(["color"], row[None])[0]
+        np.testing.assert_allclose(log, expected, rtol=1e-9, atol=1e-12)
+        if row.min() > 0.03:
+            assert log.max() == pytest.approx(math.log(math.exp(-1) + epsilon))
+
+
+def test_a_particle_at_no_distance_leaves_something_to_the_others() -> None:
+    for best in (0.0, 1e-200):
+        log = BestParticle(epsilon=0).log(["color"], np.array([[best, 0.02, 0.03]]))[0]
+        np.testing.assert_allclose(log, [0, -0.5, -1.125], atol=1e-12)
+
+
+@given(distances, st.floats(0.1, 100))
+def test_the_weight_of_zhao_and_pei(d: Floats, rate: float) -> None:
+    """C exp(-lambda rho), rho being the distance: the nearest particle has the most."""
+    found = Exponential(rate=rate).log(NAMES[: len(d)], d)
+    for row, log in zip(d, found, strict=True):
+        weights = np.exp(-rate * row)
+        np.testing.assert_allclose(Weights.from_log(log).values, weights / weights.sum())
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        (Exponential, {"rate": 0}),
+        (Exponential, {"rate": math.inf}),
+        (Gaussian, {"epsilon": -0.1}),
+        (Gaussian, {"epsilon": math.nan}),
+        (BestParticle, {"epsilon": 1.5}),
+        (BestParticle, {"floor": 0}),
+    ],
+)
+def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
+    with pytest.raises(ConfigError, match=f"^{next(iter(values))}: Expected"):
+        kind(**values)
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
+)
+@pytest.mark.parametrize(
+    "likelihood",
+    [
+        {"type": "best_particle"},
+        {"type": "gaussian", "sigma": 0.2, "epsilon": 0.01},
+        {"type": "exponential", "rate": 9.0},
+    ],
+    ids=["adaptive", "fixed", "exponential"],
+)
+def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
+    config = configure(PRESETS[name], {"likelihood": likelihood})
+    assert isinstance(config, ParticleFilter)
+    kinds: dict[str, type[Likelihood]] = {
+        "best_particle": BestParticle,
+        "gaussian": Gaussian,
+        "exponential": Exponential,
+    }
+    assert isinstance(config.likelihood, kinds[likelihood["type"]])
+    tracker = Tracker(config, 1)
+    tracker.init(scene(0, (30, 36)), region((30, 36)))
+    tracker.update(scene(1, (31, 36)))
+    info = tracker.info
+    if len(config.cues) == 1:
+        d = info.distances[None]
+        expected = Weights.from_log(config.likelihood.log(list(config.cues), d)[0])
+        np.testing.assert_allclose(info.weights, expected.values, rtol=1e-6, atol=1e-12)
+
+
+def test_a_sigma_for_a_cue_that_is_not_there() -> None:
+    with pytest.raises(ConfigError, match=r"likelihood\.cues names 'edges'; the cues in use are "):
+        ParticleFilter(color=Color(), likelihood=Gaussian(cues={"edges": 0.1}))
+    ParticleFilter(color=Color(), edges=Edges(), likelihood=Gaussian(cues={"edges": 0.1}))
+
+
+# Products
+
+
+def test_a_product_by_hand() -> None:
+    """Exact: priors 1/2 and 1/4, likelihoods as below."""
+    prior = np.log([0.5, 0.25, 0.25])
+    likelihoods = np.array([[0.5, 0.25, 0.125], [0.25, 1, 0.5], [1, 0.5, 0.5]])
+    names = ["color", "edges", "orientation"]
+    weights, shares = Product().fuse(
+        names, prior, np.log(likelihoods), np.zeros((3, 5)), region((3, 3))
+    )
+    products = [
+        Fraction(p) * math.prod(map(Fraction, column))
+        for p, column in zip([0.5, 0.25, 0.25], likelihoods.T, strict=True)
+    ]
+    expected = [float(product / sum(products)) for product in products]
+    np.testing.assert_allclose(weights.values, expected, rtol=1e-12)
+    np.testing.assert_allclose(shares, 1 / 3)
+
+
+def test_one_cue_has_a_veto_in_a_product_but_not_in_a_mixture() -> None:
+    logs = np.log([[0.5, 0.5], [1e-200, 1.0]])
+    nowhere = np.zeros((2, 5))
+    product, _ = Product().fuse(NAMES, np.zeros(2), logs, nowhere, region((3, 3)))
+    mixture, _ = Fixed().fuse(NAMES, np.zeros(2), logs, nowhere, region((3, 3)))
+    np.testing.assert_allclose(product.values, [0, 1], atol=1e-12)
+    np.testing.assert_allclose(mixture.values, [0.25, 0.75])
+
+
+def test_particles_without_any_weight() -> None:
+    prior = np.array([-np.inf, 0.0])
+    weights, _ = Product().fuse(NAMES, prior, np.zeros((2, 2)), np.zeros((2, 5)), region((3, 3)))
+    np.testing.assert_array_equal(weights.values, [0, 1])
+
+
+def test_the_weights_of_a_step() -> None:
+    """What ng_delp makes of the distances of both cues."""
+    config = PRESETS["ng_delp"]
+    assert isinstance(config, ParticleFilter)
+    tracker = Tracker(config, 3)
+    tracker.init(scene(0, (30, 36)), region((30, 36)))
+    for index in (1, 2):
+        picture = scene(index, (30 + index, 36))
+        tracker.update(picture)
+        info = tracker.info
+        total = np.ones(config.particles)
+        for name, cue in config.cues.items():
+            d = cue.distances(info.models[name], picture, info.ellipses)
+            sigma = d.min() / math.sqrt(2)
+            assert isinstance(config.likelihood, BestParticle)
+            total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
+        np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
+        assert info.shares == {"color": 0.5, "edges": 0.5}

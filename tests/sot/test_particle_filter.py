@@ -1,0 +1,393 @@
+"""The filter against the Kalman filter, and its step against figure 2 of Nummiaro et al."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.cues.color import Color, ColorModel
+from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.likelihood import Gaussian
+from motes.sot.filtering.model_update import Forgetting
+from motes.sot.filtering.moments import mean_ellipse
+from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
+from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
+from motes.sot.particle_filter import FilterState, ParticleFilter, spread
+from motes.sot.presets import preset
+from oracles import frame, region, scene
+
+Floats = NDArray[np.float64]
+
+
+class Measuring:
+    """A cue whose distance is the one between an ellipse's center and a measured point."""
+
+    def __init__(self, points: Floats) -> None:
+        self.points = points
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
+        """Return something."""
+        return ColorModel(np.ones(1), np.ones(1))
+
+    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances of ellipses (N, 5) from the frame's point."""
+        out: Floats = np.hypot(*(ellipses[:, :2] - self.points[frame.index]).T)
+        return out
+
+    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model itself."""
+        return model
+
+
+SIGMA = 2.5
+FIRST = Ellipse(30, 40, 10, 20)
+BLANK = np.zeros((16, 16, 3), np.uint8)
+NOISE = Noise(position=0.1, size=0, size_return=0, aspect=0)
+MODELS: list[RandomWalk | ConstantVelocity] = [
+    RandomWalk(noise=NOISE),
+    ConstantVelocity(noise=NOISE, velocity=0.8, persistence=0.9),
+]
+TIMES = FRAME_INTERVAL * np.array([0, 1, 2, 4, 4.5, 5.5])
+"""Some frames are missing, and some are early."""
+POINTS = np.array([[30, 40], [31, 43], [29, 44], [33, 41], [36, 40], [38, 37.0]])
+
+
+def linear_gaussian(
+    motion: RandomWalk | ConstantVelocity, particles: int, threshold: float, scheme: str
+) -> ParticleFilter:
+    """Return a particle filter for a world that a Kalman filter knows exactly."""
+    config = ParticleFilter(
+        particles=particles,
+        motion=motion,
+        likelihood=Gaussian(sigma=SIGMA),
+        color=Color(),
+        resampling=msgspec.convert({"scheme": scheme, "threshold": threshold}, Resampling),
+        presence=AppearanceRule(frames=10**9, step=8),
+        calibration=Calibration(width=1e3),
+    )
+    config.__dict__["cues"] = {"color": Measuring(POINTS)}
+    return config
+
+
+def run(config: ParticleFilter, seed: int) -> tuple[Floats, list[float]]:
+    """Return the estimated centers and the logarithms of the likelihood's estimates."""
+    rng = np.random.default_rng(seed)
+    frames = [Frame(i, float(time), BLANK) for i, time in enumerate(TIMES)]
+    state, _ = config.init(rng, frames[0], FIRST)
+    # The first frame only fixes where the target is: all particles are there, alike.
+    means, evidence = [], []
+    for picture in frames[1:]:
+        before = state.weights
+        due = config.resampling.due(before)
+        state, info = config.step(rng, state, picture)
+        means.append([info.track.ellipse.x, info.track.ellipse.y])
+        gained = state.weights.log - (0.0 if due else before.log)
+        prior = np.full(config.particles, 1 / config.particles) if due else before.values
+        top = gained.max()
+        evidence.append(
+            top + math.log(prior @ np.exp(gained - top)) - math.log(2 * math.pi * SIGMA**2)
+        )
+    return np.array(means), evidence
+
+
+def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float]:
+    """Return exact means (T, 2) and standard deviations (T, 2), and the log-likelihood."""
+    means, deviations = np.empty((5, 2)), np.empty((5, 2))
+    log_likelihood = 0.0
+    unit = math.sqrt(FIRST.a * FIRST.b)
+    for axis in range(2):
+        m, p = np.array([FIRST[axis], 0.0]), np.zeros((2, 2))
+        for t in range(1, len(TIMES)):
+            steps = (TIMES[t] - TIMES[t - 1]) / FRAME_INTERVAL
+            position = NOISE.position * unit * math.sqrt(steps)
+            velocity = 0.0
+            f = np.eye(2)
+            step = np.array([[1, steps], [0, 1]])
+            if isinstance(motion, ConstantVelocity):
+                velocity = motion.velocity * position
+                f = step @ np.diag([1, motion.persistence**steps])
+            m = f @ m
+            p = f @ p @ f.T + step @ np.diag([position**2, velocity**2]) @ step.T
+            innovation, s = POINTS[t, axis] - m[0], p[0, 0] + SIGMA**2
+            log_likelihood -= 0.5 * (innovation**2 / s + math.log(2 * math.pi * s))
+            gain = p[:, 0] / s
+            m = m + gain * innovation
+            p = p - np.outer(gain, p[0])
+            means[t - 1, axis], deviations[t - 1, axis] = m[0], math.sqrt(p[0, 0])
+    return means, deviations, log_likelihood
+
+
+@pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
+@pytest.mark.parametrize(
+    ("scheme", "threshold"),
+    [(name, 1.0) for name in SCHEMES] + [("systematic", 0.5), ("multinomial", 0.0)],
+)
+def test_means_and_likelihood(
+    motion: RandomWalk | ConstantVelocity, scheme: str, threshold: float
+) -> None:
+    """In a linear-Gaussian world the Kalman filter knows the answer."""
+    exact, _, log_likelihood = kalman(motion)
+    config = linear_gaussian(motion, 400, threshold, scheme)
+    runs = [run(config, seed) for seed in range(120)]
+    means = np.array([means for means, _ in runs])
+    error = means.std(axis=0, ddof=1) / math.sqrt(len(runs))
+    # Ten numbers: the largest of them is within 3.5 errors, and most are within 2. A mean
+    # of weighted particles is biased by a share 1 / N of the spread, which is added.
+    z = np.abs(means.mean(axis=0) - exact) / (error + 1 / 400)
+    assert z.max() < 3.5
+    assert np.median(z) < 1.5
+    ratio = np.exp([sum(evidence) - log_likelihood for _, evidence in runs])
+    assert abs(ratio.mean() - 1) < 3 * ratio.std(ddof=1) / math.sqrt(len(runs))
+    assert ratio.std() < 1.5  # else the line before says nothing
+
+
+@pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
+def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
+    exact, deviations, _ = kalman(motion)
+    counts = np.array([50, 200, 800, 3200])
+    errors = []
+    for n in counts:
+        config = linear_gaussian(motion, int(n), 1.0, "multinomial")
+        off = [(run(config, seed)[0] - exact)[-1] / deviations[-1] for seed in range(60)]
+        errors.append(np.sqrt(np.mean(np.square(off))))
+    slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert slope == pytest.approx(-0.5, abs=0.12)
+    assert errors[-1] < 0.1
+
+
+# The estimate
+
+
+ellipses_ = st.lists(
+    st.tuples(
+        st.floats(-99, 99), st.floats(-99, 99), st.floats(1, 50), st.floats(1, 50), st.floats(-1, 1)
+    ),
+    min_size=1,
+    max_size=20,
+)
+
+
+@given(ellipses_, st.integers(0, 99))
+def test_estimate(rows: list[tuple[float, ...]], seed: int) -> None:
+    """Equation 1, and the covariance, one particle at a time."""
+    ellipses = np.array(rows)
+    weights = np.random.default_rng(seed).dirichlet(np.ones(len(rows)))
+    mean, covariance = mean_ellipse(ellipses, weights)
+    expected = [
+        sum(w * row[column] for w, row in zip(weights, rows, strict=True)) for column in range(4)
+    ]
+    np.testing.assert_allclose(mean[:4], expected, atol=1e-9)
+    by_hand = np.zeros((4, 4))
+    for w, row in zip(weights, rows, strict=True):
+        by_hand += w * np.outer(np.array(row[:4]) - expected, np.array(row[:4]) - expected)
+    np.testing.assert_allclose(covariance[:4, :4], by_hand, atol=1e-7)
+    np.testing.assert_allclose(covariance, covariance.T, atol=1e-9)
+    assert np.linalg.eigvalsh(covariance).min() > -1e-8
+    # The mean direction of the doubled angles, as complex numbers.
+    vector = sum(w * np.exp(2j * row[4]) for w, row in zip(weights, rows, strict=True))
+    assert np.exp(2j * mean.theta) == pytest.approx(vector / abs(vector), abs=1e-6)
+    off = ellipses[:, 4] - mean.theta
+    off = (off + np.pi / 2) % np.pi - np.pi / 2
+    assert covariance[4, 4] == pytest.approx(weights @ off**2, abs=1e-7)
+
+
+def test_half_a_turn_changes_no_ellipse() -> None:
+    rows = np.array([[0, 0, 5, 3, 1.5], [0, 0, 5, 3, 1.7 - np.pi], [0, 0, 5, 3, 1.6 + 7 * np.pi]])
+    mean, covariance = mean_ellipse(rows, np.full(3, 1 / 3))
+    assert math.cos(2 * (mean.theta - 1.6)) == pytest.approx(1)
+    assert -math.pi / 2 <= mean.theta <= math.pi / 2
+    assert covariance[4, 4] == pytest.approx(np.var([1.5, 1.6, 1.7]))
+
+
+# The step
+
+
+def begun(**changes: Any) -> tuple[ParticleFilter, FilterState]:
+    config = msgspec.structs.replace(ParticleFilter(color=Color()), **changes)
+    state, _ = config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
+    return config, state
+
+
+def test_a_step_is_figure_2() -> None:
+    """Select, propagate, observe and estimate, put together by hand from the same numbers."""
+    config, state = begun(motion=ConstantVelocity(noise=Noise(position=0.2, size=0.02)))
+    rng = np.random.default_rng(3)
+    for index in range(1, 4):
+        picture = scene(index, (40 + 2 * index, 30))
+        twin = np.random.default_rng()
+        twin.bit_generator.state = rng.bit_generator.state
+        weights = state.weights.values
+        cumulative = np.cumsum(weights / weights.sum())
+        r = twin.random(config.particles)
+        chosen = state.states[[int(np.argmax(cumulative > value)) for value in r]]
+        moved = config.motion.propagate(twin, chosen, FRAME_INTERVAL, region((40, 30)))
+        d = config.cues["color"].distances(state.models["color"], picture, moved[:, :5])
+        pi = np.exp(-(d**2) / (2 * Gaussian().sigma ** 2))
+        pi /= pi.sum()
+        state, info = config.step(rng, state, picture)
+        np.testing.assert_allclose(state.states, moved, atol=1e-9)
+        np.testing.assert_allclose(info.weights, pi, rtol=1e-9)
+        np.testing.assert_allclose(info.track.ellipse[:4], (pi @ moved)[:4])
+        np.testing.assert_allclose(info.distances, d)
+        assert info.track.effective_sample_size == pytest.approx(1 / (pi**2).sum())
+
+
+def test_a_step_changes_nothing_that_it_is_given() -> None:
+    config, state = begun(adaptation=Forgetting(rate=0.5))
+    color: Any = state.models["color"]
+    before = [state.states.copy(), state.weights.log.copy(), color.histogram.copy()]
+    picture = scene(1, (41, 30))
+    pixels = picture.pixels.copy()
+    first, _ = config.step(np.random.default_rng(1), state, picture)
+    again, _ = config.step(np.random.default_rng(1), state, picture)
+    np.testing.assert_array_equal(first.states, again.states)
+    for old, new in zip(before, [state.states, state.weights.log, color.histogram], strict=True):
+        np.testing.assert_array_equal(old, new)
+    np.testing.assert_array_equal(pixels, picture.pixels)
+
+
+def test_without_selection_weights_accumulate() -> None:
+    config, state = begun(resampling=Resampling(threshold=0.0))
+    expected = state.weights.log
+    rng = np.random.default_rng(0)
+    for index in range(1, 5):
+        state, info = config.step(rng, state, scene(index, (40, 30)))
+        expected = expected + config.likelihood.log(["color"], info.distances[None])[0]
+    np.testing.assert_allclose(state.weights.log, expected)
+    np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
+    """Half of the particles go on in proportion to their weights, whatever order they are in."""
+    n = 8
+    config, state = begun(
+        particles=n,
+        motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
+        resampling=Resampling(scheme=scheme, threshold=0.0),
+    )
+    weights = np.array([0.3, 0.02, 0.18, 0.1, 0.05, 0.05, 0.1, 0.2])
+    states = np.tile(np.array(region((0, 0))), (n, 1))
+    states[:, 0] = np.arange(n)
+    state = replace(
+        state,
+        states=states,
+        weights=Weights.from_log(np.log(weights)),
+        status=Status.SEARCHING,
+        places=np.array([[50.0, 50, 20, 10]]),
+    )
+    picture, rng = scene(1, None), np.random.default_rng(0)
+    kept = np.zeros(n)
+    runs = 1500
+    for _ in range(runs):
+        after, _ = config.step(rng, state, picture)
+        old = after.states[after.states[:, 1] == 0]
+        assert len(old) == n // 2
+        fresh = after.states[after.states[:, 1] > 0]
+        assert ((fresh[:, 0] >= 49.5) & (fresh[:, 0] < 69.5)).all()
+        assert ((fresh[:, 1] >= 49.5) & (fresh[:, 1] < 59.5)).all()
+        kept += np.bincount(old[:, 0].astype(int), minlength=n)
+    expected = n / 2 * weights
+    # A particle's copies vary by no more than multinomial ones do.
+    np.testing.assert_allclose(kept / runs, expected, atol=4 * math.sqrt(4 * 0.25 / runs))
+
+
+def test_spread_is_uniform_over_places_by_their_area() -> None:
+    places = np.array([[0.0, 0, 10, 10], [50, 20, 30, 10]])
+    size = Ellipse(0, 0, 4, 3, 0.5)
+    ellipses = spread(np.random.default_rng(0), places, size, 40_000)
+    np.testing.assert_array_equal(ellipses[:, 2:], np.tile([4, 3, 0.5], (40_000, 1)))
+    second = ellipses[:, 0] > 20
+    assert second.mean() == pytest.approx(0.75, abs=0.01)
+    for inside, (x, y, w, h) in zip((~second, second), places, strict=True):
+        centers = ellipses[inside, :2]
+        # A box covers its pixels: from half a pixel before its first one's center.
+        low, high = np.array([x, y]) - 0.5, np.array([x + w, y + h]) - 0.5
+        assert ((centers >= low) & (centers < high)).all()
+        np.testing.assert_allclose(centers.mean(axis=0), (low + high) / 2, atol=0.2)
+        np.testing.assert_allclose(centers.std(axis=0), (high - low) / 12**0.5, rtol=0.03)
+    assert spread(np.random.default_rng(0), places, size, 0).shape == (0, 5)
+
+
+# Adaptation
+
+
+def learned(adaptation: Forgetting, hidden: bool) -> tuple[ParticleFilter, list[FilterState]]:
+    config, state = begun(adaptation=adaptation)
+    rng, states = np.random.default_rng(0), [state]
+    for index in range(1, 6):
+        center = None if hidden else (40 + index, 30)
+        states.append(config.step(rng, states[-1], scene(index, center))[0])
+    return config, states
+
+
+def test_a_fixed_model_stays_fixed() -> None:
+    _, states = learned(Forgetting(rate=0.0, anchor=0.5), hidden=False)
+    assert all(state.models == states[0].models for state in states)
+
+
+def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
+    _, states = learned(Forgetting(rate=0.5), hidden=True)
+    assert states[-1].status is Status.LOST
+    assert all(state.models == states[0].models for state in states)
+
+
+def test_a_model_follows_the_estimate() -> None:
+    config, state = begun(adaptation=Forgetting(rate=0.3, anchor=0.2))
+    before: Any = state.models["color"]
+    picture = scene(1, (42, 31))
+    after, info = config.step(np.random.default_rng(0), state, picture)
+    seen = Color().histograms(picture, np.array([info.track.ellipse]))[0]
+    expected = 0.7 * before.histogram + 0.3 * (0.2 * before.anchor + 0.8 * seen)
+    learned: Any = after.models["color"]
+    np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
+    np.testing.assert_allclose(info.models["color"].histogram, before.histogram)
+
+
+def test_the_rule_counts_particles() -> None:
+    """More than the share f of the particles must fulfill equation 13."""
+    config, state = begun(
+        particles=10, motion=RandomWalk(noise=Noise(position=0, size=0, size_return=0, aspect=0)),
+        presence=AppearanceRule(fraction=0.3, frames=1), resampling=Resampling(threshold=0.0),
+        likelihood=Gaussian(sigma=2.0), calibration=Calibration(width=1.0),
+    )  # fmt: skip
+    state = replace(state, backgrounds={"color": Background(0.5, 0.0)})
+    for count in range(11):
+        states = np.tile(np.array(region((80, 60))), (10, 1))
+        states[:count] = region((40, 30))
+        moved = replace(state, states=states)
+        _, info = config.step(np.random.default_rng(0), moved, scene(1, (40, 30)))
+        assert info.appearing == count
+        assert info.track.status is (Status.TRACKING if count > 3 else Status.LOST)
+        # Confidence: how like the estimate is, times the share of weight that fulfills the rule.
+        share = info.weights[info.distances**2 < 0.5].sum()
+        likeness = config.calibration.probability(info.track.distance)
+        assert info.track.confidence == pytest.approx(likeness * share)
+
+
+def test_the_adaptive_preset_learns_slowly() -> None:
+    config = preset("nummiaro:adaptive")
+    assert isinstance(config, ParticleFilter)
+    assert isinstance(config.adaptation, Forgetting)
+    assert 0 < config.adaptation.rate < 0.2
+    assert 0 < config.adaptation.anchor < 1
+
+
+def test_one_particle() -> None:
+    config, state = begun(particles=1)
+    state, info = config.step(np.random.default_rng(0), state, scene(1, (40, 30)))
+    assert info.track.effective_sample_size == 1
+    np.testing.assert_array_equal(info.track.covariance, 0)
+    searching = replace(state, status=Status.SEARCHING)
+    config.step(np.random.default_rng(0), searching, frame(scene(2, None).pixels, 2))

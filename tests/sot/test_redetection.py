@@ -1,0 +1,141 @@
+"""Searchers: how far they go, what they are drawn to, and that the past is left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.sot.discriminative.redetection import FRESH, Search
+
+LAST = Ellipse(60.0, 60.0, 12.0, 12.0, 0.0)
+SIDE = 24.0
+
+
+def picture(x: int, y: int) -> Frame:
+    """Return noise with a striped square of 24 pixels around a place."""
+    pixels = np.random.default_rng(3).integers(90, 130, (200, 300, 3), np.uint8)
+    stripes = np.where(np.arange(24) % 8 < 4, 240, 20).astype(np.uint8)
+    pixels[y - 12 : y + 12, x - 12 : x + 12] = stripes[None, :, None]
+    return Frame(0, 0.0, pixels)
+
+
+def start(count: int = 400) -> np.ndarray:
+    return np.tile(np.array(LAST), (count, 1))
+
+
+@pytest.mark.parametrize("missed", [1, 4])
+def test_fresh_searchers_are_anywhere_within_reach(missed: int) -> None:
+    flat = Search(sigma=1e3)  # all are equally likely, so that selection keeps them
+    frame = picture(60, 60)
+    model = flat.learn(frame, LAST)
+    searchers, _ = flat.step(np.random.default_rng(0), model, start(4000), frame, LAST, missed)
+    off = np.abs(searchers[:, :2] - LAST[:2]).max(axis=1)
+    reach = flat.speed * missed * SIDE
+    walked = 5 * LAST.a / 2
+    assert off.max() <= max(reach, walked)
+    # The share of a uniform spread, and of a walk of 6 pixels, that is beyond 0.8 of the reach.
+    beyond = np.mean(off > 0.8 * reach)
+    expected = (1 - 0.8**2) / FRESH
+    if missed == 4:
+        assert beyond == pytest.approx(expected, abs=0.03)
+    sizes = np.log(searchers[:, 2] / LAST.a)
+    assert np.mean(sizes != 0) == pytest.approx(1 / FRESH, abs=0.03)
+    assert sizes[sizes != 0].std() == pytest.approx(flat.growth, rel=0.15)
+    assert np.allclose(searchers[:, 2], searchers[:, 3])
+
+
+def test_the_first_place_is_the_target() -> None:
+    cue = Search()
+    model = cue.learn(picture(60, 60), LAST)
+    frame = picture(220, 140)
+    rng, searchers = np.random.default_rng(1), start()
+    near = 0
+    for missed in range(20, 40):
+        searchers, places = cue.step(rng, model, searchers, frame, LAST, missed)
+        near += np.hypot(places[0].x - 220, places[0].y - 140) < 12
+    assert near >= 15
+    # By then most of those who were not just sent out have gathered there.
+    gathered = np.hypot(searchers[:, 0] - 220, searchers[:, 1] - 140) < SIDE
+    assert gathered.mean() > 0.5
+
+
+@pytest.mark.parametrize("quarters", range(4))
+def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -> None:
+    """A square that grows lighter to one side, in a frame that is turned by quarters."""
+    y, x = np.mgrid[:120, :120].astype(float)
+    gray = np.random.default_rng(3).uniform(90, 100, (120, 120))
+    inside = (abs(x - 59.5) < 12) & (abs(y - 59.5) < 12)
+    gray[inside] = 130 + 4 * (x - 59.5)[inside] + 2 * (y - 59.5)[inside]
+    pixels = np.repeat(gray[:, :, None], 3, axis=2).astype(np.uint8)
+    last = Ellipse(59.5, 59.5, 10.0, 10.0)
+    cue, rng = Search(), np.random.default_rng(8)
+    model = cue.learn(Frame(0, 0.0, pixels), last)
+    turned = Frame(1, 0.04, np.ascontiguousarray(np.rot90(pixels, -quarters)))
+    searchers = np.tile(np.array(last), (20, 1))
+    places = [cue.step(rng, model, searchers, turned, last, 1)[1] for _ in range(200)]
+    turns = np.array([[place.theta for place in each] for each in places])
+    assert (turns[:, :2] == 0).all()
+    off = (turns[:, 2] - quarters * np.pi / 2 + np.pi) % (2 * np.pi) - np.pi
+    assert np.mean(abs(off) < np.pi / 4) > 0.8
+    assert abs(np.median(off)) < np.pi / 8
+    assert off.std() > 0.05  # anywhere within a bin
+
+
+def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
+    frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
+    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Search(), np.random.default_rng(8)
+    model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
+    turns = [cue.step(rng, model, searchers, frame, last, 1)[1][2].theta for _ in range(200)]
+    assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
+
+
+def test_edges_tell_what_colors_do_not() -> None:
+    """Two squares of the same gray values: one striped across, the other along."""
+    frame = picture(60, 60)
+    cue = Search(edges_gain=0.5)
+    model = cue.learn(frame, LAST)
+    pixels = picture(60, 60).pixels.copy()
+    pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)
+    pixels[48:72, 48:72] = 110
+    pixels[28:52, 208:232] = picture(60, 60).pixels[48:72, 48:72]
+    both = Frame(1, 0.04, pixels)
+    rows = np.array([[219.5, 139.5, 12, 12, 0], [219.5, 39.5, 12, 12, 0]])
+    searchers = np.repeat(rows, 200, axis=0)
+    rng = np.random.default_rng(2)
+    _, places = cue.step(rng, model, searchers, both, LAST, 1)
+    assert places[0].y == pytest.approx(39.5, abs=12)
+
+
+def test_nothing_that_is_given_changes_and_chance_is_the_generator() -> None:
+    frame, cue = picture(60, 60), Search()
+    model, given = cue.learn(frame, LAST), start()
+    once = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
+    again = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
+    assert np.array_equal(given, start())
+    assert np.array_equal(once[0], again[0])
+    assert once[1] == again[1]
+
+
+def test_searchers_stay_in_the_frame() -> None:
+    frame, cue = picture(60, 60), Search()
+    model = cue.learn(frame, LAST)
+    corner = LAST._replace(x=2.0, y=197.0)
+    given = np.tile(np.array(corner), (400, 1))
+    searchers, places = cue.step(np.random.default_rng(6), model, given, frame, corner, 50)
+    for x, y in [*searchers[:, :2].tolist(), *(place[:2] for place in places)]:
+        assert 0 <= x <= 299
+        assert 0 <= y <= 199
+
+
+@pytest.mark.parametrize(("half", "small", "large"), [(12.0, 2, 100), (2.0, 2, 100), (1.0, 1, 100)])
+def test_sizes_stay_between_the_smallest_and_the_frame(
+    half: float, small: float, large: float
+) -> None:
+    frame, cue = picture(60, 60), Search(growth=5.0, sigma=1e3)
+    model, last = cue.learn(frame, LAST), LAST._replace(a=half, b=half)
+    given = np.tile(np.array(last), (400, 1))
+    searchers, _ = cue.step(np.random.default_rng(7), model, given, frame, last, 3)
+    assert searchers[:, 2:4].min() == pytest.approx(small)
+    assert searchers[:, 2:4].max() == pytest.approx(large)

@@ -1,0 +1,213 @@
+"""Weights and the selection of particles."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
+
+Floats = NDArray[np.float64]
+Scheme = Literal["multinomial", "systematic", "stratified", "residual"]
+NAMES: list[Scheme] = ["multinomial", "systematic", "stratified", "residual"]
+scheme = pytest.mark.parametrize("name", NAMES)
+
+shares = st.lists(st.floats(0, 1), min_size=1, max_size=40).filter(lambda w: sum(w) > 1e-3)
+
+
+class Fixed:
+    """A random generator that only ever returns one number."""
+
+    def __init__(self, number: float) -> None:
+        self.number = number
+
+    def random(self, n: int | None = None) -> Any:
+        """Return the number, or n of them."""
+        return self.number if n is None else np.full(n, self.number)
+
+
+def fixed(number: float) -> np.random.Generator:
+    return cast(np.random.Generator, Fixed(number))
+
+
+def copies(name: str, weights: Floats, n: int, seed: int) -> NDArray[np.intp]:
+    drawn = SCHEMES[name](np.random.default_rng(seed), weights, n)
+    assert drawn.shape == (n,)
+    return np.bincount(drawn, minlength=weights.size)
+
+
+def test_the_list_is_complete() -> None:
+    assert sorted(SCHEMES) == sorted(NAMES)
+
+
+@scheme
+def test_expected_copies_are_n_times_the_weight(name: Scheme) -> None:
+    weights = np.array([0.0, 0.31, 0.02, 0.17, 0.0, 0.5])
+    runs, n = 4000, 7
+    rng = np.random.default_rng(5)
+    total = np.zeros((runs, weights.size))
+    for run in range(runs):
+        total[run] = np.bincount(SCHEMES[name](rng, weights, n), minlength=weights.size)
+    error = total.std(axis=0) / math.sqrt(runs)
+    assert (np.abs(total.mean(axis=0) - n * weights) <= 4 * error + 1e-12).all()
+
+
+def test_multinomial_frequencies_are_the_probabilities() -> None:
+    """Figure 2, step 1, by chi-square: 15 degrees of freedom, 39.25 is its 99.9 % point."""
+    rng = np.random.default_rng(11)
+    weights = rng.random(16)
+    weights /= weights.sum()
+    draws = 200_000
+    observed = np.bincount(SCHEMES["multinomial"](rng, weights, draws), minlength=16)
+    assert ((observed - draws * weights) ** 2 / (draws * weights)).sum() < 39.25
+
+
+def test_multinomial_draws_are_independent() -> None:
+    rng = np.random.default_rng(2)
+    pairs = SCHEMES["multinomial"](rng, np.array([0.5, 0.5]), 40_000).reshape(-1, 2)
+    same = np.mean(pairs[:, 0] == pairs[:, 1])
+    assert abs(same - 0.5) < 4 * 0.5 / math.sqrt(20_000)
+
+
+@given(shares, st.integers(0, 1000))
+def test_residual_takes_the_whole_copies(weights: list[float], seed: int) -> None:
+    w = np.array(weights) / sum(weights)
+    counts = copies("residual", w, w.size, seed)
+    assert (counts >= np.floor(w.size * w - 1e-9)).all()
+
+
+@given(shares, st.integers(0, 1000))
+def test_systematic_copies_are_within_one_of_the_expected(weights: list[float], seed: int) -> None:
+    w = np.array(weights) / sum(weights)
+    assert (np.abs(copies("systematic", w, w.size, seed) - w.size * w) < 1 + 1e-9).all()
+
+
+@given(shares, st.integers(0, 1000))
+def test_stratified_copies_are_within_two_of_the_expected(weights: list[float], seed: int) -> None:
+    w = np.array(weights) / sum(weights)
+    assert (np.abs(copies("stratified", w, w.size, seed) - w.size * w) < 2 + 1e-9).all()
+
+
+def test_less_variance_than_multinomial() -> None:
+    weights = np.array([0.03, 0.17, 0.21, 0.59])
+    spread = {
+        name: np.var([copies(name, weights, 50, seed) for seed in range(500)], axis=0).sum()
+        for name in NAMES
+    }
+    assert spread["systematic"] < spread["multinomial"] / 4
+    assert spread["stratified"] < spread["multinomial"] / 4
+    assert spread["residual"] < spread["multinomial"]
+
+
+@scheme
+@pytest.mark.parametrize("number", [0.0, 0.5, math.nextafter(1, 0)])
+def test_a_particle_without_weight_is_never_chosen(name: Scheme, number: float) -> None:
+    for weights in ([0, 0, 0.4, 0, 0.6, 0], [0, 1, 0], [0, 0.1, 0.2, 0.7, 0, 0], [0, 1e-300, 0]):
+        w = np.array(weights)
+        assert (w[SCHEMES[name](fixed(number), w, w.size)] > 0).all()
+
+
+@scheme
+@given(weights=shares, number=st.floats(0, 1, exclude_max=True))
+def test_any_random_number_chooses_a_particle_with_weight(
+    name: Scheme, weights: list[float], number: float
+) -> None:
+    w = np.array(weights) / sum(weights)
+    drawn = SCHEMES[name](fixed(number), w, w.size)
+    assert drawn.shape == w.shape
+    assert (w[drawn] > 0).all()
+
+
+@scheme
+@pytest.mark.parametrize(
+    ("weights", "allowed"),
+    [([0, 0, 1, 0], {2}), ([1.0], {0}), ([1e-300] * 5, set(range(5))), ([0, 1e-300], {1})],
+)
+def test_degenerate_weights(name: Scheme, weights: list[float], allowed: set[int]) -> None:
+    w = np.array(weights)
+    drawn = SCHEMES[name](np.random.default_rng(0), w, w.size)
+    assert drawn.shape == w.shape
+    assert set(drawn.tolist()) <= allowed
+
+
+@scheme
+def test_tiny_weights_are_drawn_as_large_ones_are(name: Scheme) -> None:
+    weights = np.array([0.1, 0.0, 0.6, 0.3])
+    for seed in range(20):
+        np.testing.assert_array_equal(
+            copies(name, weights, 40, seed), copies(name, weights * 2.0**-990, 40, seed)
+        )
+
+
+@given(st.lists(st.floats(-700, 700), min_size=1, max_size=30))
+def test_normalization(log: list[float]) -> None:
+    weights = Weights.from_log(np.array(log))
+    exact = np.exp(np.array(log, np.longdouble) - max(log))
+    np.testing.assert_allclose(weights.values, (exact / exact.sum()).astype(float), 1e-12, 1e-300)
+    assert not weights.degenerate
+    assert 1 - 1e-9 <= weights.effective_sample_size <= len(log) * (1 + 1e-9)
+
+
+@given(st.lists(st.floats(-50, 50), min_size=1, max_size=30), st.floats(-1e5, 1e5))
+def test_a_common_factor_falls_out(log: list[float], shift: float) -> None:
+    first, second = np.array(log), np.array(log) + shift
+    np.testing.assert_allclose(
+        Weights.from_log(first).values, Weights.from_log(second).values, atol=1e-9
+    )
+
+
+def test_repaired_at_the_door() -> None:
+    weights = Weights.from_log(np.array([0.0, np.nan, -np.inf, np.inf, math.log(3)]))
+    np.testing.assert_allclose(weights.values, [0.25, 0, 0, 0, 0.75])
+    np.testing.assert_array_equal(weights.log, [0, -np.inf, -np.inf, -np.inf, math.log(3)])
+    assert not weights.degenerate
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_no_weight_at_all_becomes_uniform(bad: float) -> None:
+    weights = Weights.from_log(np.full(4, bad))
+    np.testing.assert_array_equal(weights.values, [0.25] * 4)
+    assert weights.degenerate
+    assert np.isfinite(weights.log).all()
+    assert weights.effective_sample_size == pytest.approx(4)
+
+
+def test_the_input_is_not_changed() -> None:
+    log = np.array([np.nan, 1.0])
+    Weights.from_log(log)
+    np.testing.assert_array_equal(log, [np.nan, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "size"),
+    [([1, 0, 0], 1), ([0.25] * 4, 4), ([0.5, 0.5, 0, 0], 2), ([0.75, 0.25], 1.6), ([1], 1)],
+)
+def test_effective_sample_size(values: list[float], size: float) -> None:
+    with np.errstate(divide="ignore"):
+        assert Weights.from_log(np.log(values)).effective_sample_size == pytest.approx(size)
+
+
+def test_when_selection_is_due() -> None:
+    even, half, one = (
+        Weights.from_log(np.array(log))
+        for log in ([0.0] * 4, [0.0, 0.0, -1e3, -1e3], [0.0, -1e3, -1e3, -1e3])
+    )
+    assert [Resampling(threshold=1.0).due(w) for w in (even, half, one)] == [True, True, True]
+    assert [Resampling(threshold=0.75).due(w) for w in (even, half, one)] == [False, True, True]
+    assert [Resampling(threshold=0.5).due(w) for w in (even, half, one)] == [False, False, True]
+    assert [Resampling(threshold=0.0).due(w) for w in (even, half, one)] == [False] * 3
+
+
+@scheme
+def test_the_configured_scheme_is_used(name: Scheme) -> None:
+    log = np.log([0.1, 0.2, 0.3, 0.4])
+    weights = Weights.from_log(log)
+    chosen = Resampling(scheme=name).ancestors(np.random.default_rng(3), weights, 4)
+    expected = SCHEMES[name](np.random.default_rng(3), weights.values, 4)
+    np.testing.assert_array_equal(chosen, expected)

@@ -1,0 +1,168 @@
+"""How many particles there are: by the spread of the target's whereabouts, and by the clock."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+
+from motes import ConfigError, Tracker, preset
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.evaluation import synthetic
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.sample_size import Budget, Pace
+from motes.sot.particle_filter import ParticleFilter
+
+FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
+WIDE = Budget(least=1, most=10**6, error=0.1, bin=1.0)
+CLIP = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=12)]
+REGION = synthetic.still((160, 120), target=(30, 40), frames=1)[0][1][0].ellipse
+
+
+def apart(k: int) -> Any:
+    """Return ellipses in k bins, three in each."""
+    ellipses = np.tile(np.array(FIRST), (3 * k, 1))
+    ellipses[:, 0] = 20.0 * np.repeat(np.arange(k), 3) + 5
+    return ellipses
+
+
+@pytest.mark.parametrize(
+    ("k", "quantile"), [(2, 6.635), (11, 23.209), (51, 76.154), (101, 135.807)]
+)
+def test_the_number_is_that_of_the_chi_square_test(k: int, quantile: float) -> None:
+    """Fox's equation 7 stands for the 99 % quantile of k - 1 degrees of freedom over 2 epsilon."""
+    expected = quantile / (2 * 0.1)
+    assert WIDE.count(apart(k), FIRST) == pytest.approx(expected, rel=0.02, abs=1)
+
+
+def test_one_bin_needs_one_particle() -> None:
+    assert WIDE.count(apart(1), FIRST) == 1
+
+
+@given(st.integers(1, 40), st.integers(1, 60), st.integers(0, 60))
+def test_the_number_stays_in_its_range(k: int, least: int, more: int) -> None:
+    count = Budget(least=least, most=least + more).count(apart(k), FIRST)
+    assert least <= count <= least + more
+
+
+def test_bins_are_in_units_of_the_target() -> None:
+    """Twice the target in twice the picture needs the same number; steps of e in size are bins."""
+    ellipses = apart(9)
+    twice = ellipses * [2, 2, 2, 2, 1]
+    double = Ellipse(100, 100, 20, 80)
+    assert WIDE.count(twice, double) == WIDE.count(ellipses, FIRST)
+    assert WIDE.count(ellipses, double) < WIDE.count(ellipses, FIRST)
+    sizes = np.tile(np.array(FIRST), (4, 1))
+    sizes[:, 2:4] *= np.array([1, math.e, math.e**2, math.e**3])[:, None]
+    assert WIDE.count(sizes, FIRST) == WIDE.count(apart(4), FIRST)
+
+
+def test_a_range_upside_down() -> None:
+    with pytest.raises(ConfigError, match="least is 60, and most is 50"):
+        Budget(least=60, most=50)
+
+
+def test_pace() -> None:
+    assert Pace(100).affordable is None
+    pace = Pace(100)
+    for _ in range(5):
+        pace.add(0.02, 200)
+    pace.add(5.0, 200)  # compiling
+    assert pace.affordable == 100
+    for _ in range(20):
+        pace.add(0.005, 100)
+    assert pace.affordable == 200
+
+
+@pytest.mark.parametrize("fps", [0, -1, math.nan, math.inf])
+def test_rates_that_are_none(fps: float) -> None:
+    with pytest.raises(ConfigError, match="positive number"):
+        Tracker(fps_target=fps)
+
+
+def numbers(config: ParticleFilter, **options: Any) -> list[int]:
+    """Return how many particles each frame after the first had."""
+    tracker = Tracker(config, **options)
+    tracker.init(CLIP[0], REGION)
+    found = []
+    for frame in CLIP[1:]:
+        track = tracker.update(frame)
+        info = tracker.info
+        assert len(info.weights) == len(info.ellipses) == len(info.distances)
+        assert info.weights.sum() == pytest.approx(1)
+        assert track.effective_sample_size <= len(info.weights) + 1e-9
+        found.append(len(info.weights))
+    return found
+
+
+def config(name: str = "nummiaro", **changes: Any) -> ParticleFilter:
+    base = preset(name)
+    assert isinstance(base, ParticleFilter)
+    return replace(base, **changes)
+
+
+@pytest.mark.parametrize("name", ["nummiaro", "maggio", "ng_delp"])
+def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
+    chosen = numbers(config(name, budget=Budget(least=20, most=300)))
+    assert len(set(chosen)) > 3
+    assert all(20 <= n <= 300 for n in chosen)
+    assert numbers(config(name)) == [config(name).particles] * 11
+
+
+def test_a_change_of_number_needs_a_selection() -> None:
+    """Also with weights that are never unequal enough for one."""
+    chosen = numbers(config(budget=Budget(), resampling=Resampling(threshold=0.0)))
+    assert len(set(chosen)) > 1
+
+
+def test_a_lost_target_gets_more_particles() -> None:
+    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, ceiling=1.0)
+    tracker = Tracker(config(budget=Budget(least=10, most=900), presence=rule))
+    tracker.init(CLIP[0], REGION)
+    numbers = []
+    for frame in CLIP[1:]:
+        assert tracker.update(frame).status is Status.SEARCHING
+        numbers.append(len(tracker.info.weights))
+    assert numbers[0] == 100
+    assert min(numbers[2:]) > 150
+
+
+class Clock:
+    """Every look at it takes so many seconds."""
+
+    def __init__(self, step: float) -> None:
+        self.now, self.step = 0.0, step
+
+    def __call__(self) -> float:
+        """Return the time."""
+        self.now += self.step
+        return self.now
+
+
+def test_a_slow_machine_gets_fewer_particles(monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = numbers(config(budget=Budget(least=30)))
+    monkeypatch.setattr("motes.sot.tracker.time.perf_counter", Clock(0.001))
+    assert numbers(config(budget=Budget(least=30)), fps_target=10.0) == plain  # time enough
+    hurried = numbers(config(budget=Budget(least=30)), fps_target=2000.0)
+    assert hurried[0] == plain[0]  # nothing is known yet
+    assert hurried[1] == pytest.approx(plain[0] / 2, abs=1)
+    assert hurried[-1] == 30
+
+
+def test_at_the_start_particles_are_as_many_as_the_configuration_says() -> None:
+    assert numbers(config(particles=77, budget=Budget()))[0] == 77
+
+
+def test_a_target_rate_brings_a_budget() -> None:
+    tracker = Tracker("maggio", fps_target=30)
+    assert isinstance(tracker.config, ParticleFilter)
+    assert tracker.config.budget == Budget()
+    with pytest.raises(ConfigError, match="Only a particle filter"):
+        Tracker("mean_shift", fps_target=30)

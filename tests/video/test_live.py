@@ -1,0 +1,165 @@
+"""Live sources against a server that sends, stalls, hangs up and comes back."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.core.errors import SourceError
+from motes.core.frame import Frame
+from motes.video import decoder, live
+from motes.video.live import Live, open_watched
+from motes.video.sources import Source
+from motes.video.writer import VideoWriter
+from streams import camera
+
+TIMEOUT = 0.5
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", TIMEOUT)
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", TIMEOUT)
+    monkeypatch.setattr(live, "FIRST_PAUSE", 0.05)
+
+
+def gray(index: int) -> NDArray[np.uint8]:
+    return np.full((64, 96, 3), 20 + index % 200, np.uint8)
+
+
+def frames(film: Source | Live) -> Iterator[Frame | str]:
+    """Yield what comes, for no more than some time."""
+    begun = time.monotonic()
+    for news in film:
+        yield news
+        assert time.monotonic() - begun < 120, "it goes on for ever"
+
+
+def words(news: Iterator[Frame | str]) -> str:
+    """Return what is said next."""
+    return next(each for each in news if isinstance(each, str))
+
+
+def test_a_stall_is_noticed_and_so_is_the_return() -> None:
+    with camera(gray) as stream, open_watched(stream.url) as film:
+        assert isinstance(film, Live)
+        news = frames(film)
+        assert isinstance(next(news), Frame)
+        stream.stalled.set()
+        said = words(news)
+        assert "does not answer" in said
+        assert "tried again" in said
+        assert "secret" not in said
+        stream.stalled.clear()
+        assert "is back after" in words(news)
+        before, after = next(news), next(news)
+        assert isinstance(before, Frame)
+        assert isinstance(after, Frame)
+        assert before.time < after.time
+        assert stream.connections > 1
+
+
+def test_a_server_that_goes_away_is_retried_with_growing_pauses() -> None:
+    with camera(gray) as stream, open_watched(stream.url) as film:
+        news = frames(film)
+        next(news)
+        before, begun = stream.connections, time.monotonic()
+        stream.hung_up.set()
+        assert "tried again" in words(news)
+        while stream.connections < before + 4:
+            time.sleep(0.01)
+        assert time.monotonic() - begun > 0.05 + 0.1 + 0.2 + 0.4
+        stream.hung_up.clear()
+        assert "is back after" in words(news)  # with nothing said in between
+
+
+def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Frames have the time at which they came, on the reader's clock."""
+    clock, burst, taken = SimpleNamespace(now=100.0), threading.Semaphore(0), threading.Event()
+    monkeypatch.setattr(live, "time", SimpleNamespace(monotonic=lambda: clock.now))
+
+    class Scripted:
+        name = "camera 0"
+
+        def __enter__(self) -> Scripted:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def __iter__(self) -> Iterator[Frame]:
+            for index in range(100):
+                if index % 5 == 0:
+                    taken.set()  # all of the last burst
+                    burst.acquire()
+                clock.now += 0.04
+                yield Frame(index, index / 25, gray(index))
+
+    with Live("0", Scripted()) as film:  # type: ignore[arg-type]
+        news = iter(film)
+        taken.wait()
+        for count in range(1, 7):
+            taken.clear()
+            burst.release()
+            taken.wait()
+            frame = next(news)
+            assert isinstance(frame, Frame)
+            assert frame.pixels[0, 0, 0] == gray(5 * count - 1)[0, 0, 0]
+            assert frame.index == 5 * count - 1
+            assert film.dropped == 4 * count
+            assert frame.time == pytest.approx(clock.now - 100.0, abs=1e-9)
+
+
+def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
+    """Drivers may hang where FFmpeg's timeout does not reach."""
+    noticed = threading.Event()
+
+    class Silent:
+        name = "camera 0"
+
+        def __enter__(self) -> Silent:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def __iter__(self) -> Iterator[Frame]:
+            yield Frame(0, 0.0, gray(0))
+            noticed.wait()
+            yield Frame(1, 0.0, gray(0))
+
+    with Live("0", Silent()) as film:  # type: ignore[arg-type]
+        news = frames(film)
+        assert isinstance(next(news), Frame)
+        assert words(news).startswith("camera 0 sends no pictures")
+        noticed.set()
+        assert words(news).startswith("camera 0 is back after ")
+
+
+def test_an_address_that_does_not_answer_yet_is_waited_for() -> None:
+    with camera(gray) as stream:
+        stream.hung_up.set()
+        with open_watched(stream.url) as film:
+            news = frames(film)
+            assert "tried again" in words(news)
+            stream.hung_up.clear()
+            assert "is back" in words(news)
+            assert isinstance(next(news), Frame)
+
+
+def test_a_recording_is_read_as_it_is(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
+        for index in range(5):
+            writer.write(gray(index))
+    with open_watched(str(tmp_path / "film.mkv")) as film:
+        assert isinstance(film, Source)
+        assert len(list(film)) == 5
+    with pytest.raises(SourceError, match="There is no file"):
+        open_watched(str(tmp_path / "nothing.mkv"))

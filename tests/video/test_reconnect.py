@@ -1,0 +1,216 @@
+"""One live source over several connections: a camera comes back, a recording ends."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from clips import clip, picture
+from motes.cli import main
+from motes.core.errors import SourceError
+from motes.video import decoder, pace, reconnect
+from motes.video.live import Live, open_watched
+from motes.video.pace import Pace
+from motes.video.sources import open_source
+from streams import camera
+
+Answer = Callable[[socket.socket, int], None]
+HEAD = b"HTTP/1.0 200 OK\r\n"
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reconnect, "FIRST_PAUSE", 0.02)
+
+
+@contextlib.contextmanager
+def server(answer: Answer) -> Iterator[str]:
+    """Call `answer` with each connection, and its number from 0, and close the connection."""
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def serve() -> None:
+        with contextlib.suppress(OSError):
+            for number in range(1000):
+                connection, _ = listener.accept()
+                with connection, contextlib.suppress(OSError):
+                    connection.recv(4096)
+                    answer(connection, number)
+
+    threading.Thread(target=serve, daemon=True).start()
+    try:
+        yield f"http://user:secret@127.0.0.1:{listener.getsockname()[1]}/camera"
+    finally:
+        listener.close()
+
+
+def jpegs(connection: socket.socket, number: int) -> None:
+    """Send ten pictures as cameras do, then hang up."""
+    connection.sendall(HEAD + b"Content-Type: multipart/x-mixed-replace; boundary=b\r\n\r\n")
+    for index in range(10 * number, 10 * number + 10):
+        data = io.BytesIO()
+        Image.fromarray(picture(index)).save(data, "JPEG")
+        size = len(data.getvalue())
+        part = f"--b\r\nContent-Type: image/jpeg\r\nContent-Length: {size}\r\n\r\n".encode()
+        connection.sendall(part + data.getvalue() + b"\r\n")
+
+
+def gray(index: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    return np.full((64, 96, 3), 20 + index % 200, np.uint8)
+
+
+def test_a_camera_that_hangs_up_is_opened_again_and_its_frames_go_on() -> None:
+    said: list[str] = []
+    with server(jpegs) as url, open_source(url, end=25, on_drop=said.append) as source:
+        assert source.live
+        frames = list(source)
+    assert [frame.index for frame in frames] == list(range(25))
+    assert (np.diff([frame.time for frame in frames]) > 0).all()
+    assert np.abs(frames[22].pixels.astype(int) - picture(22)).mean() < 5
+    assert len(said) == 4
+    assert said[0] == f"{source.name} ended. It is tried again, with growing pauses."
+    assert said[1].startswith(f"{source.name} is back after 0.")
+    assert "secret" not in "".join(said)
+    assert source.report.drops == 2
+    assert "dropped 2 time(s)" in (source.report.problems or "")
+
+
+def test_a_camera_that_hangs_up_is_an_error_for_who_does_not_reconnect() -> None:
+    with server(jpegs) as url, open_source(url) as source:
+        with pytest.raises(SourceError, match="ended"):
+            list(source)
+        assert source.report.decoded == 10
+
+
+def test_a_stream_that_stalls_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
+    said: list[str] = []
+
+    def listen(line: str) -> None:
+        said.append(line)
+        stream.stalled.clear()
+
+    with camera(gray) as stream, open_source(stream.url, on_drop=listen) as source:
+        before = next(source)
+        stream.stalled.set()
+        frames = [before]
+        while len(said) < 2:
+            frames.append(next(source))
+    assert "does not answer" in said[0]
+    assert "is back" in said[1]
+    times = [frame.time for frame in frames]
+    assert (np.diff(times) > 0).all()
+    assert np.diff(times).max() > 0.4  # as long as it was away
+
+
+def test_a_pause_ends_when_nobody_waits_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reconnect, "FIRST_PAUSE", 1000.0)
+    with server(jpegs) as url, open_source(url, on_drop=lambda line: source.stop()) as source:
+        assert len(list(source)) == 10
+
+
+@pytest.mark.parametrize("ending", ["ts", "mkv"])
+@pytest.mark.parametrize("head", [b"", b"Connection: close\r\n", b"Transfer-Encoding: chunked\r\n"])
+def test_a_finished_file_that_does_not_say_its_length_ends(
+    tmp_path: Path, ending: str, head: bytes
+) -> None:
+    """Its last pictures used to be lost, and its end was an error."""
+    data = clip(tmp_path / f"a.{ending}", 75).read_bytes()
+    chunked = b"%x\r\n%s\r\n0\r\n\r\n" % (len(data), data)
+
+    def send(connection: socket.socket, number: int) -> None:
+        version = HEAD.replace(b"1.0", b"1.1")
+        connection.sendall(version + head + b"\r\n" + (chunked if b"chunked" in head else data))
+
+    said: list[str] = []
+    with server(send) as url, open_source(url, on_drop=said.append) as source:
+        assert len(list(source)) == 75
+        assert source.report.problems is None
+        assert said == []
+
+
+def test_an_error_in_such_a_file_stays_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+    data, done = clip(tmp_path / "a.ts", 75).read_bytes(), threading.Event()
+
+    def send(connection: socket.socket, number: int) -> None:
+        connection.sendall(HEAD + b"\r\n" + data)
+        done.wait(20)
+
+    with server(send) as url, open_source(url, on_drop=lambda line: None) as source:
+        with pytest.raises(SourceError, match="does not answer"):
+            list(source)
+        assert source.report.decoded == 75
+    done.set()
+
+
+def test_a_rig_lets_a_finished_file_end_too(tmp_path: Path) -> None:
+    data = clip(tmp_path / "a.ts", 75).read_bytes()
+    with (
+        server(lambda connection, number: connection.sendall(HEAD + b"\r\n" + data)) as url,
+        open_watched(url) as film,
+    ):
+        assert isinstance(film, Live)
+        assert not [news for news in film if isinstance(news, str)]
+
+
+def test_motes_watch_goes_on_after_a_drop(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = tmp_path / "r.csv"
+    with server(jpegs) as url:
+        main(["watch", url, "--end", "25", "-o", str(rows), "--detector", "gaussian"])
+    error = capsys.readouterr().err
+    assert error.count("ended. It is tried again") == 2
+    assert error.count("is back after") == 2
+    assert "25 frames" in error
+
+
+class Clock:
+    """A clock that stands until it is moved."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 100.0
+        monkeypatch.setattr(pace, "time", SimpleNamespace(monotonic=lambda: self.now))
+
+
+@pytest.mark.parametrize(
+    ("backlog", "speed", "recorded"),
+    [(0.0, 1.0, False), (3.0, 1.0, False), (0.0, 1.1, False), (0.0, 5.0, True)],
+)
+def test_what_comes_faster_than_its_own_clock_is_recorded(
+    monkeypatch: pytest.MonkeyPatch, backlog: float, speed: float, recorded: bool
+) -> None:
+    clock = Clock(monkeypatch)
+    told = Pace()
+    for stamp in np.arange(0, 60, 0.04):
+        clock.now = 100.0 + max(0.0, stamp - backlog) / speed
+        told.note(5000 + stamp)
+    assert told.recorded == recorded
+
+
+def test_a_camera_whose_clock_is_set_is_no_recording(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Clock(monkeypatch)
+    told = Pace()
+    for index in range(500):
+        clock.now += 0.04
+        told.note(index * 0.04 + (1e6 if index > 200 else 0) - (2e6 if index > 400 else 0))
+    assert not told.recorded
+
+
+def test_a_recording_stays_one_while_nobody_takes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = Clock(monkeypatch)
+    told = Pace()
+    for index in range(2000):
+        clock.now += 0.01 if index < 400 else 1.0
+        told.note(index * 0.04)
+    assert told.recorded

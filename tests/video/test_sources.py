@@ -1,0 +1,750 @@
+"""Reading: every kind of source, whole, cut, damaged, odd."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import platform
+import socket
+import tempfile
+import threading
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from av.stream import Disposition
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from clips import (
+    Codec,
+    clip,
+    cut,
+    damage,
+    mark,
+    noise,
+    packets,
+    picture,
+    silence,
+    sound_only,
+    spoil,
+    turn,
+)
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.video import decoder
+from motes.video.decoder import MAX_BAD_PACKETS
+from motes.video.sources import open_source, read_image
+
+DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[2] / "shared" / "data")) / "video"
+KNOWN = {
+    "car_traffic_small.mp4": (640, 360),
+    "ethz_cond_video1.wmv": (160, 120),
+    "ethz_cond_video2.wmv": (160, 120),
+    "ethz_cond_video3.wmv": (160, 120),
+    "one-by-one-person-detection.mp4": (768, 432),
+    "pycv_movie.mpg": (384, 288),
+    "sam2_cups.mp4": (1280, 720),
+}
+need_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real videos in {DATA}")
+
+
+def read(source: str | Path, **selection: Any) -> tuple[list[Frame], decoder.Report]:
+    with open_source(source, **selection) as frames:
+        return list(frames), frames.report
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return clip(tmp_path_factory.mktemp("whole") / "whole.mp4", 12)
+
+
+def error_of(source: str | int | Path, **selection: Any) -> str:
+    """Return the message of the error that reading the source ends with, which is one line."""
+    with pytest.raises(SourceError) as caught, open_source(source, **selection) as frames:
+        list(frames)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+# Files
+
+
+def test_a_video_gives_its_pictures(whole: Path) -> None:
+    with open_source(whole) as source:
+        assert (source.width, source.height) == (64, 48)
+        assert source.fps == 25
+        assert source.frame_count == 12
+        assert source.duration == pytest.approx(12 / 25)
+        assert source.name == str(whole)
+        assert not source.live
+        frames = list(source)
+    assert [frame.index for frame in frames] == list(range(12))
+    assert [frame.time for frame in frames] == pytest.approx([i / 25 for i in range(12)])
+    for frame in frames:
+        assert frame.pixels.dtype == np.uint8
+        assert frame.pixels.flags.c_contiguous
+        assert frame.pixels.flags.writeable
+        error = np.abs(frame.pixels.astype(int) - picture(frame.index))
+        assert error.mean() < 5
+    assert source.report.decoded == 12
+    assert source.report.problems is None
+    assert next(source, None) is None  # closed
+
+
+@given(st.integers(0, 14), st.none() | st.integers(1, 16), st.integers(1, 5))
+def test_the_selection_is_a_slice(start: int, end: int | None, stride: int) -> None:
+    expected = list(range(7))[start:end:stride]
+    with tempfile.TemporaryDirectory() as folder:
+        for index in range(7):
+            Path(folder, f"{index}.ppm").write_bytes(b"P6 1 1 255\n" + bytes([index] * 3))
+        if end is not None and end <= start:
+            with pytest.raises(ConfigError, match="end"):
+                open_source(folder, start=start, end=end, stride=stride)
+        elif not expected:
+            assert "smaller start" in error_of(folder, start=start, end=end, stride=stride)
+        else:
+            with open_source(folder, start=start, end=end, stride=stride) as source:
+                assert source.frame_count == len(expected)
+                frames = list(source)
+            assert [frame.index for frame in frames] == expected
+            assert [frame.pixels[0, 0, 0] for frame in frames] == expected
+            assert [frame.time for frame in frames] == [i * FRAME_INTERVAL for i in expected]
+
+
+def test_the_selection_of_a_video_keeps_index_and_time(whole: Path) -> None:
+    everything, _ = read(whole)
+    chosen, report = read(whole, start=3, end=9, stride=2)
+    assert [frame.index for frame in chosen] == [3, 5, 7]
+    for frame in chosen:
+        assert frame.time == everything[frame.index].time
+        assert np.array_equal(frame.pixels, everything[frame.index].pixels)
+    assert report.problems is None  # not reading to the end is no truncation
+
+
+@pytest.mark.parametrize(
+    "selection",
+    [
+        {"start": -1},
+        {"stride": 0},
+        {"stride": -2},
+        {"end": 0},
+        {"end": 10**20},
+        {"end": 2.5},
+        {"end": float("nan")},
+        {"start": True},
+        {"start": "1"},
+        {"start": None},
+        {"start": 10**20},
+        {"stride": 0.5},
+        {"stride": True},
+        {"stride": 2**63},
+    ],
+)
+def test_a_senseless_selection_is_refused(whole: Path, selection: dict[str, Any]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        open_source(whole, **selection)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_selection_may_be_of_numpys_numbers(whole: Path) -> None:
+    frames, _ = read(whole, start=np.int64(3), end=np.int32(9), stride=np.uint8(2))
+    assert [frame.index for frame in frames] == [3, 5, 7]
+
+
+def test_a_start_beyond_the_end_is_refused_on_opening(whole: Path) -> None:
+    with pytest.raises(SourceError, match="has 12 frames, none of them from 12 on"):
+        open_source(whole, start=12)
+
+
+@pytest.mark.parametrize("ending", ["mp4", "mkv"])
+def test_variable_frame_rate_keeps_its_times(tmp_path: Path, ending: str) -> None:
+    times = [0, 40, 50, 200, 230, 500, 510, 900, 1000, 1500]
+    frames, report = read(clip(tmp_path / f"vfr.{ending}", 10, times_ms=times))
+    assert [frame.time for frame in frames] == pytest.approx([t / 1000 for t in times])
+    assert report.problems is None
+
+
+def test_times_start_at_zero(tmp_path: Path) -> None:
+    times = [5000, 5040, 5100]
+    frames, _ = read(clip(tmp_path / "late.mkv", 3, times_ms=times))
+    assert [frame.time for frame in frames] == pytest.approx([0, 0.04, 0.1])
+
+
+def test_missing_time_stamps_are_replaced_and_counted(tmp_path: Path) -> None:
+    # AVI stores no time stamps; those of reordered pictures are guessed, and wrong.
+    frames, report = read(clip(tmp_path / "reordered.avi", 50))
+    assert len(frames) == 50
+    for frame, following in itertools.pairwise(frames):
+        assert following.time - frame.time > 0.03
+        assert frame.time == pytest.approx(frame.index / 25, abs=0.13)
+    assert report.retimed > 0
+    assert "time stamp" in (report.problems or "")
+
+
+def test_time_stamps_that_jump_back_are_replaced_and_counted(tmp_path: Path) -> None:
+    path = clip(tmp_path / "twice.ts", 20)
+    path.write_bytes(path.read_bytes() * 2)
+    frames, report = read(path)
+    assert len(frames) == 40
+    assert (np.diff([frame.time for frame in frames]) > 0.01).all()
+    assert report.retimed == 20
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_rotation_is_honored(tmp_path: Path, degrees: int) -> None:
+    path = clip(tmp_path / "flat.mp4", 3)
+    flat, _ = read(path)
+    with open_source(turn(path, degrees)) as source:
+        turned = list(source)
+        assert (source.width, source.height) == ((64, 48) if degrees % 180 == 0 else (48, 64))
+    for before, after in zip(flat, turned, strict=True):
+        assert np.array_equal(np.rot90(before.pixels, -degrees // 90), after.pixels)
+        assert after.pixels.flags.c_contiguous
+
+
+@pytest.mark.parametrize("matrix", [(-1, 0, 0, 1), (1, 0, 0, -1), (0, 1, 1, 0), (0, -1, -1, 0)])
+def test_a_mirrored_video_is_shown_as_players_do(
+    tmp_path: Path, matrix: tuple[int, int, int, int]
+) -> None:
+    path = clip(tmp_path / "flat.mp4", 2)
+    flat, _ = read(path)
+    shown, _ = read(mark(path, *matrix))
+    a, b, c, d = matrix
+    y, x = np.mgrid[:48, :64]
+    across, down = a * x + c * y, b * x + d * y
+    across, down = across - across.min(), down - down.min()
+    for before, after in zip(flat, shown, strict=True):
+        assert np.array_equal(after.pixels[down, across], before.pixels)
+
+
+def test_a_turned_photograph_is_upright_whoever_reads_it(tmp_path: Path) -> None:
+    """FFmpeg attaches data that PyAV does not know, and then tells no more than the angle."""
+    image = Image.fromarray(picture(0))
+    exif = image.getexif()
+    for orientation in (1, 3, 6, 8):
+        exif[0x0112] = orientation
+        image.save(tmp_path / "turned.jpg", exif=exif, quality=95)
+        (tmp_path / "turned.bin").write_bytes((tmp_path / "turned.jpg").read_bytes())
+        frames, _ = read(tmp_path / "turned.bin")
+        error = np.abs(frames[0].pixels.astype(int) - read_image(tmp_path / "turned.jpg"))
+        assert error.mean() < 4
+
+
+@pytest.mark.parametrize(
+    ("aspect", "said"), [(Fraction(2), "2.00 times as wide"), (Fraction(16, 15), None)]
+)
+def test_pixels_that_are_not_square_are_left_so_and_said(
+    tmp_path: Path, aspect: Fraction, said: str | None
+) -> None:
+    path = tmp_path / "wide.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.codec_context.sample_aspect_ratio = aspect
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(picture(0), format="rgb24")))
+        container.mux(stream.encode(None))
+    frames, report = read(path)
+    assert frames[0].pixels.shape == (48, 64, 3)
+    assert report.aspect == pytest.approx(float(aspect))
+    assert report.problems is None if said is None else said in (report.problems or "")
+
+
+@pytest.mark.parametrize("fps", [10, 50])
+def test_a_raw_stream_without_times_has_the_rate_that_it_says(tmp_path: Path, fps: int) -> None:
+    with open_source(clip(tmp_path / "raw.h264", 30, fps=fps)) as source:
+        assert source.fps == fps
+        frames = list(source)
+    assert [frame.time for frame in frames] == pytest.approx([i / fps for i in range(30)])
+    assert source.report.retimed == 30
+
+
+@pytest.mark.parametrize(
+    ("codec", "form", "ending", "limit"),
+    [
+        ("qtrle", "rgb24", "mov", 0),
+        ("qtrle", "argb", "mov", 0),
+        ("ffv1", "yuv444p", "mkv", 4),
+        ("ffv1", "yuv420p10le", "mkv", 16),
+        ("ffv1", "rgb48le", "mkv", 0),
+        ("mjpeg", "yuvj420p", "avi", 25),
+    ],
+)
+def test_pixel_forms_and_odd_sizes(
+    tmp_path: Path, codec: Codec, form: str, ending: str, limit: int
+) -> None:
+    path = clip(tmp_path / f"odd.{ending}", 3, width=63, height=47, codec=codec, pix_fmt=form)
+    frames, _ = read(path)
+    assert len(frames) == 3
+    for frame in frames:
+        assert frame.pixels.shape == (47, 63, 3)
+        assert frame.pixels.flags.c_contiguous
+        expected = picture(frame.index, 63, 47)[12:, 16:]  # without the block's hard edge
+        assert np.abs(frame.pixels[12:, 16:].astype(int) - expected).max() <= limit
+
+
+@pytest.mark.parametrize("form", ["gray", "gray16le"])
+def test_gray_video_becomes_rgb(tmp_path: Path, form: str) -> None:
+    path = clip(tmp_path / "gray.mkv", 3, width=63, height=47, codec="ffv1", pix_fmt=form)
+    for frame in read(path)[0]:
+        assert frame.pixels.shape == (47, 63, 3)
+        assert (frame.pixels == frame.pixels[:, :, :1]).all()
+        luma = picture(frame.index, 63, 47) @ [0.299, 0.587, 0.114]
+        assert np.abs(frame.pixels[:, :, 0] - luma).max() <= 2
+
+
+def test_pixels_are_the_users_own(tmp_path: Path) -> None:
+    # This codec decodes to RGB, and each picture builds on the one before.
+    path = clip(tmp_path / "runs.mov", 5, codec="qtrle", pix_fmt="rgb24")
+    with open_source(path) as source:
+        for frame in source:
+            assert np.array_equal(frame.pixels, picture(frame.index))
+            frame.pixels[:] = 0
+
+
+# Damage
+
+
+@pytest.mark.parametrize("options", [{}, {"bf": "0"}])
+@pytest.mark.parametrize("share", [0.3, 0.55, 0.9])
+def test_a_cut_mp4_gives_all_frames_before_the_cut(
+    tmp_path: Path, share: float, options: dict[str, str]
+) -> None:
+    path = clip(tmp_path / "cut.mp4", 60, noisy=True, options=options)
+    size = int(path.stat().st_size * share)
+    complete = sum(position + length <= size for position, length in packets(path))
+    assert 0 < complete < 58
+    frames, report = read(cut(path, share))
+    assert len(frames) == complete
+    assert report.truncated
+    assert "cut off at" in (report.problems or "")
+
+
+@pytest.mark.parametrize("ending", ["mkv", "avi"])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_a_cut_file_that_ends_without_error_is_noticed(
+    tmp_path: Path, ending: str, share: float
+) -> None:
+    path = clip(tmp_path / f"cut.{ending}", 60, noisy=True, options={"bf": "0"})
+    frames, report = read(cut(path, share))
+    assert abs(len(frames) - 60 * share) <= 3
+    if ending == "mkv":  # an AVI takes its length from its size
+        assert report.truncated
+        assert report.ended == pytest.approx(len(frames) / 25, abs=0.05)
+        assert report.expected == pytest.approx(60 / 25, abs=0.05)
+
+
+def test_a_cut_is_noticed_where_only_the_first_picture_is_left(tmp_path: Path) -> None:
+    frames, report = read(cut(clip(tmp_path / "short.mkv", 12), 0.75))
+    assert len(frames) == 1
+    assert report.truncated
+    assert (report.ended, report.expected) == pytest.approx((0.04, 0.48))
+
+
+def test_sound_that_outlasts_the_pictures_is_no_truncation(tmp_path: Path) -> None:
+    path = tmp_path / "long.mkv"
+    with av.open(str(path), "w") as container:
+        pictures = container.add_stream("libx264", rate=25)
+        pictures.width, pictures.height, pictures.pix_fmt = 64, 48, "yuv420p"
+        sound = container.add_stream("pcm_s16le", rate=8000)
+        for index in range(10):
+            frame = av.VideoFrame.from_ndarray(picture(index), format="rgb24")
+            container.mux(pictures.encode(frame))
+        container.mux(pictures.encode(None))
+        for _ in range(40):
+            container.mux(sound.encode(silence(800)))
+    with open_source(path) as source:
+        assert source.duration == pytest.approx(4, abs=0.1)
+        assert len(list(source)) == 10
+        assert source.report.problems is None
+
+
+def test_a_damaged_mkv_is_read_to_its_end(tmp_path: Path) -> None:
+    path = spoil(clip(tmp_path / "damaged.mkv", 100, noisy=True), 40, 3)
+    naive = 0
+    with contextlib.suppress(av.FFmpegError), av.open(str(path)) as container:
+        for _ in container.decode(video=0):
+            naive += 1
+    frames, report = read(path)
+    assert naive < 45
+    assert len(frames) == 97
+    assert report.skipped == 3
+    assert "skipped" in (report.problems or "")
+
+
+def test_a_damaged_file_reads_the_same_each_time(tmp_path: Path) -> None:
+    path = damage(clip(tmp_path / "damaged.mkv", 100, noisy=True))
+    readings = [read(path) for _ in range(3)]
+    assert readings[0][1].damaged > 0
+    for frames, report in readings[1:]:
+        assert report == readings[0][1]
+        for first, again in zip(readings[0][0], frames, strict=True):
+            assert np.array_equal(first.pixels, again.pixels)
+
+
+def test_a_row_of_bad_packets_is_skipped_but_not_a_longer_one(tmp_path: Path) -> None:
+    path = clip(tmp_path / "spoiled.mp4", MAX_BAD_PACKETS + 20, options={"g": "1", "bf": "0"})
+    frames, report = read(spoil(path, 5, MAX_BAD_PACKETS))
+    assert report.skipped == MAX_BAD_PACKETS
+    assert len(frames) == 20
+    half = MAX_BAD_PACKETS // 2 + 1
+    _, report = read(spoil(spoil(path, 5, half), 6 + half, half))
+    assert report.skipped == 2 * half
+    message = error_of(spoil(path, 5, MAX_BAD_PACKETS + 1))
+    assert "65 packets in a row" in message
+    assert "after frame 4" in message
+
+
+def test_a_file_without_a_next_packet_is_given_up(tmp_path: Path) -> None:
+    path = clip(tmp_path / "raw.y4m", 30, width=128, height=96, codec="wrapped_avframe")
+    before, mark, after = path.read_bytes().rpartition(b"FRAME")
+    path.write_bytes(before + mark.lower() + after)
+    assert "after frame 28" in error_of(path)
+
+
+def test_a_name_may_hold_a_colon(whole: Path, tmp_path: Path) -> None:
+    (tmp_path / "12:30.mp4").write_bytes(whole.read_bytes())
+    with contextlib.chdir(tmp_path):
+        assert len(read("12:30.mp4")[0]) == 12
+
+
+def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
+    path, other = clip(tmp_path / "a.ts", 10), clip(tmp_path / "b.ts", 10, width=80)
+    path.write_bytes(path.read_bytes() + other.read_bytes())
+    message = error_of(path)
+    assert "Frame 10" in message
+    assert "80x48" in message
+    assert "64x48" in message
+
+
+def test_memory_stays_flat(tmp_path: Path) -> None:
+    statm = Path("/proc/self/statm")
+    if not statm.exists():
+        pytest.skip("this system does not tell a process's memory")
+    path = clip(tmp_path / "long.mp4", 3000, options={"preset": "ultrafast"})
+    used = {}
+    with open_source(path) as source:
+        for frame in source:
+            if frame.index in (500, 2900):
+                used[frame.index] = int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    assert used[2900] - used[500] < 8e6  # the pictures themselves are 22 MB
+
+
+# What is no source
+
+
+def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty.mp4").touch()
+    (tmp_path / "words.mp4").write_text("hello\n" * 500)
+    (tmp_path / "words.txt").write_text("hello\n" * 500)
+    (tmp_path / "random.mkv").write_bytes(noise(0).tobytes())
+    (tmp_path / "words.png").write_text("hello")
+    (tmp_path / "nothing").mkdir()
+    beheaded = clip(tmp_path / "beheaded.mp4", 5)
+    beheaded.write_bytes(beheaded.read_bytes().replace(b"moov", b"lost"))
+    for name, words in {
+        "empty.mp4": "is empty",
+        "words.mp4": "is not a video",
+        "words.txt": "is a text",
+        "random.mkv": "is not a video",
+        "words.png": "not an image",
+        "nothing": "no images in",
+        "missing.mp4": "no file or folder",
+        "missing/*.jpg": "no images in",
+        "beheaded.mp4": "is not a video",
+    }.items():
+        message = error_of(tmp_path / name)
+        assert words in message
+        assert name in message
+    assert "holds no video" in error_of(sound_only(tmp_path / "sound.wav"))
+    assert "ftp:// is not known" in error_of("ftp://example.org/a.mp4")
+
+
+def test_the_cover_of_a_record_is_no_video(tmp_path: Path) -> None:
+    path = tmp_path / "record.flac"
+    with av.open(str(path), "w") as container:
+        sound = container.add_stream("flac", rate=8000)
+        cover = container.add_stream("mjpeg", rate=1)
+        cover.width, cover.height, cover.pix_fmt = 64, 48, "yuvj420p"
+        cover.disposition = Disposition.attached_pic.value  # type: ignore[assignment]
+        container.mux(cover.encode(av.VideoFrame.from_ndarray(picture(0), format="rgb24")))
+        container.mux(cover.encode(None))
+        container.mux(sound.encode(silence(800)))
+        container.mux(sound.encode(None))
+    with av.open(str(path)) as container:
+        assert container.streams.video
+    assert "holds no video" in error_of(path)
+
+
+@pytest.mark.parametrize("name", ["locked.mp4", "locked.png", "locked"])
+def test_what_may_not_be_read_is_refused(name: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        os.chmod(folder, 0o755)
+        path = Path(folder, name)
+        if name == "locked":
+            path.mkdir()
+        else:
+            path.write_bytes(b"x" * 100)
+        path.chmod(0)
+        root = os.geteuid() == 0
+        if root:
+            os.seteuid(65534)
+        try:
+            assert "Permission denied" in error_of(path)
+        finally:
+            if root:
+                os.seteuid(0)
+            path.chmod(0o700)
+
+
+def test_nothing_is_said_on_the_terminal(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = clip(tmp_path / "damaged.mkv", 40, noisy=True)
+    read(damage(path))
+    read(cut(path, 0.5))
+    (tmp_path / "words.mp4").write_text("hello")
+    error_of(tmp_path / "words.mp4")
+    assert capfd.readouterr() == ("", "")
+
+
+# Images
+
+
+def test_images_come_in_natural_order(tmp_path: Path) -> None:
+    for index in (10, 2, 1):
+        Image.fromarray(np.full((4, 6, 3), index, np.uint8)).save(tmp_path / f"img{index}.png")
+    (tmp_path / "truth.txt").write_text("1,2,3,4")
+    (tmp_path / "._img1.png").write_text("what a Mac leaves behind")
+    for source in (tmp_path, tmp_path / "*.png", tmp_path / "*"):
+        with open_source(source) as images:
+            assert (images.width, images.height) == (6, 4)
+            assert images.frame_count == 3
+            frames = list(images)
+        assert [frame.pixels[0, 0, 0] for frame in frames] == [1, 2, 10]
+        assert [frame.time for frame in frames] == pytest.approx([0, 0.04, 0.08])
+    frames, _ = read(tmp_path / "img2.png")
+    assert len(frames) == 1
+
+
+def test_a_bad_image_among_good_ones_is_named(tmp_path: Path) -> None:
+    for index in range(3):
+        Image.fromarray(picture(index)).save(tmp_path / f"{index}.png")
+    whole = (tmp_path / "1.png").read_bytes()
+    (tmp_path / "1.png").write_bytes(whole[: len(whole) // 2])
+    assert "1.png" in error_of(tmp_path)
+    Image.fromarray(picture(1, 32, 48)).save(tmp_path / "1.png")
+    assert "Frame 1 of" in error_of(tmp_path)
+    assert "32x48" in error_of(tmp_path)
+
+
+def test_every_kind_of_image_becomes_rgb(tmp_path: Path) -> None:
+    pixels = picture(0, 9, 7)
+    rgb = Image.fromarray(pixels)
+    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    palette = rgb.quantize(200)
+    palette.info["transparency"] = bytes([0] * 200)
+    for name, image in {
+        "rgb.png": rgb,
+        "rgba.png": rgb.convert("RGBA"),
+        "palette.png": palette,
+        "la.png": rgb.convert("LA"),
+        "gray.png": rgb.convert("L"),
+        "gray16.png": Image.fromarray(gray),
+        "gray16.tif": Image.fromarray(gray),
+        "bits.png": rgb.convert("1"),
+        "cmyk.jpg": rgb.convert("CMYK"),
+    }.items():
+        image.save(tmp_path / name)
+        out = read_image(tmp_path / name)
+        assert out.shape == (7, 9, 3)
+        assert out.dtype == np.uint8
+        assert out.flags.c_contiguous
+        assert out.flags.writeable
+        if name in ("rgb.png", "rgba.png"):
+            assert np.array_equal(out, pixels)
+        elif name == "palette.png":
+            assert np.array_equal(out, np.asarray(palette.convert("RGBA"))[:, :, :3])
+        elif name.startswith("gray16"):
+            assert np.array_equal(out[:, :, 0], gray >> 8)
+        elif name == "gray.png":
+            assert np.array_equal(out[:, :, 1], np.asarray(image))
+
+
+def test_a_16_bit_rgb_image_keeps_its_high_bytes(tmp_path: Path) -> None:
+    deep = np.random.default_rng(0).integers(0, 65536, (5, 7, 3), np.uint16)
+    data = b"P6 7 5 65535\n" + deep.astype(">u2").tobytes()
+    (tmp_path / "deep.ppm").write_bytes(data)
+    out = read_image(tmp_path / "deep.ppm").astype(int)
+    assert np.abs(out - deep / 257).max() <= 1
+
+
+def test_gray_of_16_bits_or_floats_keeps_its_shades(tmp_path: Path) -> None:
+    gray = np.arange(63, dtype=np.uint16).reshape(7, 9) * 1000
+    (tmp_path / "deep.pgm").write_bytes(b"P5 9 7 65535\n" + gray.astype(">u2").tobytes())
+    Image.fromarray((gray / 65535).astype(np.float32)).save(tmp_path / "float.tif")
+    for name in ("deep.pgm", "float.tif"):
+        shades = read_image(tmp_path / name)[:, :, 0].astype(int)
+        assert np.abs(shades - gray / 257).max() <= 1
+
+
+def test_a_turned_photograph_is_upright(tmp_path: Path) -> None:
+    image = Image.fromarray(picture(0))
+    exif = image.getexif()
+    exif[0x0112] = 6  # to be shown turned clockwise by 90 degrees
+    image.save(tmp_path / "turned.png", exif=exif)
+    assert np.array_equal(read_image(tmp_path / "turned.png"), np.rot90(picture(0), -1))
+
+
+def test_a_missing_image_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SourceError, match="no image"):
+        read_image(tmp_path / "missing.png")
+
+
+# Cameras and servers
+
+
+def test_a_missing_camera_is_refused() -> None:
+    if Path("/dev/video0").exists():
+        pytest.skip("there is a camera")
+    assert "camera 0" in error_of(0)
+    assert error_of("0") == error_of(0)
+
+
+@pytest.mark.parametrize(
+    ("system", "form", "address"),
+    [
+        ("Linux", "v4l2", "/dev/video1"),
+        ("Darwin", "avfoundation", "1:none"),
+        ("Windows", "dshow", "video=front"),
+    ],
+)
+def test_a_camera_is_a_live_source(
+    whole: Path, monkeypatch: pytest.MonkeyPatch, system: str, form: str, address: str
+) -> None:
+    raw = clip(whole.parent / "raw.m4v", 5, codec="mpeg4")  # as a camera: no length is known
+    really_open, asked = av.open, []
+
+    def fake_open(file: str, *, format: str, **rest: Any) -> Any:  # noqa: A002
+        asked.append((format, file))
+        return really_open(str(raw), format="m4v")
+
+    devices = [
+        SimpleNamespace(name="back", media_types=["video"]),
+        SimpleNamespace(name="microphone", media_types=["audio"]),
+        SimpleNamespace(name="front", media_types=["video"]),
+    ]
+    monkeypatch.setattr(platform, "system", lambda: system)
+    monkeypatch.setattr(av, "open", fake_open)
+    monkeypatch.setattr(av, "enumerate_input_devices", lambda form: devices, raising=False)
+    with open_source(1) as source:
+        assert source.live
+        assert source.frame_count is None
+        assert source.name == "camera 1"
+        assert next(source).pixels.shape == (48, 64, 3)
+    assert asked == [(form, address)]
+    if system == "Windows":
+        assert "There is no camera 2" in error_of(2)
+
+
+@contextlib.contextmanager
+def server(data: bytes, length: int, pause: float | None = None) -> Iterator[str]:
+    """Serve data over HTTP as the start of `length` bytes, then say nothing, or trickle."""
+    done = threading.Event()
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def answer(connection: socket.socket) -> None:
+        with connection, contextlib.suppress(OSError):
+            connection.recv(4096)
+            if data:
+                head = f"HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n"
+                connection.sendall(head.encode() + data)
+            if len(data) < length:
+                while not done.wait(pause):
+                    connection.sendall(b"\0")
+
+    def serve() -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                threading.Thread(target=answer, args=(listener.accept()[0],), daemon=True).start()
+
+    threading.Thread(target=serve, daemon=True).start()
+    try:
+        yield f"http://user:secret@127.0.0.1:{listener.getsockname()[1]}/clip"
+    finally:
+        done.set()
+        listener.close()
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_video_from_a_server(whole: Path) -> None:
+    data = whole.read_bytes()
+    with server(data, len(data)) as url, open_source(url) as source:
+        assert "secret" not in source.name
+        assert not source.live
+        assert len(list(source)) == 12
+
+
+@pytest.mark.usefixtures("impatient")
+@pytest.mark.parametrize("ending", ["mp4", "mkv", "avi", "mpg"])
+def test_a_server_that_stops_sending_is_noticed(tmp_path: Path, ending: str) -> None:
+    codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
+    path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
+    data = path.read_bytes()
+    with server(data[: len(data) // 2], len(data)) as url, open_source(url) as source:
+        with pytest.raises(SourceError, match="does not answer") as caught:
+            list(source)
+        assert source.report.decoded > 20
+    assert "secret" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("impatient")
+@pytest.mark.parametrize("pause", [None, 0.05])
+def test_a_server_that_never_answers_is_noticed(pause: float | None) -> None:
+    with server(b"", 1000, pause) as url:
+        assert "does not answer" in error_of(url)
+
+
+def test_a_server_that_is_not_there_is_noticed() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    for scheme in ("http", "rtsp"):
+        assert "Connection refused" in error_of(f"{scheme}://127.0.0.1:{port}/x")
+
+
+# Real videos
+
+
+@need_data
+@pytest.mark.parametrize("name", KNOWN)
+def test_real_videos_begin(name: str) -> None:
+    frames, report = read(DATA / name, end=30)
+    assert [frame.index for frame in frames] == list(range(30))
+    assert {(frame.width, frame.height) for frame in frames} == {KNOWN[name]}
+    assert report.problems is None
+    assert all(a.time < b.time for a, b in itertools.pairwise(frames))
+
+
+@need_data
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("car_traffic_small.mp4", 917), ("pycv_movie.mpg", 485), ("sam2_cups.mp4", 300)],
+)
+def test_real_videos_are_complete(name: str, count: int) -> None:
+    with open_source(DATA / name, stride=10) as source:
+        frames = list(source)
+    assert source.report.decoded == count
+    assert source.report.problems is None
+    assert len(frames) == len(range(0, count, 10))
+    assert source.frame_count is None or abs(source.frame_count - len(frames)) <= 1
