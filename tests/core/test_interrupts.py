@@ -214,6 +214,20 @@ def test_an_interrupt_that_python_drops_comes_again() -> None:
     assert caught.value.number == signal.SIGTERM
 
 
+def test_other_exceptions_that_python_drops_go_where_they_went(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Fails:
+        def __del__(self) -> None:
+            raise ValueError
+
+    dropped: list[Any] = []
+    monkeypatch.setattr("sys.unraisablehook", lambda each: dropped.append(each.exc_type))
+    with raised():
+        Fails()
+    assert dropped == [ValueError]
+
+
 def test_an_interrupt_that_a_library_catches_is_raised_again() -> None:
     with raised():
         check()

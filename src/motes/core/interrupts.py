@@ -14,7 +14,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -58,6 +58,8 @@ class _State:
     def __init__(self, base: FrameType | None = None) -> None:
         self.base = base
         """The frame in which signals began to raise interrupts."""
+        self.hook = sys.unraisablehook
+        """What takes note of all other exceptions that Python drops."""
         self.held = 0
         """Depth of `undisturbed`."""
         self.waiting: int | None = None
@@ -99,7 +101,7 @@ class _State:
             self.sent = None
             self.send_again(dropped.exc_value.number)
         else:
-            sys.__unraisablehook__(dropped)
+            self.hook(dropped)
 
 
 _state = _State()
@@ -122,21 +124,21 @@ def raised() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # no other thread may set handlers
         return
-    handlers = {number: signal.getsignal(number) for number in SIGNALS}
-    hook, before = sys.unraisablehook, _state
-    _state = _State(sys._getframe(2))
+    handlers: dict[int, Any] = {number: signal.getsignal(number) for number in SIGNALS}
+    for number in [key for key, handler in handlers.items() if handler in (signal.SIG_IGN, None)]:
+        del handlers[number]  # it is ignored, or not Python's
+    before, _state = _state, _State(sys._getframe(2))
     sys.unraisablehook = _state.unraisable
     try:
-        for number, handler in handlers.items():
-            if handler is not signal.SIG_IGN:
-                signal.signal(number, _state.handle)
+        for number in handlers:
+            signal.signal(number, _state.handle)
         yield
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
         if _state.timer is not None:
             _state.timer.cancel()
-        sys.unraisablehook = hook
+        sys.unraisablehook = _state.hook
         _state = before
 
 
