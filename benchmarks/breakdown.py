@@ -36,7 +36,7 @@ from motes.sot import particle_filter
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import preset
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 
 PRESETS = ("nummiaro", "ng_delp", "maggio")
 FRAMES, ROUNDS = 31, 10
@@ -147,7 +147,7 @@ def read(
             rho[n] = kernels.histograms.coefficient(roots, lanes[0])
 
 
-def color_steps(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, float]:
+def color_steps(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
     """Return the seconds that each step of reading colors adds to those before."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
@@ -171,10 +171,10 @@ def color_steps(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, f
 
 def plane_of(frame: Frame) -> Any:
     """Return the plane of edges that particles read; what is learned may have needed another."""
-    return next(iter(frame.planes.values()))
+    return next(iter(frame.cache.values()))
 
 
-def edge_places(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, float]:
+def edge_places(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
     """Return the seconds for the places that are read in the plane of edges."""
     cue = config.edges or config.orientation
     assert cue is not None
@@ -230,7 +230,7 @@ def break_down(name: str) -> Breakdown:
                 again.update(frame)
                 seconds = dict(spent)
                 seconds |= color_steps(config, frame, again.info)
-                if frame.planes:
+                if frame.cache:
                     seconds |= edge_places(config, frame, again.info)
                     seconds[FILL] -= seconds[PLACES]
                 for row, value in seconds.items():
@@ -242,7 +242,7 @@ def break_down(name: str) -> Breakdown:
     )
 
 
-def counted(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, int]:
+def counted(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, int]:
     """Return how much there is to do in an update, as docs/performance.md derives it."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
@@ -258,7 +258,7 @@ def counted(config: ParticleFilter, frame: Frame, info: Info) -> dict[str, int]:
         filters = filters_of(learned.scale, config.orientation.window)
         r, w = len(filters.smooth) - 1, len(filters.window) - 1
         scattered, dense = 6, 4 * (1 + 4 * r) + 6 * (1 + 4 * w) + 30
-    if frame.planes:
+    if frame.cache:
         blocks, side = plane_of(frame).bins.size, plane_of(frame).step
     cues = len(config.cues)
     return {

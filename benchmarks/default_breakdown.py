@@ -19,13 +19,13 @@ from unittest.mock import patch
 from motes import Tracker
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
-from motes.cues.scale_filter import Sizes
+from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import Grid
 from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
-from motes.sot.discriminative.localization import Looking
+from motes.sot.discriminative.localization import Localizer
 from motes.sot.discriminative.tracker import Discriminative
 
 FRAMES, ROUNDS = 31, 10
@@ -34,12 +34,12 @@ PARTS = {
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),
-    "place: particles, certainty": (Looking, "look"),
-    "size: sampled, cells, transform": (Sizes, "spectra"),
+    "place: particles, certainty": (Localizer, "look"),
+    "size: sampled, cells, transform": (ScaleFilter, "spectra"),
     "size: weighed": (Discriminative, "_sized"),
     "learn: filter": (Correlation, "taught"),
     "learn: colors": (Posterior, "taught"),
-    "learn: size": (Sizes, "taught"),
+    "learn: size": (ScaleFilter, "taught"),
     "report: mean, covariance": (Discriminative, "_told"),
     "rest: Python between all these": (Discriminative, "step"),
 }

@@ -94,8 +94,8 @@ def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
     from test_rig import red
 
-    from motes.mot.cameras.camera_reporter import Lookout
-    from motes.mot.cameras.reidentification import Camera, Handover, Rig
+    from motes.mot.cameras.camera_reporter import CameraReporter
+    from motes.mot.cameras.reidentification import Camera, CrossCameraAssociation, Rig
     from motes.mot.scene import Scene
     from motes.video import live
 
@@ -104,7 +104,7 @@ def returns(times: str) -> None:
     away = multiprocessing.Event()
     multiprocessing.Process(target=_serve, args=(theirs, away), daemon=True).start()
     seen = Camera("one", "")
-    lookout, handover = Lookout(seen, Scene(red)), Handover(Rig((seen,)))
+    lookout, handover = CameraReporter(seen, Scene(red)), CrossCameraAssociation(Rig((seen,)))
     gone = back = pictures = 0
     identities: set[int] = set()
     with live.open_watched(ours.recv()) as source:

@@ -21,7 +21,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.scene import Scene
-from motes.mot.tracked_object import Object
+from motes.mot.tracked_object import TrackedObject
 
 SIZE = 1920, 1080
 COUNTS = 100, 300, 1000, 3000
@@ -35,7 +35,7 @@ own = 0.0
 
 def clock(name: str) -> None:
     """Let a method of all objects add its time."""
-    method = getattr(Object, name)
+    method = getattr(TrackedObject, name)
 
     def timed(*arguments: Any, **named: Any) -> Any:
         global own
@@ -44,7 +44,7 @@ def clock(name: str) -> None:
         own += time.process_time() - start
         return result
 
-    setattr(Object, name, staticmethod(timed) if name == "begin" else timed)
+    setattr(TrackedObject, name, staticmethod(timed) if name == "begin" else timed)
 
 
 def detections(index: int, count: int) -> list[Detection]:

@@ -30,7 +30,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.motion import SecondOrder
-from motes.sot.filtering.sample_size import Budget
+from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.known_target import Target
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, TrackerConfig, configure
@@ -45,12 +45,12 @@ ALL = ParticleFilter(
     hog=Hog(),
     correlation=Correlation(),
     posterior=Posterior(),
-    presence=AppearanceRule(places=50),
-    budget=Budget(least=10, most=40),
+    presence=AppearanceRule(max_positions=50),
+    budget=KldSampling(min=10, max=40),
 )
 KALMAN, GAUSSIAN = {"type": "kalman", "frames": 2}, {"type": "gaussian"}
-FORGETTING = {"type": "forgetting", "rate": 0.1}
-BY_CUE = {"type": "by_cue", "cues": {"color": KALMAN, "hog": GAUSSIAN, "edges": FORGETTING}}
+FORGETTING = {"type": "forgetting", "learning_rate": 0.1}
+BY_CUE = {"type": "per_cue", "cues": {"color": KALMAN, "hog": GAUSSIAN, "edges": FORGETTING}}
 CONFIGS: dict[str, TrackerConfig] = {
     **PRESETS,
     "all": configure(ALL, {"adaptation": FORGETTING}),

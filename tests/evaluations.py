@@ -12,7 +12,7 @@ from PIL import Image
 from motes.core.geometry import Box, Ellipse
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.protocols.sot import STARTED, Start
-from motes.evaluation.protocols.trace import Trace
+from motes.evaluation.protocols.trace import TrackerOutput
 from motes.evaluation.runner import Pass
 from motes.evaluation.scores import Outcome
 
@@ -55,12 +55,12 @@ def trace(
     seconds: float = 0.002,
     start: int = 0,
     covariance: Many[float] = (np.nan,) * 3,
-) -> Trace:
+) -> TrackerOutput:
     """Return a trace that says these boxes; by default it is started in its first frame."""
     n = len(boxes)
     code = np.zeros(n, np.int8)
     code[:1] = STARTED
-    return Trace(
+    return TrackerOutput(
         np.arange(start, start + n),
         ellipses(boxes),
         np.broadcast_to(np.asarray(confidence, np.float64), (n,)).copy(),
@@ -74,7 +74,7 @@ def trace(
 def outcome(
     tracker: str,
     where: Sequence,
-    said: Trace | str,
+    said: TrackerOutput | str,
     seed: int = 0,
     protocol: str = "ope",
     label: str = "",

@@ -6,7 +6,7 @@ import numpy as np
 
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.mot.analytics.events import Counting, Event
+from motes.mot.analytics.events import Event, EventCounter
 from motes.mot.tracked_object import SceneTrack
 
 
@@ -19,5 +19,5 @@ def seen(
     return SceneTrack(identity, track, None, True)
 
 
-def told(counting: Counting, *tracks: SceneTrack) -> list[Event]:
+def told(counting: EventCounter, *tracks: SceneTrack) -> list[Event]:
     return [event for track in tracks for event in counting.update([track])]

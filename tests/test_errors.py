@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from motes.cli import main
-from motes.cli.options import say
+from motes.cli.options import log
 from motes.core.errors import LONGEST, ConfigError, MotesError, clear
 
 
@@ -29,7 +29,7 @@ def test_a_long_message_is_cut_in_the_middle() -> None:
 
 
 def test_the_program_prints_clear_lines(capsys: pytest.CaptureFixture[str]) -> None:
-    say("sequence \x1b[31m")
+    log("sequence \x1b[31m")
     assert main(["track", "--\udcb2" + "x" * 5000]) == 2
     first, second = capsys.readouterr().err.splitlines()
     assert first == "motes: sequence \\x1b[31m"

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motes.core.detection import Detection, Detector
-    from motes.core.errors import ConfigError, FormatError, LimitError, MotesError, SourceError
+    from motes.core.errors import (
+        ConfigError,
+        FormatError,
+        MissingDependencyError,
+        MotesError,
+        SourceError,
+    )
     from motes.core.frame import Frame
     from motes.core.geometry import Box, Ellipse
     from motes.core.track import Status, Track
@@ -36,8 +42,8 @@ _HOMES = {
     "FaceDetector": "mot.detection.pretrained",
     "FormatError": "core.errors",
     "Frame": "core.frame",
-    "LimitError": "core.errors",
     "LookalikeDetector": "mot.detection.lookalike",
+    "MissingDependencyError": "core.errors",
     "MotesError": "core.errors",
     "OpenCVTracker": "sot.opencv_api",
     "PRESETS": "sot.presets",
@@ -66,8 +72,8 @@ __all__ = [
     "FaceDetector",
     "FormatError",
     "Frame",
-    "LimitError",
     "LookalikeDetector",
+    "MissingDependencyError",
     "MotesError",
     "OpenCVTracker",
     "Place",
@@ -86,6 +92,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "LimitError":
+        raise AttributeError("motes.LimitError is MissingDependencyError now")
     if name not in _HOMES:
         raise AttributeError(f"module 'motes' has no attribute {name!r}")
     return getattr(importlib.import_module(f"motes.{_HOMES[name]}"), name)

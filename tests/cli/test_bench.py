@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motes import LimitError, SourceError
+from motes import MissingDependencyError, SourceError
 from motes.cli import bench, main
 from motes.evaluation import synthetic
 from motes.evaluation.papers.result import files
@@ -147,7 +147,7 @@ def test_peers_that_are_missing_are_left_out(
 ) -> None:
     def peer(name: str) -> None:
         if name not in there:
-            raise LimitError("Install it.")
+            raise MissingDependencyError("Install it.")
 
     monkeypatch.setattr(speed, "peer", peer)
     monkeypatch.setattr(speed, "OURS", ["nummiaro", "mean_shift"])
@@ -283,7 +283,7 @@ def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixtu
 
 def test_the_stored_table_is_whole() -> None:
     """`make bench` compares with it."""
-    page = Path(__file__).parent.parent / "docs" / "performance.md"
+    page = Path(__file__).parents[2] / "docs" / "performance.md"
     stored = stored_ratios(page.read_text(encoding="utf-8"), page)
     sizes = [f"{width}x{height}" for width, height in TARGETS]
     assert set(stored) == {

@@ -130,15 +130,15 @@ def slow_film(film: tuple[str, str], tmp_path_factory: pytest.TempPathFactory) -
 
 
 def test_a_run_says_how_many_particles_the_tracker_chose(go: Go) -> None:
-    error = go("track FILM --init BOX -o r.csv --fps-target 1e6 --budget.least 31")[2]
+    error = go("track FILM --init BOX -o r.csv --fps-target 1e6 --budget.min 31")[2]
     assert "31 to 100 particles" in error  # 100 before it knows its pace
-    error = go("track FILM --init BOX -o s.csv --preset nummiaro --budget.least 31")[2]
+    error = go("track FILM --init BOX -o s.csv --preset nummiaro --budget.min 31")[2]
     found = re.search(r"ms a frame, (\d+) to (\d+) particles, (\d+) on average; wrote s", error)
     assert found
     least, most, mean = map(int, found.groups())
     assert 31 <= least < mean < most <= 500
     error = go(
-        "track FILM --init BOX -o t.csv --preset nummiaro --budget.least 40 --budget.most 40 "
+        "track FILM --init BOX -o t.csv --preset nummiaro --budget.min 40 --budget.max 40 "
         "--particles 40"
     )[2]
     assert "ms a frame, 40 particles; wrote t.csv" in error
@@ -353,7 +353,7 @@ def test_another_type_brings_its_own_values(go: Go) -> None:
 
 
 def test_options_may_come_before_the_source(go: Go) -> None:
-    assert go("track --particles 20 --sizes.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
+    assert go("track --particles 20 --scale.step=1.04 FILM --init BOX --end 2 -o -")[0] == 0
 
 
 def flat(values: dict[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
@@ -397,7 +397,7 @@ SINGLE_TYPES = ("type",)
         ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
         ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "no run repeats itself"),
         (
-            "track FILM --init BOX --preset nummiaro --budget.least 9 --budget.most 3",
+            "track FILM --init BOX --preset nummiaro --budget.min 9 --budget.max 3",
             2,
             "least is 9, and most is 3",
         ),

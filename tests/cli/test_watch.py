@@ -20,7 +20,7 @@ from motes import open_source
 from motes.cli import main
 from motes.cli.watch import table
 from motes.cli.watch_outputs import COLUMNS
-from motes.mot.analytics.events import Counting, Line, Places
+from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.video.writer import VideoWriter
 from sightings import seen, told
@@ -132,8 +132,8 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
-        ("FILM --patiance 1", 2, "did you mean --patience?"),
-        ("FILM --confirm 0", 2, "confirm"),
+        ("FILM --max_agee 1", 2, "did you mean --max_age?"),
+        ("FILM --min-hits 0", 2, "min_hits"),
         ("FILM --detector.histry 9", 2, "no key 'detector.histry'; did you mean 'history'?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
@@ -168,18 +168,18 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
         assert code == 0, error
         return int(out.splitlines()[1].split(",")[0])
 
-    Path("s.toml").write_text("confirm = 8\n[tracker]\nparticles = 50\n")
+    Path("s.toml").write_text("min_hits = 8\n[tracker]\nparticles = 50\n")
     base = first("")
     assert first("--config s.toml") == base + 5
-    assert first("--config s.toml --confirm 5 --association.appearance 0.4") == base + 2
+    assert first("--config s.toml --min-hits 5 --association.appearance 0.4") == base + 2
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ("--detector gaussian --detector.history 40 --patience 2", "history = 40"),
+        ("--detector gaussian --detector.history 40 --max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
-        ("--detector det.txt --within 0.8", 'file = "det.txt"'),
+        ("--detector det.txt --containment 0.8", 'file = "det.txt"'),
         ("--detector faces --detector.upsample 0", "upsample = 0"),
         ("--like 64,40,16,30 --detector.color.bins 4,4,4", 'space = "hsv+v"'),
         ("--detector.type background --detector.rate 0.01", "rate = 0.01"),
@@ -244,7 +244,7 @@ def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
 
 
 def test_the_table_is_by_the_minute() -> None:
-    counting = Counting(Places((Line((50, 0, 50, 99), "gate"),)))
+    counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
     told(counting, seen(0, (45, 40)), seen(1, (55, 40)), seen(300, (45, 40)))
     assert table(counting.counts) == [
         "minute 0: appears 1, crosses gate left 1",
@@ -254,7 +254,7 @@ def test_the_table_is_by_the_minute() -> None:
 
 def test_a_scene_is_drawn_on_a_copy() -> None:
     pixels = np.full((100, 200, 3), 90, np.uint8)
-    places = Places((Line((5, 5, 5, 90)),))
+    places = Regions((Line((5, 5, 5, 90)),))
     drawn = draw_scene(pixels, [seen(0, (100, 60), identity=3)], {3: [(90, 55), (100, 55)]}, places)
     assert (pixels == 90).all()
     assert tuple(drawn[60, 100]) == color_of(3)  # the lower edge of its box

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
 import numpy as np
@@ -11,17 +11,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motes.core.config import from_dict, from_flag, from_toml, merge, to_dict, to_toml
+from motes.core.config import Config, from_dict, from_flag, from_toml, merge, to_dict, to_toml
 from motes.core.errors import ConfigError
+from motes.core.renamed_keys import RENAMED
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.mot.pipeline_config import WatchConfig
+from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
-from motes.sot.filtering.model_update import ByCue, Forgetting, GaussianBins, KalmanBins
+from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -61,9 +64,9 @@ presets = pytest.mark.parametrize("name", PRESETS)
         (ParticleFilter, "color", [Gaussian()]),
         (AppearanceRule, "fraction", [1, -0.1, math.nan]),
         (AppearanceRule, "frames", [0]),
-        (AppearanceRule, "step", [0]),
+        (AppearanceRule, "stride", [0]),
         (Calibration, "width", [0, math.nan]),
-        (Forgetting, "rate", [-0.01, 1.01, math.nan]),
+        (ExponentialForgetting, "learning_rate", [-0.01, 1.01, math.nan]),
         (MeanShift, "iterations", [0]),
         (MeanShift, "tolerance", [-1, 0, math.nan, math.inf]),
         (Kalman, "measurement", [0, math.inf]),
@@ -123,7 +126,7 @@ def test_presets_survive_toml(name: str) -> None:
         ),
         orientation=st.none() | st.builds(Orientation, bins=st.integers(4, 180)),
         edges=st.none() | st.builds(Edges, threshold=st.floats(0, 1000)),
-        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), turned=st.booleans()),
+        hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
         fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
         | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
         | st.just(Product()),
@@ -135,12 +138,14 @@ def test_presets_survive_toml(name: str) -> None:
         )
         | st.builds(BestParticle, floor=st.floats(1e-3, 1))
         | st.builds(Exponential, rate=st.floats(0.1, 100)),
-        adaptation=st.builds(Forgetting, rate=st.floats(0, 1))
+        adaptation=st.builds(ExponentialForgetting, learning_rate=st.floats(0, 1))
         | st.builds(KalmanBins, frames=st.integers(1, 99))
         | st.builds(GaussianBins, beta=st.floats(0, 1))
         | st.builds(
-            ByCue,
-            cues=st.dictionaries(st.just("color"), st.builds(KalmanBins) | st.just(Forgetting())),
+            PerCue,
+            cues=st.dictionaries(
+                st.just("color"), st.builds(KalmanBins) | st.just(ExponentialForgetting())
+            ),
         ),
     )
 )
@@ -291,7 +296,7 @@ def test_numbers_of_the_paper() -> None:
     assert isinstance(config.motion, ConstantVelocity)
     assert (config.presence.fraction, config.presence.deviations) == (0.1, 2.0)
     assert (config.resampling.scheme, config.resampling.threshold) == ("multinomial", 1.0)
-    assert config.adaptation == Forgetting(rate=0)
+    assert config.adaptation == ExponentialForgetting(learning_rate=0)
     shift = preset("mean_shift")
     assert isinstance(shift, MeanShift)
     assert shift.scale == 0.05
@@ -320,7 +325,7 @@ def test_numbers_of_zhao_and_pei() -> None:
     assert config.particles == 400
     assert config.color == Color(space="hsv+v", bins=(8, 8, 8), kernel="radial")
     assert config.color.size == 72
-    assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", turned=True)
+    assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", rotation_normalized=True)
     assert isinstance(config.motion, Autoregressive)
     assert isinstance(config.likelihood, Exponential)
     assert config.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
@@ -356,3 +361,35 @@ def test_a_value_that_is_no_utf8_is_named() -> None:
     """Options may be any bytes."""
     with pytest.raises(ConfigError, match=r"takes texts in UTF-8, got 'caf\\udce9'"):
         configure(preset("nummiaro"), from_flag("motion.type", "caf\udce9"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "new"),
+    [
+        (ParticleFilter, {"color": {}, "budget": {"least": 30}}, "min"),
+        (ParticleFilter, {"color": {}, "presence": {"step": 2}}, "stride"),
+        (Discriminative, {"trust": {"keep": 0}}, "gate"),
+        (Discriminative, {"gate": {"of_first": 0.5}}, "relative_to_start"),
+        (Discriminative, {"posterior": {"rate": 0.1}}, "learning_rate"),
+    ],
+)
+def test_a_key_that_was_renamed_is_named(kind: Any, values: dict[str, Any], new: str) -> None:
+    with pytest.raises(ConfigError, match=f"it is '{new}' now"):
+        from_dict(values, kind)
+
+
+def test_renamed_keys_lead_to_keys_that_are() -> None:
+    text = str([configuration.__struct_fields__ for configuration in _all_kinds(WatchConfig)])
+    text += str([configuration.__struct_fields__ for configuration in _all_kinds(Discriminative)])
+    assert all(f"'{new}'" in text for new in RENAMED.values())
+
+
+def _all_kinds(kind: Any) -> set[type[Config]]:
+    """Return the types of configuration that one holds, itself included."""
+    found: set[type[Config]] = set()
+    for part in get_args(kind) or (kind,):
+        if isinstance(part, type) and issubclass(part, Config):
+            found.add(part)
+            for field in msgspec.structs.fields(part):
+                found |= _all_kinds(field.type)
+    return found

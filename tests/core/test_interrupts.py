@@ -20,7 +20,7 @@ import pytest
 
 from motes import open_source
 from motes.core import interrupts
-from motes.core.interrupts import SIGNALS, Interrupt, check, raised, undisturbed
+from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.evaluation import synthetic
 from motes.video.writer import VideoWriter
 
@@ -182,8 +182,8 @@ def test_interrupts_wait_for_what_must_be_whole() -> None:
     done = []
 
     def work() -> None:
-        with raised(), undisturbed():
-            with undisturbed():
+        with raised(), deferred():
+            with deferred():
                 send()
                 done.append("inner")
             done.append("outer")

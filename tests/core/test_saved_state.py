@@ -22,7 +22,7 @@ from motes.core.errors import FormatError
 from motes.sot.tracker import Tracker
 from oracles import region, scene
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 LEARNING = [name for name in CONFIGS if name.startswith("all")]
 
 
@@ -76,7 +76,11 @@ def test_no_damage_harms_anybody() -> None:
         ("nummiaro", "models.color.histogram", r"models.color.histogram is float64 of shape"),
         ("mean_shift", "model.anchor", r"model.anchor is float64 of shape \(256,\), not"),
         ("default", "correlation.numerator", r"correlation.numerator is complex64 of shape \(15,"),
-        ("default", "looks.directions.histogram", r"looks.directions.histogram is float64"),
+        (
+            "default",
+            "appearance.directions.histogram",
+            r"appearance.directions.histogram is float64",
+        ),
         ("all, by cue", "memories.hog.mean", r"memories.hog.mean is float64 of shape \(4,\)"),
         ("maggio", "weights.values", r"weights.values is float64 of shape \(75,\)"),
     ],
@@ -100,12 +104,12 @@ def test_half_an_array_is_refused_by_name(
         ("all, by cue", "states", -2.0, "state.states holds -2"),
         ("nummiaro", "weights.log", np.inf, "state.weights.log holds inf"),
         ("nummiaro", "weights.values", 0.0, "state.weights.values sums to 0, not 1"),
-        ("nummiaro", "places", 0.0, "state.places holds 0"),
+        ("nummiaro", "search_regions", 0.0, "state.search_regions holds 0"),
         ("mean_shift:kalman", "mean", np.nan, "state.mean holds nan"),
         ("default", "factors", 0.0, "state.factors holds 0"),
         ("default", "posterior.inside", -1.0, "state.posterior.inside holds -1"),
         ("default", "correlation.power", np.inf, "state.correlation.power holds inf"),
-        ("default", "sizes.numerator", np.nan, "state.sizes.numerator holds nan"),
+        ("default", "scale.numerator", np.nan, "state.scale.numerator holds nan"),
     ],
 )
 def test_numbers_that_cannot_be_are_refused(
@@ -124,13 +128,13 @@ def test_numbers_that_cannot_be_are_refused(
         ("default", "ellipse", [3.0, 4.0, 0.0, 5.0, 0.0], "state.ellipse holds 0"),
         ("default", "ellipse", [3.0, 1e300, 7.0, 5.0, 0.0], "state.ellipse holds 1e"),
         ("default", "time", 0.0, "state.time is 0; 0.16 follows from the rest"),
-        ("default", "sizes.rows", 1, "state.sizes.rows is 1"),
+        ("default", "scale.rows", 1, "state.scale.rows is 1"),
         ("default", "posterior.a", 9.0, "state.posterior.a is 9"),
-        ("default", "standing", ["lost", 0, 0, 0, 0.0, -1], "state.standing.seen is -1"),
-        ("default", "standing", ["lost", 0, 0, 0, np.nan, 1], "state.standing.reference is nan"),
-        ("nummiaro", "first", [3.0, 4.0, 1e9, 5.0, 0.0], "does not fit into the frame"),
+        ("default", "target", ["lost", 0, 0, 0, 0.0, -1], "state.target.seen is -1"),
+        ("default", "target", ["lost", 0, 0, 0, np.nan, 1], "state.target.reference is nan"),
+        ("nummiaro", "reference_size", [3.0, 4.0, 1e9, 5.0, 0.0], "does not fit into the frame"),
         ("nummiaro", "backgrounds", {}, "state.backgrounds has , not color"),
-        ("nummiaro", "missed", -1, "state.missed is -1"),
+        ("nummiaro", "frames_missed", -1, "state.frames_missed is -1"),
         ("maggio", "models.orientation.scale", 1e12, r"<= 1000.0 - at `\$.models.*scale"),
     ],
 )

@@ -13,12 +13,18 @@ from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
-from motes.cues.color_posterior import CORE, Posterior, borders, contrast, means
-from motes.cues.correlation_filter import FINE, Correlation, CorrelationModel, at, best_near
+from motes.cues.color_posterior import CORE_FRACTION, Posterior, borders, contrast, means
+from motes.cues.correlation_filter import (
+    UPSAMPLING,
+    Correlation,
+    CorrelationModel,
+    peak_near,
+    sample_response,
+)
 from motes.cues.fourier_ridge import Spectra
-from motes.cues.scale_filter import Sizes
+from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
-    CELL,
+    CELL_SIZE,
     FINEST,
     LARGER,
     SAMPLES,
@@ -60,7 +66,7 @@ def patch(color: tuple[int, int, int] = (200, 30, 30)) -> Frame:
 
 def seen(model: CorrelationModel, frame: Frame) -> Spectra:
     """Return what a filter reads of the window around the target."""
-    return Correlation().spectra(model.grid, model.grid.cut(frame, TARGET))
+    return Correlation().spectra(model.grid, model.grid.sample_window(frame, TARGET))
 
 
 # The window
@@ -120,7 +126,7 @@ def test_points_of_a_window_are_where_its_samples_are(turn: float) -> None:
     pixels[:, :, 0], pixels[:, :, 1] = np.arange(200), np.arange(150)[:, None]
     place = TARGET._replace(theta=turn)
     samples = grid(place.a, place.b)
-    window = samples.cut(Frame(0, 0.0, pixels), place)
+    window = samples.sample_window(Frame(0, 0.0, pixels), place)
     column, row = samples.center
     offsets = np.array([[0.5, 0.5], [10.5, -7.5], [-20.5, 12.5]])
     at_samples = [window[:2, round(row + y), round(column + x)] for x, y in offsets.tolist()]
@@ -134,7 +140,7 @@ def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
     hann = np.outer(*(np.hanning(n + 2)[1:-1] for n in (square.rows, square.columns)))
     np.testing.assert_allclose(square.taper, hann, atol=1e-6)
     across = thin.taper[thin.rows // 2]
-    offsets = CELL * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
+    offsets = CELL_SIZE * np.abs(np.arange(thin.columns) - (thin.columns - 1) / 2)
     assert ((across > 0) == (offsets < WIDEST / 2 * thin.width)).all()
     assert (across == 0).any()
     assert (thin.taper[:, thin.columns // 2] > 0).all()
@@ -146,7 +152,7 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
     ellipses = np.array(place) + rng.normal(0, 1, (300, 5)) * (60, 50, 4, 2, 0.6)
     ellipses[:5, 4] += np.pi  # the same ellipses
     seen = np.zeros(300, np.int64)
-    for window, mine in samples.around(place, ellipses):
+    for window, mine in samples.tile_windows(place, ellipses):
         seen[mine] += 1
         across, down = samples.offsets(place._replace(x=window.x, y=window.y), ellipses[mine, :2]).T
         assert (np.abs(across) <= samples.width / 2 + 1e-9).all()
@@ -163,7 +169,7 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
 def test_one_window_sees_who_is_near_the_last_place() -> None:
     rng = np.random.default_rng(5)
     ellipses = np.array(TARGET) + rng.uniform(-1, 1, (50, 5)) * (18, 12, 2, 1.5, 0.2)
-    ((window, mine),) = grid(20, 14).around(TARGET, ellipses)
+    ((window, mine),) = grid(20, 14).tile_windows(TARGET, ellipses)
     assert window == pytest.approx(TARGET)
     assert sorted(mine) == list(range(50))
 
@@ -171,11 +177,11 @@ def test_one_window_sees_who_is_near_the_last_place() -> None:
 @pytest.mark.parametrize("half", [(1, 1), (4, 4), (30, 50), (960, 540), (300, 3)])
 def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) -> None:
     cells = grid(*half)
-    assert cells.rows * cells.columns * CELL**2 < 2 * SAMPLES**2
+    assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
     assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
     wide, high = 2 * half[0] + sum(half), 2 * half[1] + sum(half)
-    assert cells.width / (cells.columns * CELL) == pytest.approx(2 * half[0] / wide)
-    assert cells.height / (cells.rows * CELL) == pytest.approx(2 * half[1] / high)
+    assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
+    assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
 
 
 def test_sectors_of_gradients() -> None:
@@ -208,7 +214,7 @@ def test_the_response_peaks_where_it_was_learned() -> None:
         plane.shape[1] // 2,
     )
     assert plane.max() == pytest.approx(1, abs=0.05)
-    assert best_near(first, 0.0, 0.0) == pytest.approx(1, abs=0.05)
+    assert peak_near(first, 0.0, 0.0) == pytest.approx(1, abs=0.05)
     assert cue.distances(model, frame, np.array([TARGET]))[0] < 0.05
 
 
@@ -218,12 +224,12 @@ def test_the_response_peaks_at_a_shift_finer_than_a_cell(shift: tuple[float, flo
     model = cue.learn(textured(), TARGET)
     plane, _ = cue.responses(model, seen(model, textured(shift)))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
-    step = CELL / FINE * np.array(model.grid.step(TARGET))
+    step = CELL_SIZE / UPSAMPLING * np.array(model.grid.step(TARGET))
     found = (column - plane.shape[1] // 2) * step[0], (row - plane.shape[0] // 2) * step[1]
-    assert CELL * model.grid.step(TARGET)[0] > 2
+    assert CELL_SIZE * model.grid.step(TARGET)[0] > 2
     assert found == pytest.approx(shift, abs=1.0)
     offset = np.divide(shift, model.grid.step(TARGET))
-    values = at(plane, np.array([offset, offset + np.array([3.0, 0.0]), -offset]))
+    values = sample_response(plane, np.array([offset, offset + np.array([3.0, 0.0]), -offset]))
     assert values.argmax() == 0
     assert values[0] == pytest.approx(plane.max(), abs=0.05)
 
@@ -233,7 +239,7 @@ def test_a_lesson_off_the_center_is_one_at_the_center() -> None:
     model = cue.learn(textured(), TARGET)
     step = model.grid.step(TARGET)
     spectra = seen(model, textured(shift))
-    taught = cue.taught(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
+    taught = cue.updated(model, spectra, 1.0, shift[0] / step[0], shift[1] / step[1])
     plane, _ = Correlation(anchor=0).responses(taught, seen(model, textured()))
     row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert abs(column - plane.shape[1] // 2) <= 1
@@ -244,22 +250,22 @@ def test_the_first_filter_is_kept() -> None:
     cue = Correlation(sharpness=1 / 12)
     model = cue.learn(textured(), TARGET)
     other = Frame(0, 0.0, mosaic(5, 150, 200))
-    taught = cue.taught(model, seen(model, other), 1.0)
+    taught = cue.updated(model, seen(model, other), 1.0)
     (plane, there), (_, elsewhere) = (
         cue.responses(taught, seen(model, frame)) for frame in (textured(), other)
     )
-    assert best_near(there, 0.0, 0.0) > 0.9
-    assert best_near(elsewhere, 0.0, 0.0) < 0.3
+    assert peak_near(there, 0.0, 0.0) > 0.9
+    assert peak_near(elsewhere, 0.0, 0.0) < 0.3
     assert plane.max() == pytest.approx(cue.anchor, abs=0.15)
 
 
 def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
     first = np.zeros((10, 12), np.float32)
     first[5, 8] = 0.7
-    assert best_near(first, 1.4 * CELL, 0.0) == pytest.approx(0.7)
-    assert best_near(first, 0.4 * CELL, 0.0) == 0
-    assert best_near(first, 2.0 * CELL, 1.6 * CELL) == 0
-    assert best_near(first, 90.0 * CELL, -90.0 * CELL) == 0
+    assert peak_near(first, 1.4 * CELL_SIZE, 0.0) == pytest.approx(0.7)
+    assert peak_near(first, 0.4 * CELL_SIZE, 0.0) == 0
+    assert peak_near(first, 2.0 * CELL_SIZE, 1.6 * CELL_SIZE) == 0
+    assert peak_near(first, 90.0 * CELL_SIZE, -90.0 * CELL_SIZE) == 0
 
 
 # The color posterior
@@ -268,9 +274,11 @@ def test_the_best_response_near_a_place_is_none_outside_of_the_window() -> None:
 def test_the_posterior_is_high_inside_a_patch_and_low_outside() -> None:
     cue, frame = Posterior(), patch()
     model = cue.learn(frame, TARGET)
-    integral = cue.integral(model, model.grid.cut(frame, TARGET))
+    integral = cue.integral(model, model.grid.sample_window(frame, TARGET))
     width, height = model.grid.half
-    boxes = np.array([[0, 0, CORE * width, CORE * height], [1.8 * width, 0, 4, 4]])
+    boxes = np.array(
+        [[0, 0, CORE_FRACTION * width, CORE_FRACTION * height], [1.8 * width, 0, 4, 4]]
+    )
     inside, outside = means(integral, boxes)
     assert inside > 0.95
     assert outside < 0.05
@@ -311,7 +319,7 @@ def _mean(values: Floats, left: float, right: float, top: float, bottom: float) 
 
 @pytest.mark.parametrize("steps", [-2, 0, 2])
 def test_the_sizes_filter_sees_growth(steps: int) -> None:
-    cue = Sizes()
+    cue = ScaleFilter()
     model = cue.learn(textured(), TARGET)
     grown = textured(zoom=cue.step**steps)
     response = cue.response(model, cue.spectra(model, grown, TARGET))
@@ -319,10 +327,10 @@ def test_the_sizes_filter_sees_growth(steps: int) -> None:
 
 
 def test_a_size_once_learned_is_the_last_one() -> None:
-    cue, grown = Sizes(), textured(zoom=1.12)
+    cue, grown = ScaleFilter(), textured(zoom=1.12)
     first = cue.learn(textured(), TARGET)
     seen = cue.spectra(first, grown, TARGET)
-    model = cue.taught(first, seen, 1.0)
+    model = cue.updated(first, seen, 1.0)
     assert int(cue.response(model, seen).argmax()) == cue.count // 2
 
 
@@ -370,10 +378,13 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     before, there = textured(), TARGET._replace(x=120.0, a=22.0)
     model = cue.learn(before, TARGET)
     other = Frame(1, 1.0, mosaic(5, 150, 200))
-    cue, fixed = replace(cue, rate=0.3), replace(cue, rate=0.0)
+    cue, fixed = replace(cue, learning_rate=0.3), replace(cue, learning_rate=0.0)
     settled = kept = model
     for _ in range(20):
-        settled, kept = cue.settle(settled, other, there), fixed.settle(kept, other, there)
+        settled, kept = (
+            cue.update_reading(settled, other, there),
+            fixed.update_reading(kept, other, there),
+        )
     assert settled.place == kept.place == there
     assert settled.grid is kept.grid is model.grid
     learned, known = (cue.distances(each, other, np.array([there]))[0] for each in (settled, kept))
@@ -390,7 +401,7 @@ FILTERS = [name for name, config in PRESETS.items() if isinstance(config, Partic
 def test_every_preset_takes_the_learned_cues(name: str) -> None:
     config = configure(
         preset(name),
-        {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"places": 60}},
+        {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"max_positions": 60}},
     )
     assert isinstance(config, ParticleFilter)
     tracker = Tracker(config, seed=1)
@@ -399,8 +410,8 @@ def test_every_preset_takes_the_learned_cues(name: str) -> None:
     overlaps = []
     for i in range(1, 12):
         track = tracker.update(scene(i, (30 + 2 * i, 36)))
-        assert list(tracker.info.shares) == list(config.cues)
-        assert np.isfinite(list(tracker.info.shares.values())).all()
+        assert list(tracker.info.cue_weights) == list(config.cues)
+        assert np.isfinite(list(tracker.info.cue_weights.values())).all()
         overlaps.append(iou(track.box, region((30 + 2 * i, 36)).box))
     assert np.mean(overlaps) > 0.4
     assert start.distance < 0.3
@@ -410,7 +421,7 @@ def test_every_preset_takes_the_learned_cues(name: str) -> None:
 
 
 def test_what_learns_by_itself_takes_no_strategy() -> None:
-    changes: Any = {"correlation": {}, "adaptation": {"type": "by_cue", "cues": {}}}
+    changes: Any = {"correlation": {}, "adaptation": {"type": "per_cue", "cues": {}}}
     config: Any = configure(preset("nummiaro"), changes)
     assert list(config.strategies) == ["color"]
     changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}

@@ -221,7 +221,7 @@ def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
     np.testing.assert_array_equal(model.anchor, first)
     np.testing.assert_array_equal(cue.observe(model, after, where), seen)
     assert (seen != first).any()
-    assert cue.settle(model, after, where) is model
+    assert cue.update_reading(model, after, where) is model
     assert not cue.observe(model, after, where._replace(x=200.0)).any()
 
 
@@ -235,7 +235,7 @@ def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> No
     cue = Edges(sampling=EveryPixel())
     whole, part = frame(pixels), frame(pixels)
     cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
-    [plane] = whole.planes.values()
+    [plane] = whole.cache.values()
     assert plane.bins.shape == pixels.shape[:2]
     expected = cue.histograms(whole, rows(ellipse))
     np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
@@ -263,23 +263,23 @@ def test_large_regions_are_read_at_points_only() -> None:
     picture = frame(mosaic(0, 60, 80))
     where = np.array([Ellipse(40, 30, 20, 10)])  # 861 pixels, 256 points at thrice the cost
     Edges().histograms(picture, where)
-    assert picture.planes == {}
+    assert picture.cache == {}
     Edges(sampling=EveryPixel()).histograms(picture, where)
-    assert len(picture.planes) == 1
+    assert len(picture.cache) == 1
 
 
 def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
     picture = frame(mosaic(0, 60, 80))
     cue = Edges(sampling=Lattice(points=512))
     model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.planes.values()
+    [plane] = picture.cache.values()
     assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
     cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
     Edges(kernel="uniform", sampling=Checkerboard()).learn(picture, Ellipse(45, 30, 8, 8))
-    assert list(picture.planes.values()) == [plane]
+    assert list(picture.cache.values()) == [plane]
     cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.planes.values()
+    [moved] = picture.cache.values()
     assert moved is not plane
     Edges(threshold=50).learn(picture, Ellipse(60, 30, 8, 8))
     Edges(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.planes) == 3
+    assert len(picture.cache) == 3

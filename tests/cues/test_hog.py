@@ -98,7 +98,7 @@ def test_pixels(pixels: Any, ellipse: Ellipse, share: str, form: tuple[int, int,
         place = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
         points.append((int(row), int(column), *place))
     expected = by_hand(pixels, points, cells, bins, turned)
-    cue = Hog(cells=cells, bins=bins, turned=turned, sampling=SHARES[share])
+    cue = Hog(cells=cells, bins=bins, rotation_normalized=turned, sampling=SHARES[share])
     found = cue.histograms(frame(pixels), rows(ellipse))[0]
     np.testing.assert_allclose(found, expected, atol=1e-6)
 
@@ -116,7 +116,7 @@ def test_lattice(pixels: Any, ellipse: Ellipse, count: int, form: tuple[int, int
         for (column, row), (u, v) in zip(places, lattice.T, strict=True)
     ]
     expected = by_hand(pixels, points, cells, bins, turned)
-    cue = Hog(cells=cells, bins=bins, turned=turned, sampling=Lattice(points=count))
+    cue = Hog(cells=cells, bins=bins, rotation_normalized=turned, sampling=Lattice(points=count))
     found = cue.histograms(frame(pixels), rows(ellipse))[0]
     np.testing.assert_allclose(found, expected, atol=1e-5)
 
@@ -141,7 +141,7 @@ MIDDLE = Ellipse(20, 20, 12, 12)
 )
 def test_straight_edges(slope: tuple[int, int], number: int, sampling: Sampling) -> None:
     """A gradient points to the bright side; the first bin is centered on the -x axis."""
-    upright, turned = Hog(turned=False, sampling=sampling), Hog(sampling=sampling)
+    upright, turned = Hog(rotation_normalized=False, sampling=sampling), Hog(sampling=sampling)
     assert upright.histograms(edge(slope), rows(MIDDLE))[0, number] > 0.9
     assert turned.histograms(edge(slope), rows(MIDDLE))[0, 0] > 0.9
     darker = upright.histograms(edge(slope, bright=10), rows(MIDDLE))[0]
@@ -155,7 +155,7 @@ def test_quarter_turns(cells: int) -> None:
     where, left = Ellipse(13, 17, 9.2, 4.3, 0.3), Ellipse(17, 30 - 13, 9.2, 4.3, 0.3 - math.pi / 2)
     quarter = np.rot90(pixels).copy()
     for turned in (True, False):
-        cue = Hog(cells=cells, turned=turned, sampling=EveryPixel())
+        cue = Hog(cells=cells, rotation_normalized=turned, sampling=EveryPixel())
         model = cue.learn(frame(pixels), where)
         distance = cue.distances(model, frame(quarter), rows(left))[0]
         assert bool(distance < 1e-3) is turned
@@ -166,7 +166,7 @@ def test_strong_gradients_count_more() -> None:
     pixels = np.full((41, 41, 3), 60, np.uint8)
     pixels[:, 16:25], pixels[:, 25:] = 100, 90
     for kernel in ("uniform", "gaussian"):
-        cue = Hog(kernel=kernel, turned=False, sampling=EveryPixel())
+        cue = Hog(kernel=kernel, rotation_normalized=False, sampling=EveryPixel())
         found = cue.histograms(frame(pixels), rows(Ellipse(20, 20, 12, 12)))[0]
         assert found[[4, 0]] == pytest.approx([0.8, 0.2])
 
@@ -180,7 +180,7 @@ def test_a_bell_over_the_ellipse() -> None:
             middle = 30 * size
             pixels[middle, middle + x] = 255  # a spot
             pixels[middle - 20 * size, middle] = 255  # and another one, always there
-            cue = Hog(cells=3, turned=False, sampling=EveryPixel())
+            cue = Hog(cells=3, rotation_normalized=False, sampling=EveryPixel())
             found = cue.histograms(
                 frame(pixels), rows(Ellipse(middle, middle, 24 * size, 24 * size))
             )
@@ -219,7 +219,7 @@ def test_distances(
 ) -> None:
     picture = frame(pixels)
     for sampling in (*SHARES.values(), Lattice(points=64)):
-        cue = Hog(cells=form[0], bins=form[1], turned=form[2], sampling=sampling)
+        cue = Hog(cells=form[0], bins=form[1], rotation_normalized=form[2], sampling=sampling)
         model = cue.learn(picture, target)
         found = cue.distances(model, picture, rows(*candidates))
         histograms = cue.histograms(picture, rows(*candidates))
@@ -250,7 +250,7 @@ def test_what_a_model_learns_from_is_the_region_s_histogram() -> None:
     np.testing.assert_array_equal(model.histogram, first)
     np.testing.assert_array_equal(model.anchor, first)
     np.testing.assert_array_equal(cue.observe(model, after, where), seen)
-    assert cue.settle(model, after, where) is model
+    assert cue.update_reading(model, after, where) is model
 
 
 def test_more_points_approach_every_pixel() -> None:
@@ -277,7 +277,7 @@ def test_a_part_is_computed_as_in_the_whole(pixels: Any, ellipse: Ellipse) -> No
     cue = Hog(cells=3, sampling=EveryPixel())
     whole, part = frame(pixels), frame(pixels)
     cue.histograms(whole, rows(Ellipse(8, 8, 99, 99)))
-    [plane] = whole.planes.values()
+    [plane] = whole.cache.values()
     assert plane.bins.shape == pixels.shape[:2]
     expected = cue.histograms(whole, rows(ellipse))
     np.testing.assert_array_equal(cue.histograms(part, rows(ellipse)), expected)
@@ -332,32 +332,33 @@ def test_large_regions_are_read_at_points_only() -> None:
     picture = frame(mosaic(0, 60, 80))
     where = rows(Ellipse(40, 30, 39, 29))  # 4,700 pixels, 256 points at 5 times the cost
     Hog().histograms(picture, where)
-    assert picture.planes == {}
+    assert picture.cache == {}
     Hog(sampling=EveryPixel()).histograms(picture, where)
-    assert len(picture.planes) == 1
+    assert len(picture.cache) == 1
 
 
 def test_a_plane_is_computed_once_and_only_where_ellipses_are() -> None:
     picture = frame(mosaic(0, 60, 80))
     cue = Hog(sampling=Lattice(points=512))
     model = cue.learn(picture, Ellipse(40, 30, 20, 10))
-    [plane] = picture.planes.values()
+    [plane] = picture.cache.values()
     assert (plane.column, plane.row, plane.bins.shape) == (20, 20, (21, 41))
     cue.distances(model, picture, rows(Ellipse(35, 30, 8, 8)))
-    Hog(cells=3, kernel="uniform", turned=False, sampling=EveryPixel()).learn(
+    Hog(cells=3, kernel="uniform", rotation_normalized=False, sampling=EveryPixel()).learn(
         picture, Ellipse(45, 30, 8, 8)
     )
-    assert list(picture.planes.values()) == [plane]
+    assert list(picture.cache.values()) == [plane]
     cue.distances(model, picture, rows(Ellipse(60, 30, 8, 8)))
-    [moved] = picture.planes.values()
+    [moved] = picture.cache.values()
     assert moved is not plane
     Hog(bins=12).learn(picture, Ellipse(60, 30, 8, 8))
-    assert len(picture.planes) == 2
+    assert len(picture.cache) == 2
 
 
 def test_settings_that_are_refused() -> None:
     refused: list[tuple[str, Any]] = [
-        ("cells", 0), ("cells", 5), ("bins", 1), ("bins", 17), ("turned", 1), ("kernel", "flat"),
+        ("cells", 0), ("cells", 5), ("bins", 1), ("bins", 17),
+        ("rotation_normalized", 1), ("kernel", "flat"),
     ]  # fmt: skip
     for key, value in refused:
         with pytest.raises(ConfigError, match=key):

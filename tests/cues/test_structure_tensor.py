@@ -27,7 +27,7 @@ from motes.cues.structure_tensor import (
 )
 from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.filtering.model_update import Forgetting
+from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
@@ -134,7 +134,7 @@ def replaced(cue: Orientation, **changes: Any) -> Orientation:
 
 
 def planes(picture: Frame) -> list[CertainPlane]:
-    return list(picture.planes.values())
+    return list(picture.cache.values())
 
 
 # The filters
@@ -334,7 +334,7 @@ def test_exact_octants() -> None:
 def test_gratings_fall_into_their_bin(degrees: float, bins: int) -> None:
     place = (degrees / 180 + 0.5) * bins
     assume(abs(place - round(place)) * 180 / bins > 0.5)
-    cue = Orientation(bins=bins, kept=1.0)
+    cue = Orientation(bins=bins, kept_fraction=1.0)
     for pixels in (grating(degrees), 255 - grating(degrees), grating(degrees + 180)):
         found = cue.learn(frame(pixels), Ellipse(30, 30, 25, 25)).histogram
         np.testing.assert_allclose(found, triangle(np.eye(bins)[int(place)], 0), atol=1e-3)
@@ -506,7 +506,7 @@ def drawn(cue: Orientation, picture: Frame, ellipse: Ellipse, threshold: float) 
         sampling=st.sampled_from(SAMPLINGS),
         bins=st.sampled_from([9, 36]),
         window=st.sampled_from([0.7, 1.0]),
-        kept=st.sampled_from([0.3, 1.0]),
+        kept_fraction=st.sampled_from([0.3, 1.0]),
     ),
 )  # fmt: skip
 @settings(max_examples=80)
@@ -558,7 +558,7 @@ def test_inputs_stay_as_they_are() -> None:
     cue = Orientation(scale=0.2)
     model = cue.learn(picture, Ellipse(20, 20, 14, 9))
     cue.distances(model, picture, places)
-    cue.settle(model, picture, Ellipse(20, 20, 19, 9))
+    cue.update_reading(model, picture, Ellipse(20, 20, 19, 9))
     np.testing.assert_array_equal(places, before)
     np.testing.assert_array_equal(picture.pixels, pixels)
 
@@ -582,16 +582,16 @@ def test_without_edges_there_is_nothing(
 ) -> None:
     empty, full = frame(BLANKS[blank]), frame(mosaic(1, 40, 50))
     where = Ellipse(20, 20, 10, 7, 0.3)
-    cue = Orientation(form=form, sampling=sampling, kept=kept)
+    cue = Orientation(form=form, sampling=sampling, kept_fraction=kept)
     nothing = cue.learn(empty, where)
     assert not nothing.histogram.any()
     assert np.isfinite([nothing.scale, nothing.threshold]).all()
     np.testing.assert_array_equal(cue.distances(nothing, full, rows(where)), 1)
-    something = replaced(cue, kept=0.5).learn(full, where)
+    something = replaced(cue, kept_fraction=0.5).learn(full, where)
     for model in (nothing, something):
         np.testing.assert_array_equal(cue.distances(model, empty, rows(where, where)), 1)
         assert not cue.observe(model, empty, where).any()
-        assert np.isfinite(cue.settle(model, empty, where).threshold)
+        assert np.isfinite(cue.update_reading(model, empty, where).threshold)
 
 
 @forms
@@ -606,7 +606,7 @@ def test_outside_the_frame_there_is_nothing(form: Form, sampling: Sampling) -> N
         np.testing.assert_array_equal(cue.distances(model, picture, each), 1)
     outside = cue.learn(picture, Ellipse(*ellipses[0].tolist()))
     assert not outside.histogram.any()
-    assert np.isfinite(cue.settle(model, picture, Ellipse(*ellipses[1].tolist())).threshold)
+    assert np.isfinite(cue.update_reading(model, picture, Ellipse(*ellipses[1].tolist())).threshold)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -640,10 +640,10 @@ def test_nothing_is_ever_nan(
 ) -> None:
     """In a picture smaller than the filter, of a target of one pixel or larger than the frame."""
     picture = frame(pixels)
-    cue = Orientation(form=form, sampling=sampling, kept=kept)
+    cue = Orientation(form=form, sampling=sampling, kept_fraction=kept)
     where = Ellipse(pixels.shape[1] / 2, pixels.shape[0] / 2, a, b, 0.3)
     model = cue.learn(picture, where)
-    model = cue.settle(model, picture, where)
+    model = cue.update_reading(model, picture, where)
     assert np.isfinite([*model.histogram, model.scale, model.threshold]).all()
     assert np.isfinite(cue.observe(model, picture, where)).all()
     assert model.histogram.sum() == pytest.approx(1) or not model.histogram.any()
@@ -710,7 +710,7 @@ def test_spectra_are_invariant_to_cyclic_shifts(raw: Floats, whole: int) -> None
             0, 0, filters.step, np.arange(count, dtype=np.uint8)[None],
             values.astype(np.float32)[None],
         )  # fmt: skip
-        picture.planes["orientation", 0.7, cue.window, count] = plane
+        picture.cache["orientation", 0.7, cue.window, count] = plane
         where = rows(Ellipse(count / 2, 0, 1e3, 1e3, 0.4))
         found.append(cue._histograms(picture, 0.7, 0.0, where)[0])
     np.testing.assert_allclose(found[0], found[1], atol=1e-12)
@@ -728,7 +728,7 @@ def test_spectra_are_invariant_to_cyclic_shifts(raw: Floats, whole: int) -> None
 def test_a_share_of_the_pixels_is_kept(
     seed: int, kept: float, sampling: Sampling, scale: float
 ) -> None:
-    cue = Orientation(kept=kept, sampling=sampling, scale=scale, kernel="uniform")
+    cue = Orientation(kept_fraction=kept, sampling=sampling, scale=scale, kernel="uniform")
     rng = np.random.default_rng(seed)
     picture = frame(rng.integers(0, 256, (60, 70, 3), np.uint8))
     where = Ellipse(30 + seed / 3, 29, 20, 12, 0.4)
@@ -754,11 +754,11 @@ def test_a_share_of_the_pixels_is_kept(
 
 def test_the_threshold_is_a_quantile_of_the_last_frame() -> None:
     """Section 3.2: T is set by the distribution of C over the target in the previous frame."""
-    cue = Orientation(kept=0.25, scale_selection=False)
+    cue = Orientation(kept_fraction=0.25, scale_selection=False)
     weak, strong = texture(TARGET), frame(gray(255 * (np.indices((120, 120)).sum(axis=0) % 20 > 9)))
     model = cue.learn(weak, TARGET)
-    assert cue.settle(model, weak, TARGET).threshold == model.threshold
-    settled = cue.settle(model, strong, TARGET)
+    assert cue.update_reading(model, weak, TARGET).threshold == model.threshold
+    settled = cue.update_reading(model, strong, TARGET)
     assert settled.threshold > 2 * model.threshold
     np.testing.assert_array_equal(settled.histogram, model.histogram)
     assert settled.scale == model.scale
@@ -771,7 +771,7 @@ def test_only_strong_edges_count() -> None:
     y, x = np.mgrid[:60, :60]
     waves = np.where(x < 30, 3 * np.sin(0.8 * x), 90 * np.sin(0.8 * y))
     picture, where = frame(gray(128 + waves)), Ellipse(29.5, 29.5, 25, 25)
-    strong, every = (Orientation(kept=kept).learn(picture, where) for kept in (0.2, 1.0))
+    strong, every = (Orientation(kept_fraction=kept).learn(picture, where) for kept in (0.2, 1.0))
     assert every.threshold < 0 < strong.threshold
     assert strong.histogram[[16, 17, 18, 19]].sum() == 0
     assert every.histogram[[16, 17, 18, 19]].sum() > 0
@@ -801,12 +801,12 @@ def test_the_scale_changes_when_the_target_has(factor: float) -> None:
     cue = Orientation(scale=0.06)
     model = cue.learn(picture, TARGET)
     now = TARGET._replace(a=TARGET.a * factor, b=TARGET.b * factor)
-    settled = cue.settle(model, picture, now)
+    settled = cue.update_reading(model, picture, now)
     assume(abs(abs(factor - 1) - HYSTERESIS) > 1e-9)
     assert settled.scale == pytest.approx(
         model.scale * (factor if abs(factor - 1) > HYSTERESIS else 1)
     )
-    fixed = replaced(cue, scale_selection=False).settle(model, picture, now)
+    fixed = replaced(cue, scale_selection=False).update_reading(model, picture, now)
     assert fixed.scale == model.scale
     # T belongs to the filters that will be used.
     plain = replaced(cue, scale=settled.scale / math.sqrt(now.a * now.b))
@@ -822,7 +822,7 @@ def test_small_changes_add_up() -> None:
     for step in range(1, 31):
         factor = 1.01**step
         now = TARGET._replace(a=TARGET.a * factor, b=TARGET.b * factor)
-        model = cue.settle(model, picture, now)
+        model = cue.update_reading(model, picture, now)
         seen.add(model.scale)
         assert model.scale == pytest.approx(first.scale * factor, rel=HYSTERESIS + 0.01)
     assert len(seen) in (3, 4)
@@ -838,8 +838,8 @@ def test_a_histogram_does_not_depend_on_the_size(scale: float, zoom: float, form
     picture = texture(large, 300, zoom)
     cue = Orientation(scale=scale, sampling=EveryPixel(), form=form)
     model = cue.learn(texture(small, 300), small)
-    selected = cue.settle(model, picture, large)
-    fixed = replaced(cue, scale_selection=False).settle(model, picture, large)
+    selected = cue.update_reading(model, picture, large)
+    fixed = replaced(cue, scale_selection=False).update_reading(model, picture, large)
     assert selected.scale == pytest.approx(zoom * model.scale)
     assert fixed.scale == model.scale
     near, far = (cue.distances(settled, picture, rows(large))[0] for settled in (selected, fixed))
@@ -872,7 +872,7 @@ def test_a_plane_is_computed_once() -> None:
     model = cue.learn(picture, Ellipse(40, 30, 30, 20))
     [plane] = planes(picture)
     cue.distances(model, picture, wide)
-    cue.settle(model, picture, Ellipse(30, 30, 12, 9, 0.3))
+    cue.update_reading(model, picture, Ellipse(30, 30, 12, 9, 0.3))
     cue.observe(model, picture, Ellipse(45, 30, 12, 9, 0.3))
     replaced(cue, form="fourier").learn(picture, Ellipse(40, 30, 30, 20))
     assert [id(one) for one in planes(picture)] == [id(plane)]
@@ -1009,12 +1009,12 @@ def filter_of(name: str, **changes: Any) -> ParticleFilter:
     """Return a preset with fewer particles and less background to look at."""
     config = preset(name)
     assert isinstance(config, ParticleFilter)
-    rule = AppearanceRule(margin=0.7, step=6)
+    rule = AppearanceRule(margin=0.7, stride=6)
     return msgspec.structs.replace(config, particles=60, presence=rule, **changes)
 
 
 TRACKERS = {
-    "both": filter_of("maggio", adaptation=Forgetting(rate=0.1, anchor=0.3)),
+    "both": filter_of("maggio", adaptation=ExponentialForgetting(learning_rate=0.1, anchor=0.3)),
     "edges": filter_of("maggio:O-ROH"),
     "spectra": filter_of("maggio:C+O-SS-FOH"),
 }
@@ -1080,8 +1080,9 @@ def test_the_filters_follow_the_estimate() -> None:
 
 def test_settings_that_are_refused() -> None:
     refused: list[tuple[str, Any]] = [
-        ("bins", 3), ("bins", 181), ("scale", 0), ("scale", 1.5), ("window", 0), ("kept", 1.1),
-        ("kept", math.nan), ("form", "both"), ("kernel", "flat"),
+        ("bins", 3), ("bins", 181), ("scale", 0), ("scale", 1.5), ("window", 0),
+        ("kept_fraction", 1.1),
+        ("kept_fraction", math.nan), ("form", "both"), ("kernel", "flat"),
     ]  # fmt: skip
     for key, value in refused:
         with pytest.raises(ConfigError, match=key):

@@ -9,10 +9,10 @@ import pytest
 
 from evaluations import outcome, sequence, shifted, trace
 from motes.evaluation.aggregate import Evaluation
-from motes.evaluation.protocols.trace import Trace
+from motes.evaluation.protocols.trace import TrackerOutput
 from motes.evaluation.report.cross_validation import choices, choose, split
 from motes.evaluation.report.sections import recovery
-from motes.evaluation.report.speed_ratio import Wanted, paces
+from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
 from motes.evaluation.report.tables import NOTHING, Table
 from motes.evaluation.report.write import write_report
 from motes.evaluation.scores import Outcome
@@ -21,7 +21,7 @@ UNIT = 20 / 21
 """AUC of a track that fits in all frames."""
 
 
-def said(good: int, seconds: float = 0.002) -> Trace:
+def said(good: int, seconds: float = 0.002) -> TrackerOutput:
     """Return a trace that is right in so many of 20 frames."""
     return trace(shifted([0.0] * good + [90.0] * (20 - good)), seconds=seconds)
 
@@ -117,7 +117,7 @@ def test_how_many_times_as_fast() -> None:
     outcomes[5] = outcome("fast", places[2], "broken")
     # The median is over all updates of all seeds.
     outcomes += [outcome("fast", places[0], said(20, 0.02), seed) for seed in (1, 2)]
-    table = paces(Evaluation(outcomes), "ope", "cv2:csrt")
+    table = speed_ratios(Evaluation(outcomes), "ope", "cv2:csrt")
     assert table.head == ("sequence", "fast", "odd")
     assert texts(table) == [
         ["a", "1.50", "0.500"],
@@ -129,8 +129,8 @@ def test_how_many_times_as_fast() -> None:
 
 def test_without_the_peer_there_is_nothing_to_compare() -> None:
     alone = Evaluation([outcome("cv2:csrt", sequence(), said(20))])
-    assert not paces(alone, "ope", "cv2:csrt").rows
-    assert not paces(alone, "ope", "cv2:kcf").rows
+    assert not speed_ratios(alone, "ope", "cv2:csrt").rows
+    assert not speed_ratios(alone, "ope", "cv2:kcf").rows
 
 
 # Losses, and the report
@@ -154,8 +154,8 @@ def test_the_table_of_losses() -> None:
 def test_the_report_has_what_is_wanted(tmp_path: Path) -> None:
     titles = ["Chosen on the other folds, 2 in all", "How many times as fast as cv2:csrt"]
     for wanted, there in (
-        (Wanted(), [False, True]),
-        (Wanted(peer="nobody", candidates=("one", "two"), folds=2), [True, False]),
+        (Comparisons(), [False, True]),
+        (Comparisons(peer="nobody", candidates=("one", "two"), folds=2), [True, False]),
     ):
         write_report(tmp_path, trackers(), [], wanted, "Some")
         for name in ("report.html", "summary.md"):

@@ -23,12 +23,20 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.evaluation.adapters.opencv import PEERS, peer
-from motes.evaluation.adapters.registry import Entry, enter, entry
+from motes.evaluation.adapters.registry import TrackerSpec, entry, resolve
 from motes.evaluation.adapters.sot import Answer
 from motes.evaluation.adapters.trax import parse, write
 from motes.evaluation.datasets.sot import Sequence, load_dataset
-from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, TRACKED, Running, Start, starts
-from motes.evaluation.protocols.trace import Trace, load_trace, save_trace
+from motes.evaluation.protocols.sot import (
+    FAILED,
+    SKIPPED,
+    STARTED,
+    TRACKED,
+    Start,
+    TrackerPass,
+    starts,
+)
+from motes.evaluation.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes.evaluation.run_folder import Record, prepare, record
 from motes.evaluation.runner import Pass, plan, run, slug, unfinished
 from motes.evaluation.synthetic.clips import still
@@ -126,10 +134,12 @@ class _Scripted:
         pass
 
 
-def passed(protocol: str, truth: list[list[float]], boxes: list[Box | None]) -> tuple[Trace, Any]:
+def passed(
+    protocol: str, truth: list[list[float]], boxes: list[Box | None]
+) -> tuple[TrackerOutput, Any]:
     film, contestant = sequence(truth), _Scripted(boxes)
     begin = starts(protocol, film, 200, 100)[0]
-    running = Running(lambda: contestant, begin, film.boxes)
+    running = TrackerPass(lambda: contestant, begin, film.boxes)
     for index in range(len(truth)):
         running.feed(Frame(index, float(index), np.zeros((100, 200, 3), np.uint8)))
     return running.trace, contestant.begun
@@ -175,7 +185,7 @@ def test_one_pass_is_not_reset() -> None:
 
 def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
-    trace = Trace(
+    trace = TrackerOutput(
         np.arange(7, 11),
         rng.uniform(1, 2, (4, 5)) * [[1e-8], [1], [1e8], [np.nan]],
         np.array([0.1, 1.0, np.nan, 1 / 3]),
@@ -186,7 +196,7 @@ def test_traces_are_read_back_identically(tmp_path: Path) -> None:
     )
     save_trace(tmp_path / "new" / "a.csv", trace)
     read = load_trace(tmp_path / "new" / "a.csv")
-    for field in Trace.__slots__:
+    for field in TrackerOutput.__slots__:
         np.testing.assert_array_equal(getattr(read, field), getattr(trace, field), strict=True)
     head, first = (tmp_path / "new" / "a.csv").read_text().splitlines()[:2]
     assert head == "frame,x,y,a,b,theta,confidence,lost,seconds,event,xx,xy,yy"
@@ -342,7 +352,7 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
     Path("needy.py").write_text("import not_there")
     Path("broken.py").write_text("def")
     Path("leaving.py").write_text("raise SystemExit(1)")
-    entries, problems = enter([name, "nummiaro", "nummiaro"])
+    entries, problems = resolve([name, "nummiaro", "nummiaro"])
     assert [good.name for good in entries] == ["nummiaro"]
     assert [problem.where for problem in problems] == [f"tracker {name}"]
     assert error in problems[0].what
@@ -350,7 +360,7 @@ def test_trackers_that_are_none(name: str, error: str, home: Path) -> None:
 
 def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
-    entries, problems = enter(["cv2:csrt", "nummiaro"])
+    entries, problems = resolve(["cv2:csrt", "nummiaro"])
     assert [good.name for good in entries] == ["nummiaro"]
     assert "motes[opencv]" in problems[0].what
 
@@ -358,7 +368,7 @@ def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:
     other = types.SimpleNamespace(__version__="4.9", setNumThreads=lambda _: None)
     monkeypatch.setitem(sys.modules, "cv2", other)
-    entries, problems = enter(["cv2:csrt", "cv2:mosse"])
+    entries, problems = resolve(["cv2:csrt", "cv2:mosse"])
     assert not entries
     for problem in problems:
         assert "4.9 has no cv2:" in problem.what
@@ -366,7 +376,7 @@ def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     Path("loud.py").write_text("print('hello')\nraise ValueError('two\\nlines')")
-    _, problems = enter(["loud:Tracker"])
+    _, problems = resolve(["loud:Tracker"])
     assert problems[0].what == "It cannot be imported: ValueError: two lines; correct it."
     assert capfd.readouterr() == ("", "hello\n")
 
@@ -611,14 +621,14 @@ def test_the_file_of_a_pass() -> None:
 
 
 @pytest.fixture
-def dataset(tmp_path: Path) -> tuple[list[Entry], list[Sequence]]:
+def dataset(tmp_path: Path) -> tuple[list[TrackerSpec], list[Sequence]]:
     arena.write_sequence(tmp_path / "data" / "a", arena.still())
     sequences, problems = load_dataset(tmp_path / "data")
     assert not problems
-    return enter(["nummiaro", "mean_shift"])[0], sequences
+    return resolve(["nummiaro", "mean_shift"])[0], sequences
 
 
-def test_the_plan(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:
+def test_the_plan(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     entries, sequences = dataset
     gone = sequence([[1, 2, 3, 4]], "gone", tmp_path / "gone")
     jobs, problems = plan(entries, [gone, *sequences], ["ope", "sre"], seeds=3)
@@ -641,14 +651,16 @@ def test_the_plan(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -
     assert [job.name for job in unfinished(jobs[:2], tmp_path)] == ["nummiaro on a, ope"]
 
 
-def note(dataset: tuple[list[Entry], list[Sequence]], path: str = "data", **changes: Any) -> Record:
+def note(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], path: str = "data", **changes: Any
+) -> Record:
     entries, sequences = dataset
     jobs, _ = plan(entries, sequences, ["ope"], 1)
     return msgspec.structs.replace(record(Path(path), jobs, entries, ["ope"], 1, 9.0), **changes)
 
 
 def test_a_folder_is_not_taken_twice(
-    dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now, resume=True)  # nothing there yet is fine
@@ -660,7 +672,7 @@ def test_a_folder_is_not_taken_twice(
 
 
 def test_overwriting_removes_only_what_an_evaluation_wrote(
-    dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
     out, now = tmp_path / "out", note(dataset)
     prepare(out, now)
@@ -676,7 +688,7 @@ def test_overwriting_removes_only_what_an_evaluation_wrote(
 
 
 def test_resuming_something_else_is_refused(
-    dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     now = note(dataset)
@@ -702,7 +714,7 @@ def test_resuming_something_else_is_refused(
 
 
 def test_a_folder_that_cannot_be_made(
-    dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(FormatError, match="cannot be written"):
@@ -724,7 +736,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
         patch.setattr(sys, "path", sys.path[:])
         patch.delitem(sys.modules, "mine", raising=False)
         names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
-        entries, problems = enter([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
+        entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
         assert not problems
         sequences, _ = load_dataset(home / "data")
         row = sequences[0].boxes[0].tolist()
@@ -733,7 +745,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
             for rows in (arena.FRAMES - 1, arena.FRAMES, arena.FRAMES + 1)
         ]
         jobs, _ = plan(entries, sequences, ["ope"], 3)
-        jobs += plan(enter(["mine:Still"])[0], films, ["ope"], 1)[0]
+        jobs += plan(resolve(["mine:Still"])[0], films, ["ope"], 1)[0]
         # Only what hangs has little time: on a busy machine the others may take long.
         limits = {job.name: 6.0 if "angs" in job.name else 600.0 for job in jobs}
         steps = [
@@ -802,13 +814,15 @@ def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> 
     np.testing.assert_allclose(np.diff(moved), 0.2)
 
 
-def test_a_time_limit_of_years(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:
+def test_a_time_limit_of_years(
+    dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
+) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 1)
     steps = list(run(jobs[:1], tmp_path, workers=1, time_limit=1e12))
     assert steps[-1].errors == {}
 
 
-def test_a_full_disk(dataset: tuple[list[Entry], list[Sequence]], tmp_path: Path) -> None:
+def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
     first, second = (item.path(tmp_path) for item in jobs[0].passes)
     first.parent.mkdir(parents=True)

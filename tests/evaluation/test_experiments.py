@@ -365,7 +365,9 @@ def test_growth() -> None:
     assert follows < fixed
     # Fixed filters ask nothing of the frames in between.
     cue = Orientation(scale_selection=False)
-    model = cue.settle(cue.learn(clip[0][0], clip[0][1][0].ellipse), clip[3][0], Ellipse(*truth[3]))
+    model = cue.update_reading(
+        cue.learn(clip[0][0], clip[0][1][0].ellipse), clip[3][0], Ellipse(*truth[3])
+    )
     assert fixed == pytest.approx(cue.distances(model, clip[4][0], truth[4:5])[0])
     assert follows == rendered_claims.grown(Orientation(scale_selection=True), clip)
 

@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 from crowds import rows, write_crowd
-from motes.core.errors import ConfigError, FormatError, LimitError, MotesError
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.evaluation.adapters.mot import Detecting, Found, Info
-from motes.evaluation.adapters.registry import crowd_entry, detecting, enter
-from motes.evaluation.datasets.mot import Crowd, load_crowds
+from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
+from motes.evaluation.datasets.mot import MotSequence, load_crowds
 from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.mot_scores import COLUMNS, CrowdEvaluation, CrowdOutcome, write_results
-from motes.evaluation.protocols.mot import Following, Tracks, load_tracks, save_tracks
+from motes.evaluation.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes.evaluation.protocols.sot import Start
 from motes.evaluation.report.write_mot import details, overall, per_sequence, write_report
 from motes.evaluation.runner import Pass, plan, run, unfinished
@@ -85,7 +85,7 @@ class Corner:
     def __call__(self, frame):
         return [Detection(Box(frame.index, 2, 3, 4), 0.25)]
 '''
-DOCUMENT = Path(__file__).parent.parent / "docs" / "evaluate.md"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "evaluate.md"
 MANY = DOCUMENT.read_text(encoding="utf-8").partition("## Many objects")[2]
 INFO = Info("film", 12, 25, 160, 120)
 
@@ -103,7 +103,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 @pytest.fixture
-def crowd(home: Path) -> Crowd:
+def crowd(home: Path) -> MotSequence:
     return load_crowds(home / "data")[0][0]
 
 
@@ -111,12 +111,12 @@ def frame(index: int = 0) -> Frame:
     return Frame(index, index / 25, np.zeros((120, 160, 3), np.uint8))
 
 
-def followed(crowd: Crowd, name: str, detector: str = "", seed: int = 0) -> Tracks:
+def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -> Tracks:
     """Return what a tracker says of a sequence, in this process."""
     entries = [crowd_entry(name)]
     if detector:
         entries = detecting(entries, detector)
-    running = Following(lambda: entries[0].begin(seed), crowd)
+    running = MotPass(lambda: entries[0].begin(seed), crowd)
     for index in range(crowd.frames):
         running.feed(frame(index))
     running.close()
@@ -126,7 +126,7 @@ def followed(crowd: Crowd, name: str, detector: str = "", seed: int = 0) -> Trac
 # Trackers
 
 
-def test_detections_and_boxes_are_0_based(crowd: Crowd) -> None:
+def test_detections_and_boxes_are_0_based(crowd: MotSequence) -> None:
     """What is handed on unchanged comes back unchanged."""
     found, given = followed(crowd, "many:Echo"), crowd.detections
     assert given is not None
@@ -141,7 +141,7 @@ def test_detections_and_boxes_are_0_based(crowd: Crowd) -> None:
 
 
 @pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
-def test_peers_follow_two_that_walk(crowd: Crowd, name: str, late: int) -> None:
+def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
     pytest.importorskip("trackers")
     for _ in range(2):  # identities begin anew
         found = followed(crowd, name).rows
@@ -151,7 +151,7 @@ def test_peers_follow_two_that_walk(crowd: Crowd, name: str, late: int) -> None:
         np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
 
 
-def test_our_scene_follows_two_that_walk(crowd: Crowd) -> None:
+def test_our_scene_follows_two_that_walk(crowd: MotSequence) -> None:
     found = followed(crowd, "motes:scene").rows
     late = 2  # three frames make an object
     assert found.ids.tolist() == [1, 2] * (12 - late)
@@ -159,7 +159,7 @@ def test_our_scene_follows_two_that_walk(crowd: Crowd) -> None:
     np.testing.assert_allclose(found.boxes, crowd.detections.boxes[2 * late :])
 
 
-def test_our_scenes_clock_goes_by_the_frame_rate(crowd: Crowd) -> None:
+def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
     """Who is undetected is followed by colors for 0.12 s: two frames at 25 a second, none at 5."""
     assert crowd.detections is not None
     gap = crowd.detections.where(~np.isin(crowd.detections.frames, [9]))
@@ -170,14 +170,14 @@ def test_our_scenes_clock_goes_by_the_frame_rate(crowd: Crowd) -> None:
     assert 9 not in slow.frames
 
 
-def test_our_scene_has_seeds_and_says_its_values(crowd: Crowd) -> None:
+def test_our_scene_has_seeds_and_says_its_values(crowd: MotSequence) -> None:
     entry = crowd_entry("motes:scene")
     assert entry.stochastic
     assert "[association]" in entry.configuration
 
 
 @pytest.mark.parametrize(("rate", "tracks"), [(25, 2), (2, 4)])
-def test_peers_wait_for_a_second(crowd: Crowd, rate: float, tracks: int) -> None:
+def test_peers_wait_for_a_second(crowd: MotSequence, rate: float, tracks: int) -> None:
     pytest.importorskip("trackers")
     assert crowd.detections is not None
     gap = crowd.detections.where(~np.isin(crowd.detections.frames, range(5, 9)))
@@ -198,11 +198,11 @@ def test_some_need_detections(home: Path, name: str) -> None:
 
 def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", None)
-    with pytest.raises(LimitError, match=r"motes\[peers\]"):
+    with pytest.raises(MissingDependencyError, match=r"motes\[peers\]"):
         crowd_entry("trackers:sort")
 
 
-def test_a_detector_of_ones_own(crowd: Crowd) -> None:
+def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
     found = followed(crowd, "many:Echo", "many:Corner").rows
     assert found.boxes.tolist() == [[index + 1, 3, 3, 4] for index in range(12)]
     entry = detecting([crowd_entry("many:Shifted")], "many:Corner")[0]
@@ -243,7 +243,7 @@ def test_unknown_detectors(home: Path, name: str, error: str) -> None:
     assert str(caught.value).startswith(error)
 
 
-def test_results_are_taken_as_they_are(crowd: Crowd, home: Path) -> None:
+def test_results_are_taken_as_they_are(crowd: MotSequence, home: Path) -> None:
     (home / "r").mkdir()
     (home / "r" / "film.txt").write_text("3,7,0.1,2.7,3,0,-5,-1,-1,-1\n1,9,1,2,3,4,1\n")
     found = followed(crowd, "results=r")
@@ -258,7 +258,7 @@ def test_results_are_taken_as_they_are(crowd: Crowd, home: Path) -> None:
     assert crowd_entry("results=r").configuration != before
 
 
-def test_bad_results(crowd: Crowd, home: Path) -> None:
+def test_bad_results(crowd: MotSequence, home: Path) -> None:
     (home / "r").mkdir()
     (home / "r" / "other.txt").write_text("")
     with pytest.raises(FormatError, match=r"There is no file .*r/film\.txt"):
@@ -268,7 +268,7 @@ def test_bad_results(crowd: Crowd, home: Path) -> None:
         followed(crowd, "results=r")
 
 
-def say(crowd: Crowd, value: Any) -> Any:
+def say(crowd: MotSequence, value: Any) -> Any:
     crowd_entry("many:Blind")
     sys.modules["many"].Blind.value = value
     contestant = crowd_entry("many:Blind").begin(0)
@@ -276,7 +276,7 @@ def say(crowd: Crowd, value: Any) -> Any:
     return contestant.update(frame(), [])
 
 
-def test_what_a_callable_may_say(crowd: Crowd) -> None:
+def test_what_a_callable_may_say(crowd: MotSequence) -> None:
     assert say(crowd, []).found == []
     said = say(crowd, iter([(np.int64(3), np.array([1, 2, 3, 4.5]), np.float32(0.5))]))
     assert said.found == [Found(3, Box(1, 2, 3, 4.5), 0.5)]
@@ -299,23 +299,23 @@ def test_what_a_callable_may_say(crowd: Crowd) -> None:
         [(1, (1e10, 2, 3, 4), 1)],
     ],
 )
-def test_what_a_callable_may_not_say(crowd: Crowd, value: Any) -> None:
+def test_what_a_callable_may_not_say(crowd: MotSequence, value: Any) -> None:
     with pytest.raises(ConfigError, match=r"update of many:Blind returned .*; it returns a list"):
         say(crowd, value)
 
 
-def test_an_identity_is_there_once(crowd: Crowd) -> None:
+def test_an_identity_is_there_once(crowd: MotSequence) -> None:
     with pytest.raises(ConfigError, match="returned an id twice"):
         say(crowd, [(1, (1, 2, 3, 4), 1), (1, (5, 2, 3, 4), 1)])
 
 
-def test_a_callable_that_makes_no_tracker(crowd: Crowd) -> None:
+def test_a_callable_that_makes_no_tracker(crowd: MotSequence) -> None:
     with pytest.raises(ConfigError, match=r"many:useless makes a int without update\(\)"):
         followed(crowd, "many:useless")
 
 
 def test_names(home: Path) -> None:
-    entries, problems = enter(
+    entries, problems = resolve(
         ["many:Echo", "many:Shifted", "nummiaro", "trackers:sor", "no:Such", "results=no",
          "results=data"], crowd_entry,
     )  # fmt: skip
@@ -341,7 +341,7 @@ def test_names(home: Path) -> None:
         assert expected in what
 
 
-def test_the_documents_callable(crowd: Crowd, home: Path) -> None:
+def test_the_documents_callable(crowd: MotSequence, home: Path) -> None:
     [code] = re.findall(r"^```python\n(.*?)^```$", MANY, re.DOTALL | re.MULTILINE)
     (home / "naive.py").write_text(code)
     found = followed(crowd, "naive:Naive").rows
@@ -395,7 +395,7 @@ def test_bad_tracks(tmp_path: Path, csv: str | None, txt: str | None, error: str
 
 def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
     save_tracks(tmp_path / "a.csv", Tracks(rows(), np.zeros(2)))
-    film = Crowd("a", "nowhere", 3, 25.0, rows(), None)
+    film = MotSequence("a", "nowhere", 3, 25.0, rows(), None)
     with pytest.raises(FormatError, match=r"a\.csv is for 2 frames, but the sequence has 3\."):
         CrowdOutcome.load(tmp_path / "a.csv", film)
 
@@ -409,8 +409,8 @@ def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
 # Runs
 
 
-def test_a_run(home: Path, crowd: Crowd) -> None:
-    entries, _ = enter(["many:Shifted", "many:Raises"], crowd_entry)
+def test_a_run(home: Path, crowd: MotSequence) -> None:
+    entries, _ = resolve(["many:Shifted", "many:Raises"], crowd_entry)
     jobs, problems = plan(entries, [crowd], ["mot"], 2)
     assert problems == []
     assert [len(job.passes) for job in jobs] == [2, 1]
@@ -444,7 +444,7 @@ def test_the_documents_columns() -> None:
 
 
 def outcome(
-    tracker: str, crowd: Crowd, found: int | None, seed: int = 0, seconds: float = 0.002
+    tracker: str, crowd: MotSequence, found: int | None, seed: int = 0, seconds: float = 0.002
 ) -> CrowdOutcome:
     """Return a pass that says the truth in its first frames only; None for one that failed."""
     item = Pass(tracker, crowd.name, Start("mot", "", 0, None), seed)
@@ -454,10 +454,10 @@ def outcome(
     return CrowdOutcome(crowd, item, Tracks(said, np.full(crowd.frames, seconds)))
 
 
-def film(name: str, frames: int) -> Crowd:
+def film(name: str, frames: int) -> MotSequence:
     """Return a sequence with one object that stands still."""
     truth = rows(*((i, 1, 5, 6, 20, 30, 1, 1) for i in range(1, frames + 1)))
-    return Crowd(name, "nowhere", frames, 25, truth, None)
+    return MotSequence(name, "nowhere", frames, 25, truth, None)
 
 
 LONG, SHORT = film("long", 30), film("short", 10)

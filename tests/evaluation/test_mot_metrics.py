@@ -13,7 +13,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
-from motes.core.errors import LimitError
+from motes.core.errors import MissingDependencyError
 from motes.evaluation.datasets.distractors import DISTRACTORS, counted
 from motes.evaluation.datasets.mot_files import Rows, read_rows, write_rows
 from motes.evaluation.metrics.mot import Tally, tally
@@ -121,7 +121,7 @@ def test_sums_are_combined() -> None:
 
 def test_without_scipy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy.optimize", None)
-    with pytest.raises(LimitError, match=r"motes\[report\]"):
+    with pytest.raises(MissingDependencyError, match=r"motes\[report\]"):
         tally(rows(*line(1, range(1, 2))), rows(*line(1, range(1, 2))), 1)
 
 

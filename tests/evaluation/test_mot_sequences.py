@@ -10,7 +10,7 @@ import pytest
 from crowds import rows
 from evaluations import pictures
 from motes.core.errors import FormatError, SourceError
-from motes.evaluation.datasets.mot import Crowd, has_crowds, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, has_crowds, load_crowds
 from motes.evaluation.datasets.mot_files import Kind, Rows, read_rows, write_rows
 from motes.evaluation.synthetic.clips import still
 from motes.video.sources import open_source
@@ -119,7 +119,7 @@ def test_rows_are_read_back(tmp_path: Path) -> None:
 # Datasets
 
 
-def loaded(path: Path) -> Crowd:
+def loaded(path: Path) -> MotSequence:
     crowds, problems = load_crowds(path)
     assert problems == []
     return crowds[0]

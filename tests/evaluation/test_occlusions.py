@@ -78,7 +78,7 @@ def test_the_first_meets_the_last_of_its_lane(way: Way) -> None:
 
 def test_a_skin_across_has_the_same_colors_and_other_edges() -> None:
     states = np.array([[40.0, 40.0, 30.0, 30.0, 0.0]])
-    color, hog = Color(), Hog(turned=False)
+    color, hog = Color(), Hog(rotation_normalized=False)
     models = []
     for crosswise in (False, True):
         frame = Clip((80, 80), (Target(states, crosswise=crosswise),))[0][0]

@@ -13,13 +13,19 @@ from PIL import Image
 
 from evaluations import Floats, ellipses, outcome, shifted, trace
 from evaluations import sequence as standing
-from motes.evaluation.adapters.registry import enter
+from motes.evaluation.adapters.registry import resolve
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Sequence
-from motes.evaluation.protocols.perturbations import OCCLUSION, Viewed, mirrored, show, views
+from motes.evaluation.protocols.perturbations import (
+    OCCLUSION,
+    Viewed,
+    mirrored,
+    perturbations,
+    show,
+)
 from motes.evaluation.protocols.sot import Start
-from motes.evaluation.report.sections import heading
-from motes.evaluation.report.speed_ratio import Wanted
+from motes.evaluation.report.sections import title
+from motes.evaluation.report.speed_ratio import Comparisons
 from motes.evaluation.report.write import write_report
 from motes.evaluation.runner import plan
 from motes.evaluation.scores import fit
@@ -43,7 +49,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Sequence:
 
 @pytest.fixture(scope="module")
 def made(film: Sequence) -> Made:
-    return {each[0].view: each for each in views(film, WIDTH, HEIGHT)}
+    return {each[0].view: each for each in perturbations(film, WIDTH, HEIGHT)}
 
 
 def white(pixels: NDArray[np.uint8]) -> list[int]:
@@ -123,14 +129,14 @@ def test_pixels_change_as_the_view_says(made: Made) -> None:
 
 
 def test_a_view_is_cut(film: Sequence) -> None:
-    cut = {seen.view: seen for seen, _ in views(film, WIDTH, HEIGHT, 7)}
+    cut = {seen.view: seen for seen, _ in perturbations(film, WIDTH, HEIGHT, 7)}
     assert {seen.frames for seen in cut.values()} == {7}
     assert cut["backward"].chosen.tolist() == [57, 56, 55, 54, 53, 52, 51]
     assert cut["every-second"].chosen.tolist() == [3, 5, 7, 9, 11, 13, 15]
 
 
 def test_the_plan_has_a_job_for_each_view(film: Sequence) -> None:
-    entries, _ = enter(["nummiaro"])
+    entries, _ = resolve(["nummiaro"])
     jobs, problems = plan(entries, [film], ["robust"], 2, 10)
     assert not problems
     assert len(jobs) == 13
@@ -151,11 +157,11 @@ def test_the_report_has_the_spread_and_the_number_of_views(tmp_path: Path) -> No
     passes.append(outcome("c", where, "broken", 0, "robust", "x"))
     passes.append(outcome("c", where, trace(shifted([0.0] * 20)), 0, "sre", "shift-up"))
     found = Evaluation(passes)
-    assert heading(found, "robust") == "Seen otherwise (3 views)"
+    assert title(found, "robust") == "Seen otherwise (3 views)"
     values = [float(each.scores["auc"] or 0) for each in passes[5:15]]
     assert found.aucs("b", "robust").tolist() == sorted(values)
     assert found.aucs("c", "robust").size == 0
-    write_report(tmp_path, passes, [], Wanted(), "Views")
+    write_report(tmp_path, passes, [], Comparisons(), "Views")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<h2>Seen otherwise (3 views)</h2>" in page
     assert "## Seen otherwise (3 views)" in (tmp_path / "summary.md").read_text().replace("\\", "")
@@ -179,7 +185,7 @@ def test_the_line_of_a_tracker_rises_from_its_worst_pass(
         outcome("a", standing(), trace(shifted([dx] * 20)), protocol="robust", label=str(dx))
         for dx in (4.0, 0.0, 9.0)
     ]
-    write_report(tmp_path, passes, [], Wanted(), "Views")
+    write_report(tmp_path, passes, [], Comparisons(), "Views")
     x, lines = drawn["spread-robust"]
     values = sorted(float(each.scores["auc"] or 0) for each in passes)
     assert list(lines) == [0]

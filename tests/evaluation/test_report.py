@@ -18,12 +18,12 @@ from evaluations import outcome, pictures, sequence, shifted, trace
 from motes.core.errors import FormatError
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Problem, Sequence
-from motes.evaluation.protocols.trace import Trace
+from motes.evaluation.protocols.trace import TrackerOutput
 from motes.evaluation.report import plots
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.failures import MOST, Failure, choose, draw, failures
 from motes.evaluation.report.reference import Reference
-from motes.evaluation.report.speed_ratio import Wanted
+from motes.evaluation.report.speed_ratio import Comparisons
 from motes.evaluation.report.tables import NOTHING, number, three_digits
 from motes.evaluation.report.write import write_report
 from motes.evaluation.scores import Outcome
@@ -86,7 +86,7 @@ def report(
     folder: Path,
     outcomes: list[Outcome],
     problems: list[Problem] | None = None,
-    wanted: Wanted = Wanted(),  # noqa: B008
+    wanted: Comparisons = Comparisons(),  # noqa: B008
     title: str = "Some trackers",
 ) -> tuple[Page, str]:
     """Write a report; return its page, checked as every page is, and its summary."""
@@ -142,7 +142,9 @@ def check_tables(page: Page, summary: str) -> None:
     assert len(heads) == len(page.all("button"))
 
 
-def said(share: float, sure: bool = True, seconds: float = 0.002, frames: int = 20) -> Trace:
+def said(
+    share: float, sure: bool = True, seconds: float = 0.002, frames: int = 20
+) -> TrackerOutput:
     """Return a trace that is right for a share of the frames."""
     good = round(share * frames)
     boxes = shifted([0.0] * good + [90.0] * (frames - good))
@@ -173,7 +175,7 @@ REFERENCE = Reference(
 def test_report(tmp_path: Path) -> None:
     problems = [Problem("sequence <Cow>", "the frame 7 is missing")]
     page, summary = report(
-        tmp_path / "out", full(tmp_path), problems, Wanted(REFERENCE), "Trackers & <others>"
+        tmp_path / "out", full(tmp_path), problems, Comparisons(REFERENCE), "Trackers & <others>"
     )
     for text in (page.words, summary.replace("\\", "")):
         for name in ("ours", NASTY, "_third", "Book", "Ant", "Gone", "MIL", "TLD<b>"):
@@ -195,7 +197,7 @@ def test_report(tmp_path: Path) -> None:
 
 
 def test_numbers_in_the_report(tmp_path: Path) -> None:
-    page, summary = report(tmp_path / "out", full(tmp_path), wanted=Wanted(REFERENCE))
+    page, summary = report(tmp_path / "out", full(tmp_path), wanted=Comparisons(REFERENCE))
     rows = {row[0]: row for row in reversed(page.rows)}
     auc = 20 / 21
     assert rows["ours"][1:3] == ["3 of 3", f"{0.8 * auc:.3f} ± {0.1 * auc:.3f}"]
@@ -249,7 +251,7 @@ def test_plots(tmp_path: Path) -> None:
 def test_reports_of_equal_runs_are_equal(tmp_path: Path) -> None:
     outcomes = full(tmp_path)
     for name in ("one", "two"):
-        report(tmp_path / name, outcomes, wanted=Wanted(REFERENCE))
+        report(tmp_path / name, outcomes, wanted=Comparisons(REFERENCE))
     for name in ("report.html", "summary.md"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
@@ -409,7 +411,7 @@ def test_chosen_failures_are_spread() -> None:
 def test_reports_of_odd_runs(
     tmp_path: Path, outcomes: list[Outcome], reference: Reference | None
 ) -> None:
-    page, _ = report(tmp_path / "out", outcomes, wanted=Wanted(reference))
+    page, _ = report(tmp_path / "out", outcomes, wanted=Comparisons(reference))
     for one in outcomes:
         assert one.item.tracker in page.words
         assert one.item.sequence in page.words
@@ -436,11 +438,11 @@ def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
 
 def test_references_need_one_pass(tmp_path: Path) -> None:
     runs = [outcome("a", sequence(), said(0.5), 0, "reset")]
-    page, summary = report(tmp_path / "one", runs, wanted=Wanted(REFERENCE))
+    page, summary = report(tmp_path / "one", runs, wanted=Comparisons(REFERENCE))
     assert "one pass (OPE) was not run" in page.words
     assert "one pass (OPE) was not run" in summary
     runs = [outcome("a", sequence("Elsewhere"), said(0.5))]
-    page, _ = report(tmp_path / "two", runs, wanted=Wanted(REFERENCE))
+    page, _ = report(tmp_path / "two", runs, wanted=Comparisons(REFERENCE))
     assert "others.csv has none of the sequences of this run" in page.words
 
 
@@ -448,7 +450,7 @@ def test_references_that_have_no_sequence_in_common(tmp_path: Path) -> None:
     """Each has a number somewhere, but on no sequence all have one."""
     runs = [outcome("a", sequence(name), said(0.5)) for name in ("Book", "Cow")]
     others = Reference("others.csv", {"MIL": {"book": 0.3}, "TLD": {"cow": 0.5}})
-    _, summary = report(tmp_path / "out", runs, wanted=Wanted(others))
+    _, summary = report(tmp_path / "out", runs, wanted=Comparisons(others))
     assert "| Book | **0.476** | 0.300 | – |" in summary
     assert "| mean of 0 | – | – | – |" in summary
 
@@ -482,7 +484,7 @@ def test_report_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_reports_that_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="cannot be written"):
-        write_report(tmp_path / "missing", [], [], Wanted(), "Nothing")
+        write_report(tmp_path / "missing", [], [], Comparisons(), "Nothing")
 
 
 def test_numbers_for_people() -> None:

@@ -18,19 +18,21 @@ from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.evaluation import synthetic
-from motes.evaluation.datasets.mot import Crowd, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, load_crowds
 from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
 
 
-def crowd(folder: Path, shift: float = 0.0) -> Crowd:
+def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
     (found,), problems = load_crowds(write_crowd(folder, shift))
     assert not problems
     return found
 
 
-def counted(each: Crowd, detector: Detector | None = None) -> tuple[Result, list[list[float]]]:
+def counted(
+    each: MotSequence, detector: Detector | None = None
+) -> tuple[Result, list[list[float]]]:
     """Return the last result, and there, followed and detected of every frame."""
     *_, result = zhao_pei_figure9.figure9(each, detector, "nummiaro:adaptive", 0)
     (table,) = result.tables.values()
@@ -65,14 +67,16 @@ def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
     seen: list[Frame] = []
 
     class Nobody:
-        remarks = {"light": "It is dark."}  # noqa: RUF012
+        warnings = {"light": "It is dark."}  # noqa: RUF012
 
         def __call__(self, frame: Frame) -> list[Detection]:
             seen.append(frame)
             return []
 
     each = crowd(tmp_path)
-    result, counts = counted(Crowd(each.name, each.source, 5, 4.0, each.truth, None), Nobody())
+    result, counts = counted(
+        MotSequence(each.name, each.source, 5, 4.0, each.truth, None), Nobody()
+    )
     assert counts == [[2, 0, 0]] * 5
     assert [frame.time for frame in seen] == [0, 0.25, 0.5, 0.75, 1]
     assert result.tables[""].note.endswith(" It is dark.")
@@ -83,7 +87,7 @@ def test_the_hidden_are_followed_and_the_lost_are_not(tmp_path: Path) -> None:
     (each,), _ = load_crowds(write_crowd(tmp_path, frames=18))
     assert each.detections is not None
     early = each.detections.where(each.detections.frames <= 6)
-    _, counts = counted(Crowd(each.name, each.source, 18, 25, each.truth, early))
+    _, counts = counted(MotSequence(each.name, each.source, 18, 25, each.truth, early))
     assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 14 + [[2, 0, 0]] * 2
 
 
@@ -91,7 +95,7 @@ def test_frames_without_objects_have_no_ratio(tmp_path: Path) -> None:
     each = crowd(tmp_path)
     later = each.truth.where(each.truth.frames > 6)
     result, counts = counted(
-        Crowd(each.name, each.source, each.frames, each.rate, later, each.detections)
+        MotSequence(each.name, each.source, each.frames, each.rate, later, each.detections)
     )
     assert counts[4:8] == [[0, 2, 0]] * 2 + [[2, 2, 2]] * 2
     assert [row[4].text for row in result.tables[""].rows[4:8]] == ["–", "–", "1.000", "1.000"]

@@ -9,16 +9,16 @@ import numpy as np
 
 from motes.core.geometry import Box, Ellipse
 from motes.evaluation.adapters.registry import entry
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import read_rows
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.mot_scores import CrowdOutcome
 from motes.evaluation.protocols.mot import Tracks, save_tracks
 from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, Start
-from motes.evaluation.protocols.trace import Trace, save_trace
+from motes.evaluation.protocols.trace import TrackerOutput, save_trace
 from motes.evaluation.run_folder import RECORD, Record, prepare
 from motes.evaluation.runner import Job, Pass
-from motes.evaluation.scores import Ended, Outcome
+from motes.evaluation.scores import Outcome, PassResult
 
 from . import detections
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch
@@ -63,7 +63,9 @@ def traces() -> list[bytes]:
         path, flags = scratch() / "trace.csv", np.arange(FRAMES) == 3
         times, spread = np.full(FRAMES, 0.002), np.tile((2.0, 0.1, 1.0), (FRAMES, 1))
         confidence = np.linspace(0.1, 0.9, FRAMES)
-        save_trace(path, Trace(np.arange(FRAMES), boxes, confidence, flags, times, codes, spread))
+        save_trace(
+            path, TrackerOutput(np.arange(FRAMES), boxes, confidence, flags, times, codes, spread)
+        )
         found.append(path.read_bytes())
     return [*found, found[0].replace(b"0.002", b"").replace(b"2.0,0.1,1.0", b",,")]
 
@@ -100,15 +102,15 @@ def check_track_rows(data: bytes) -> str:
 
 def _crowd(files: dict[str, bytes]) -> str:
     truth = read_rows(put("truth.txt", detections.TRUTH), FRAMES, "truth")
-    crowd = Crowd("One", "One", FRAMES, 25.0, truth, None)
+    crowd = MotSequence("One", "One", FRAMES, 25.0, truth, None)
     return _resumed(
         CrowdOutcome, crowd, [Pass("motes:scene", "One", Start("mot", "", 0, None), 0)], files
     )
 
 
 def _resumed(
-    kind: type[Ended[Any, Any]],
-    where: Sequence | Crowd,
+    kind: type[PassResult[Any, Any]],
+    where: Sequence | MotSequence,
     passes: list[Pass],
     files: dict[str, bytes],
 ) -> str:

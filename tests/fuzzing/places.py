@@ -7,9 +7,14 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
-from motes.mot.analytics.events import Counting, Places
+from motes.mot.analytics.events import EventCounter, Regions
 from motes.mot.analytics.ground_plane import Ground
-from motes.mot.cameras.reidentification import Handover, Report, Rig, Sighting
+from motes.mot.cameras.reidentification import (
+    CameraReport,
+    CrossCameraAssociation,
+    ObjectReport,
+    Rig,
+)
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.known_target import boxes_of, load_places
 
@@ -63,8 +68,8 @@ def check_counted(data: bytes) -> str:
     """Read lines, zones and ground, and count somebody who walks."""
 
     def read() -> None:
-        places = Places.parse(data.decode(errors="replace"))
-        counting = Counting(places)
+        places = Regions.parse(data.decode(errors="replace"))
+        counting = EventCounter(places)
         for index, (x, y) in enumerate(WALK):
             for event in counting.update([_walker(index, x, y)]):
                 event.json()
@@ -122,7 +127,7 @@ def check_rig(data: bytes) -> str:
 
     def read() -> None:
         rig = Rig.parse(data.decode(errors="replace"))
-        handover, cameras = Handover(rig), rig.camera
+        handover, cameras = CrossCameraAssociation(rig), rig.camera
         for index, (x, y) in enumerate(WALK):
             for camera in (cameras[0], cameras[-1]):
                 handover.update(_report(camera.name, index, x, y))
@@ -130,8 +135,10 @@ def check_rig(data: bytes) -> str:
     return outcome(read)
 
 
-def _report(camera: str, index: int, x: float, y: float) -> Report:
+def _report(camera: str, index: int, x: float, y: float) -> CameraReport:
     histogram = np.full(8, 1 / 8, np.float32).tobytes()
     status = Status.TRACKING if index % 5 else Status.OCCLUDED
-    seen = Sighting(1, status, Box(x, y, 10, 20), 0.9, None, bool(index % 5), ("door",), histogram)
-    return Report(camera, index, index / 10, (seen,))
+    seen = ObjectReport(
+        1, status, Box(x, y, 10, 20), 0.9, None, bool(index % 5), ("door",), histogram
+    )
+    return CameraReport(camera, index, index / 10, (seen,))

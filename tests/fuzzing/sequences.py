@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from motes.core.errors import MotesError
-from motes.evaluation.datasets.mot import Crowd, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, load_crowds
 from motes.evaluation.datasets.regions import read_mask
 from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
 from motes.evaluation.report.reference import Reference
@@ -21,7 +21,7 @@ from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, 
 FRAMES = 6
 BOXES = b"".join(b"%d,12,20,15.5\n" % (10 + i) for i in range(FRAMES))
 
-Loaded = tuple[list[Sequence], list[Problem]] | tuple[list[Crowd], list[Problem]]
+Loaded = tuple[list[Sequence], list[Problem]] | tuple[list[MotSequence], list[Problem]]
 
 
 @cache

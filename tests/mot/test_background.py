@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from backgrounds import METHODS, NO_CV2
-from motes.core.errors import ConfigError, LimitError, SourceError
+from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method, blobs
@@ -43,7 +43,7 @@ def test_what_moves_is_found_without_its_shadow(method: Method) -> None:
             assert len(found) == 1, index
             assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
             assert found[0].score == 1
-    assert detector.remarks == {}
+    assert detector.warnings == {}
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -54,8 +54,8 @@ def test_a_sudden_light_is_said_once_and_forgotten(method: Method) -> None:
         brighter = frame.pixels + np.uint8(100 * (index >= 20))
         found = detector(Frame(index, index / 25, brighter))
         assert found == [], index
-    assert list(detector.remarks) == ["light"]
-    assert detector.remarks["light"].startswith("Frame 20: ")
+    assert list(detector.warnings) == ["light"]
+    assert detector.warnings["light"].startswith("Frame 20: ")
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -70,7 +70,7 @@ def test_a_change_of_exposure_shows_no_objects(method: Method) -> None:
         if index > 33:
             assert len(found) == 1, index
             assert iou(found[0].box, Box(3 * (index - 30), 40, *WALKER)) > 0.8
-    assert detector.remarks == {}
+    assert detector.warnings == {}
 
 
 def test_a_moving_camera_is_said_once() -> None:
@@ -78,8 +78,8 @@ def test_a_moving_camera_is_said_once() -> None:
     world = rng.integers(0, 256, (60, 400, 3), np.uint8)
     for index in range(40):
         assert detector(Frame(index, index / 25, world[:, 5 * index : 5 * index + 80])) == []
-    assert list(detector.remarks) == ["light", "camera"]
-    assert detector.remarks["camera"].startswith("Frame 10: ")
+    assert list(detector.warnings) == ["light", "camera"]
+    assert detector.warnings["camera"].startswith("Frame 10: ")
 
 
 def test_a_flood_of_objects_is_limited() -> None:
@@ -92,7 +92,7 @@ def test_a_flood_of_objects_is_limited() -> None:
         flood[y : y + 5 + k // 6, x : x + 8] = 250
     found = detector(Frame(1, 0.04, flood))
     assert [each.box.height for each in found] == [10] * 6 + [9]  # the largest
-    assert "36 moving patches" in detector.remarks["flood"]
+    assert "36 moving patches" in detector.warnings["flood"]
 
 
 @pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=METHODS[0].marks)])
@@ -121,7 +121,7 @@ def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) 
         lambda: BackgroundDetector("knn"),
         PeopleDetector,
     ):
-        with pytest.raises(LimitError, match=r"pip install 'motes\[opencv\]'"):
+        with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[opencv\]'"):
             make()
     rng, detector = np.random.default_rng(0), BackgroundDetector()
     for index in range(36):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from motes.core.detection import Detection, Detector, best
-from motes.core.errors import LimitError
+from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou, region_within
 from motes.mot.detection.pretrained import FaceDetector
@@ -76,7 +76,7 @@ def test_any_callable_is_a_detector() -> None:
 
 def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "dlib", None)
-    with pytest.raises(LimitError, match=r"pip install 'motes\[faces\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         FaceDetector()
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.events import Counting, Event, Line, Places, Zone, crossing
+from motes.mot.analytics.events import Event, EventCounter, Line, Regions, Zone, crossing
 from sightings import seen, told
 
 
@@ -48,8 +48,8 @@ def test_a_zone_is_a_polygon() -> None:
 
 
 def test_events_of_one_visit() -> None:
-    places = Places((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99, 60, 99)),))
-    counting = Counting(places)
+    places = Regions((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99, 60, 99)),))
+    counting = EventCounter(places)
     events = told(counting, *(seen(i, (10 * i, 40)) for i in range(12)))
     events += told(counting, seen(12, (0, 0), Status.OCCLUDED), seen(13, (0, 0), Status.LOST))
     kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
@@ -69,10 +69,10 @@ def test_events_of_one_visit() -> None:
 
 def test_who_stays_is_told_once_for_each_visit() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
-    places = Places(
+    places = Regions(
         zone=(Zone(square, "desk", dwell=1), Zone(square, "hall"), Zone(square, "bed", 9))
     )
-    counting = Counting(places)
+    counting = EventCounter(places)
     feet = [70, 70, 71, 72, 73, 74, 50, 70, 70, 70, 50, *[70] * 6]
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
@@ -84,7 +84,7 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
 
 def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
     square = (60.0, 0.0, 90.0, 0.0, 90.0, 99.0, 60.0, 99.0)
-    counting = Counting(Places(zone=(Zone(square, "desk", dwell=1),)))
+    counting = EventCounter(Regions(zone=(Zone(square, "desk", dwell=1),)))
     events = told(
         counting, seen(0, (70, 40)), seen(5, (70, 40), Status.OCCLUDED), seen(7, (70, 40))
     )
@@ -92,7 +92,7 @@ def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
 
 
 def test_what_is_hidden_crosses_when_it_comes_up() -> None:
-    counting = Counting(Places((Line((50, 0, 50, 99)),)))
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
     events = told(
         counting,
         seen(0, (30, 40)),
@@ -105,7 +105,7 @@ def test_what_is_hidden_crosses_when_it_comes_up() -> None:
 
 def test_who_trembles_on_a_line_crosses_it_once() -> None:
     """The foot of an object 11 pixels high is beside a line when it is 1.1 pixels away."""
-    counting = Counting(Places((Line((50, 0, 50, 99)),)))
+    counting = EventCounter(Regions((Line((50, 0, 50, 99)),)))
     feet = [40, 49.5, 50.5, 49.2, 50.9, 49.1, 52, 50.5, 49.5, 51, 60]
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
@@ -114,13 +114,13 @@ def test_who_trembles_on_a_line_crosses_it_once() -> None:
 
 
 def test_who_vanishes_in_a_zone_leaves_it() -> None:
-    counting = Counting(Places(zone=(Zone((0, 0, 90, 0, 90, 90), "court"),)))
+    counting = EventCounter(Regions(zone=(Zone((0, 0, 90, 0, 90, 90), "court"),)))
     events = told(counting, seen(0, (50, 20)), seen(4, (51, 20)), seen(9, (0, 0), Status.LOST))
     assert [(e.event, e.seconds) for e in events][-2:] == [("leaves", 1.0), ("disappears", 1.0)]
 
 
 def test_counts_are_by_the_minute() -> None:
-    counting = Counting()
+    counting = EventCounter()
     for i in range(3):
         told(counting, seen(4 * 60 * i, (5, 5), identity=i))
     assert [key[0] for key in counting.counts] == [0, 1, 2]
@@ -136,13 +136,13 @@ def test_a_line_of_json() -> None:
 
 def test_places_from_toml() -> None:
     text = '[[line]]\npoints = [1, 2, 3, 4]\nname = "gate"\n[[zone]]\npoints = [0, 0, 9, 0, 9, 9]\n'
-    places = Places.parse(text)
+    places = Regions.parse(text)
     assert list(places.lines) == ["gate"]
     assert list(places.zones) == ["zone 1"]
     with pytest.raises(ConfigError, match="did you mean 'points'"):
-        Places.parse("[[line]]\npoint = [1, 2, 3, 4]\n")
+        Regions.parse("[[line]]\npoint = [1, 2, 3, 4]\n")
     with pytest.raises(ConfigError, match="same name"):
-        Counting(Places((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 1, 1, 2, 3), "a"),)))
+        EventCounter(Regions((Line((0, 0, 1, 1), "a"),), (Zone((0, 0, 1, 1, 2, 3), "a"),)))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.events import Counting, Places
+from motes.mot.analytics.events import EventCounter, Regions
 from motes.mot.analytics.ground_plane import Ground
 from sightings import seen, told
 
@@ -54,7 +54,7 @@ def test_noise_on_many_points_averages_out() -> None:
 
 def test_speeds_in_metres() -> None:
     """Ten pixels in a quarter of a second, at 20 pixels in a metre."""
-    counting = Counting(Places(ground=Ground(scale=20)))
+    counting = EventCounter(Regions(ground=Ground(scale=20)))
     events = told(counting, *(seen(i, (10 * i, 40)) for i in range(5)))
     events += told(counting, seen(5, (100, 40)))
     assert events[0].metres_per_second == 0
@@ -66,7 +66,7 @@ def test_speeds_in_metres() -> None:
 def test_speed_does_not_depend_on_the_distance() -> None:
     speeds = []
     for y in (4.0, 12.0):
-        counting = Counting(Places.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
+        counting = EventCounter(Regions.parse(f"[ground]\npoints = {[list(p) for p in POINTS]}"))
         feet = [seen_by_a_camera(0.5 * i, y) for i in range(5)]
         told(counting, *(seen(i, foot) for i, foot in enumerate(feet)))
         speeds.append(counting._metres_per_second(counting._walks[1]))
@@ -95,4 +95,4 @@ def test_what_is_no_ground(values: dict[str, object], said: str) -> None:
 def test_numbers_of_no_ground(ground: str) -> None:
     values = [1e300, *[1.0] * 8] if ground == "homography" else [[1e300, 0, 0, 0]] * 4
     with pytest.raises(ConfigError, match=f"{ground}.*<= 1000000000000000.0"):
-        Places.parse(f"[ground]\n{ground} = {values}")
+        Regions.parse(f"[ground]\n{ground} = {values}")

@@ -10,10 +10,10 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.mot.identity_switch import edges, gain, mistaken
+from motes.mot.identity_switch import is_identity_switch, shape_model, swap_gain
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
-from motes.mot.tracked_object import Object
+from motes.mot.tracked_object import TrackedObject
 
 GROUND = np.random.default_rng(0).integers(90, 110, (80, 200, 3)).astype(np.uint8)
 RED, BLUE = (220, 60, 60), (60, 60, 220)
@@ -38,11 +38,11 @@ def box(x: int) -> Box:
     return Box(x, 28, SIDE, SIDE)
 
 
-def known(frame: Frame, x: int, identity: int) -> Object:
+def known(frame: Frame, x: int, identity: int) -> TrackedObject:
     """Return an object that was seen for a frame, alone."""
     tracker, rng = scene_config().tracker, np.random.default_rng(0)
-    thing = Object.begin(identity, tracker, rng, frame, [(frame.time, box(x))] * 2)
-    thing.edges = edges(thing, frame)
+    thing = TrackedObject.begin(identity, tracker, rng, frame, [(frame.time, box(x))] * 2)
+    thing.shape_model = shape_model(thing, frame)
     return thing
 
 
@@ -62,16 +62,16 @@ def test_colors_tell_who_is_who_or_edges_do(
     before = picture(0, (20, *looks[0]), (120, *looks[1]))
     after = picture(1, (20, *looks[1]), (120, *looks[0]))
     one, other = known(before, 20, 1), known(before, 120, 2)
-    assert not mistaken(one, other, before)
-    assert mistaken(one, other, after) == told
+    assert not is_identity_switch(one, other, before)
+    assert is_identity_switch(one, other, after) == told
     if told:
-        one.trade(other)
-        assert not mistaken(one, other, after)
+        one.swap_identity(other)
+        assert not is_identity_switch(one, other, after)
         assert (one.identity, other.identity) == (2, 1)
 
 
 def test_the_gain_of_a_swap_by_hand() -> None:
-    assert gain(np.array([[0.5, 0.1], [0.2, 0.7]])) == pytest.approx(0.9)
+    assert swap_gain(np.array([[0.5, 0.1], [0.2, 0.7]])) == pytest.approx(0.9)
 
 
 @pytest.mark.parametrize("alike", [False, True])

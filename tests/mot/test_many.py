@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.mot.association import Outcome
+from motes.mot.association import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import SceneConfig
-from motes.mot.track_initiation import SCORES, Births
+from motes.mot.track_initiation import SCORES, TrackInitiation
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
 
@@ -36,7 +36,7 @@ def config(**changes: object) -> SceneConfig:
     """Return a scene whose objects take little time of their own."""
     tracker = PRESETS["nummiaro"]
     assert isinstance(tracker, ParticleFilter)
-    presence = replace(tracker.presence, places=5)
+    presence = replace(tracker.presence, max_positions=5)
     return replace(SceneConfig(replace(tracker, particles=2, presence=presence)), **changes)
 
 
@@ -59,8 +59,8 @@ def found(index: int, count: int) -> list[Detection]:
 def work(count: int) -> Work:
     """Follow so many objects, all detected, half of them hidden, and found again; count."""
     there: list[Detection] = []
-    scene, calls = Scene(lambda _: there, config(doubt=0.0)), 0
-    outcomes = set[Outcome]()
+    scene, calls = Scene(lambda _: there, config(min_score_quantile=0.0)), 0
+    outcomes = set[DetectionOutcome]()
 
     def called(_frame: object, event: str, _argument: object) -> None:
         nonlocal calls
@@ -74,17 +74,22 @@ def work(count: int) -> Work:
             scene.update(frame)
             continue
         if index == BORN:
-            assert scene.born == count
+            assert scene.created == count
             tracemalloc.start()
         sys.setprofile(called)
         try:
             scene.update(frame)
         finally:
             sys.setprofile(before)
-        outcomes |= {each.outcome for each in scene.accounts}
+        outcomes |= {each.outcome for each in scene.detection_log}
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert outcomes >= {Outcome.MATCHED, Outcome.FOUND, Outcome.DOUBLE, Outcome.CANDIDATE}
+    assert outcomes >= {
+        DetectionOutcome.MATCHED,
+        DetectionOutcome.FOUND,
+        DetectionOutcome.DOUBLE,
+        DetectionOutcome.CANDIDATE,
+    }
     return Work(calls, peak)
 
 
@@ -98,21 +103,25 @@ def test_four_times_the_objects_take_four_times_the_work() -> None:
 
 def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> None:
     there = [Detection(Box(*box), score) for score, box in enumerate(grid(12).tolist())]
-    scene = Scene(lambda _: there, config(limit=8, doubt=0.0))
+    scene = Scene(lambda _: there, config(limit=8, min_score_quantile=0.0))
     for index in range(4):
         scene.update(Frame(index, index / 25, GRAY))
-        surplus = [each.detection for each in scene.accounts if each.outcome is Outcome.SURPLUS]
+        surplus = [
+            each.detection
+            for each in scene.detection_log
+            if each.outcome is DetectionOutcome.SURPLUS
+        ]
         assert surplus == there[3::-1]
-        assert len(scene.accounts) == 12
-    assert scene.born == 8
-    assert scene.remarks == {
+        assert len(scene.detection_log) == 12
+    assert scene.created == 8
+    assert scene.warnings == {
         "limit": "Frame 0: there are 12 detections; only the 8 surest are taken."
     }
 
 
 def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
     """The surest come first, so that the last ones alone would let too many pass."""
-    births, count = Births(0.2, 3, 0.25), 4 * SCORES
+    births, count = TrackInitiation(0.2, 3, 0.25), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
     births.note(scored)
     doubtful = [each is None for each in births.update(0.0, scored)]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign_pairs
-from motes.mot.association import Association, assign, inside
+from motes.mot.association import Association, assign, intersection_over_first
 from motes.mot.overlaps import overlapping, singles
 from motes.mot.pairs import candidates, meeting
 
@@ -61,7 +61,7 @@ def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
     centers = boxes[:, :2] + (boxes[:, 2:] - 1) / 2
     away = np.linalg.norm(places[:, :, None, :2] - centers, axis=3).min(axis=1)
     shares = away / np.sqrt(places[:, 0, 2] * places[:, 0, 3])[:, None]
-    shares /= (rule.reach + rule.spread * hidden)[:, None]
+    shares /= (rule.gate_radius + rule.gate_growth * hidden)[:, None]
     np.testing.assert_array_equal([i, j], np.nonzero(shares <= 1))
     np.testing.assert_allclose(off, shares[i, j])
 
@@ -74,7 +74,7 @@ def test_each_detection_drops_those_after_it_that_are_the_same(
     rng = np.random.default_rng(0)
     for _ in range(20):
         boxes = boxes_like("any", rng, 40)
-        shares = inside(boxes[:, None], boxes)
+        shares = intersection_over_first(boxes[:, None], boxes)
         same, kept = np.maximum(shares, shares.T) > 0.6, list[int]()
         for i in range(len(boxes)):
             if not same[i, kept].any():

@@ -11,7 +11,13 @@ import pytest
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.mot.cameras.reidentification import Handover, Overlap, Report, Rig, Sighting
+from motes.mot.cameras.reidentification import (
+    CameraReport,
+    CrossCameraAssociation,
+    ObjectReport,
+    Overlap,
+    Rig,
+)
 
 RIG = """
 [[camera]]
@@ -52,20 +58,20 @@ def sighting(
     x: float = 0.0,
     height: float = 40.0,
     detected: bool = True,
-) -> Sighting:
+) -> ObjectReport:
     box = Box(x, 100, 20, height)
-    return Sighting(identity, Status(status), box, 0.9, None, detected, at, looks(color))
+    return ObjectReport(identity, Status(status), box, 0.9, None, detected, at, looks(color))
 
 
 class Watching:
     """Cameras that tell what a test says."""
 
     def __init__(self, text: str = RIG) -> None:
-        self.handover = Handover(Rig.parse(text))
+        self.handover = CrossCameraAssociation(Rig.parse(text))
 
-    def tell(self, camera: str, time: float, *sightings: Sighting) -> list[int]:
+    def tell(self, camera: str, time: float, *sightings: ObjectReport) -> list[int]:
         """Return the identities in the rig."""
-        found = self.handover.update(Report(camera, round(25 * time), time, sightings))
+        found = self.handover.update(CameraReport(camera, round(25 * time), time, sightings))
         return [found[each.identity] for each in sightings if each.identity in found]
 
     def leaves(self, time: float = 1.0, **how: object) -> int:
@@ -221,7 +227,7 @@ def test_what_is_over_is_forgotten() -> None:
 
 
 def test_the_documented_rig_is_one() -> None:
-    text = (Path(__file__).parent.parent / "docs" / "cameras.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[2] / "docs" / "cameras.md").read_text(encoding="utf-8")
     (example,) = re.findall(r"^```toml\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
     rig = Rig.parse(example)
     assert [camera.name for camera in rig.camera] == ["hall", "office"]

@@ -24,9 +24,9 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.cameras import camera_process
-from motes.mot.cameras.camera_reporter import Lookout, Notice, Over
-from motes.mot.cameras.reidentification import Camera, Handover, Report, Rig
-from motes.mot.cameras.rig import Watch
+from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage, CameraReporter
+from motes.mot.cameras.reidentification import Camera, CameraReport, CrossCameraAssociation, Rig
+from motes.mot.cameras.rig import RigRunner
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place
@@ -260,16 +260,18 @@ def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
         _until(lambda: not any(map(_runs, children)))
 
 
-def kill(watch: Watch) -> None:
+def kill(watch: RigRunner) -> None:
     """Kill the hall's process."""
     pid = watch.pids["hall"]
     assert pid
     os.kill(pid, signal.SIGKILL)
 
 
-def told(watch: Watch, when: Callable[[list[Report]], bool]) -> tuple[list[Report], list[object]]:
+def told(
+    watch: RigRunner, when: Callable[[list[CameraReport]], bool]
+) -> tuple[list[CameraReport], list[object]]:
     """Return what cameras tell, and what is said of them; the first one is killed if wished."""
-    reports: list[Report] = []
+    reports: list[CameraReport] = []
     said: list[object] = []
     with watch:
         for news in watch:
@@ -285,32 +287,32 @@ def told(watch: Watch, when: Callable[[list[Report]], bool]) -> tuple[list[Repor
 def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(camera_process, "GAP", 0.1)
+    monkeypatch.setattr(camera_process, "CAMERA_TIMEOUT", 0.1)
     hall = Camera("hall", str(films / "hall.mkv"), detector="gaussian")
-    calm, (end,) = told(Watch(Rig((hall,))), lambda _: False)
+    calm, (end,) = told(RigRunner(Rig((hall,))), lambda _: False)
     moments = [1]
 
-    def once(reports: list[Report]) -> bool:
+    def once(reports: list[CameraReport]) -> bool:
         return len(reports) in moments and moments.pop() > 0
 
-    again, said = told(Watch(Rig((hall,))), once)
+    again, said = told(RigRunner(Rig((hall,))), once)
     assert again == calm
     assert len(calm) == 70
     assert said[-1] == end
-    assert all(isinstance(each, Notice) for each in said[:-1])
+    assert all(isinstance(each, CameraMessage) for each in said[:-1])
     assert len(said) in (1, 3)  # it may have been over already
 
 
 def test_a_process_that_dies_at_the_same_place_again_is_given_up(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(camera_process, "GAP", 0.1)
-    watch = Watch(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
+    monkeypatch.setattr(camera_process, "CAMERA_TIMEOUT", 0.1)
+    watch = RigRunner(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
     kill(watch)
     with watch:
         news = iter(watch)
         first = next(news)
-        assert isinstance(first, Notice)
+        assert isinstance(first, CameraMessage)
         assert "SIGKILL" in first.text
         pid = watch.pids["hall"]
 
@@ -320,7 +322,7 @@ def test_a_process_that_dies_at_the_same_place_again_is_given_up(
 
         threading.Thread(target=kill_next).start()
         (last,) = news
-    assert isinstance(last, Over)
+    assert isinstance(last, CameraEnded)
     assert last.failure
     assert "SIGKILL" in last.failure
 
@@ -350,8 +352,8 @@ def _until(done: Callable[[], bool]) -> None:
 def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)
-    lookout = Lookout(Camera("one", ""), Scene(red))
-    handover, said = Handover(Rig((Camera("one", ""),))), []
+    lookout = CameraReporter(Camera("one", ""), Scene(red))
+    handover, said = CrossCameraAssociation(Rig((Camera("one", ""),))), []
     with camera(moving) as stream, open_watched(stream.url) as film:
         for news in film:
             if isinstance(news, str):
@@ -372,10 +374,10 @@ def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.Monk
 def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     """Who comes in by a door is told of when whole, and with the looks of then."""
     place = Place(name="door", box=(0, 0, 10, 96))
-    reports: dict[bool, list[Report]] = {}
+    reports: dict[bool, list[CameraReport]] = {}
     for door in (True, False):
         scene = Scene(BackgroundDetector("gaussian"))
-        lookout = Lookout(Camera("hall", "", place=(place,) * door), scene)
+        lookout = CameraReporter(Camera("hall", "", place=(place,) * door), scene)
         with open_watched(str(films / "hall.mkv")) as film:
             frames = [frame for frame in film if isinstance(frame, Frame)]
         reports[door] = [r for r in map(lookout.report, frames) if r.sightings]

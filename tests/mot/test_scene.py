@@ -23,7 +23,15 @@ from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.evaluation.synthetic.clips import Clip
 from motes.evaluation.synthetic.occlusion_clips import EMPTY, meetings
-from motes.mot.association import Account, Association, Outcome, assign, divided, inside, may_hide
+from motes.mot.association import (
+    Association,
+    DetectionOutcome,
+    LoggedDetection,
+    assign,
+    intersection_over_first,
+    occlusion_candidates,
+    split_merged_blob,
+)
 from motes.mot.detection.background import BackgroundDetector, Method
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config
@@ -56,11 +64,11 @@ class Stage:
         self.found = [Detection(box) for box in there]
         self.index += 1
         said = self.scene.update(Frame(self.index, self.index / 25, pixels))
-        assert_accounted(self.scene.accounts, self.found)
+        assert_accounted(self.scene.detection_log, self.found)
         return said
 
 
-def assert_accounted(accounts: list[Account], found: Sequence[Detection]) -> None:
+def assert_accounted(accounts: list[LoggedDetection], found: Sequence[Detection]) -> None:
     """Every detection has exactly one outcome."""
     assert sorted(id(each.detection) for each in accounts) == sorted(map(id, found))
 
@@ -86,12 +94,12 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
     last = statuses.index([Status.LOST])
     assert last == pytest.approx(3.0 * 25, abs=1)  # seconds of patience
     assert all(each == [] for each in statuses[last + 1 :])
-    assert (stage.scene.born, stage.scene.gone) == (1, 1)
+    assert (stage.scene.created, stage.scene.terminated) == (1, 1)
 
 
 def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
     for covered in (False, True):
-        stage = Stage(config=replace(scene_config(), patience=1.0))
+        stage = Stage(config=replace(scene_config(), max_age=1.0))
         small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
         statuses = []
         for i in range(110):
@@ -124,7 +132,7 @@ def test_identities_are_never_used_twice() -> None:
         seen += [each.identity for each in said]
         for _ in range(60):
             stage.show([None])
-        assert stage.scene.gone == visit + 1
+        assert stage.scene.terminated == visit + 1
     assert seen == [1, 2, 3]
 
 
@@ -132,7 +140,7 @@ def test_what_flickers_is_not_born() -> None:
     stage = Stage()
     for i in range(30):
         assert stage.show([walker(0)] if i % 3 else [None]) == []
-    assert stage.scene.born == 0
+    assert stage.scene.created == 0
 
 
 def test_detections_that_make_no_object_say_why() -> None:
@@ -141,18 +149,18 @@ def test_detections_that_make_no_object_say_why() -> None:
         stage.show([walker(i)])
     box = walker(5)
     others = {
-        Outcome.DOUBLE: Box(box.x + 1, box.y + 1, 12, 26),
-        Outcome.USELESS: Box(3, 3, 1, 9),
-        Outcome.CANDIDATE: Box(150, 80, 10, 10),
+        DetectionOutcome.DOUBLE: Box(box.x + 1, box.y + 1, 12, 26),
+        DetectionOutcome.USELESS: Box(3, 3, 1, 9),
+        DetectionOutcome.CANDIDATE: Box(150, 80, 10, 10),
     }
     stage.show([box], [box, *others.values()])
-    outcomes = {each.outcome: each for each in stage.scene.accounts}
+    outcomes = {each.outcome: each for each in stage.scene.detection_log}
     for outcome, given in others.items():
         assert outcomes[outcome].detection.box == given
-    assert outcomes[Outcome.MATCHED].identity == 1
+    assert outcomes[DetectionOutcome.MATCHED].identity == 1
     stage.found = [Detection(box), Detection(Box(150, 80, 10, 10), float("nan"))]
     stage.scene.update(GROUND)
-    assert Outcome.USELESS in {each.outcome for each in stage.scene.accounts}
+    assert DetectionOutcome.USELESS in {each.outcome for each in stage.scene.detection_log}
 
 
 def test_doubtful_detections_begin_nothing() -> None:
@@ -163,8 +171,11 @@ def test_doubtful_detections_begin_nothing() -> None:
         if i >= 15:
             stage.found.append(Detection(Box(150, 70, 20, 20), 1.0))
         stage.scene.update(Frame(stage.index, stage.index / 25, GROUND))
-    assert [each.outcome for each in stage.scene.accounts] == [Outcome.MATCHED, Outcome.DOUBTFUL]
-    assert stage.scene.born == 1
+    assert [each.outcome for each in stage.scene.detection_log] == [
+        DetectionOutcome.MATCHED,
+        DetectionOutcome.DOUBTFUL,
+    ]
+    assert stage.scene.created == 1
 
 
 def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
@@ -185,13 +196,13 @@ def test_who_is_hidden_coasts_behind_the_other_and_is_found_again() -> None:
     (who,) = [k for k, t in before.items() if iou(t.track.box, boxes[26]) > 0.7]
     (other,) = [k for k in before if k != who]
     hidden = said[40][who]
-    assert (hidden.track.status, hidden.behind) == (Status.OCCLUDED, other)
+    assert (hidden.track.status, hidden.occluded_by) == (Status.OCCLUDED, other)
     assert hidden.track.confidence == 0
     assert iou(hidden.track.box, boxes[40]) > 0.5  # it keeps its pace
     assert said[40][other].track.status is Status.TRACKING
     assert iou(after[who].track.box, boxes[52]) > 0.7
     assert iou(after[other].track.box, still) > 0.7
-    assert stage.scene.born == 2
+    assert stage.scene.created == 2
 
 
 def test_who_is_hidden_does_not_learn_and_is_not_weighed() -> None:
@@ -235,7 +246,7 @@ def test_a_blob_of_two_is_divided_between_them() -> None:
         stage.show(still)
     moved = [Box(56, 30, 16, 30), Box(81, 30, 16, 30)]
     said = stage.show(moved, [Box(56, 30, 41, 30)])
-    assert [each.outcome for each in stage.scene.accounts] == [Outcome.SEVERAL]
+    assert [each.outcome for each in stage.scene.detection_log] == [DetectionOutcome.SEVERAL]
     assert [each.detected for each in said] == [True, True]
     for each, box in zip(said, moved, strict=True):
         assert each.track.box == pytest.approx(box)
@@ -265,7 +276,7 @@ def test_a_foreign_thing_hides_and_the_identity_survives() -> None:
         said.append(stage.show([walker(i) if visible else None]))
     assert {t.identity for each in said for t in each} == {1}
     assert said[25][0].track.status is Status.OCCLUDED
-    assert said[25][0].behind is None
+    assert said[25][0].occluded_by is None
     assert said[40][0].track.status is Status.TRACKING
 
 
@@ -309,7 +320,7 @@ def test_noise_for_10_000_frames_neither_crashes_nor_grows() -> None:
         if index in (1000, 9999):
             gc.collect()
             sizes.append(sys.getallocatedblocks())
-    assert scene.born >= scene.gone > 300
+    assert scene.created >= scene.terminated > 300
     assert most < 20  # who is not seen again is gone after some seconds
     assert sizes[1] < sizes[0] + 5000  # accounts alone would take more, kept for good
 
@@ -318,7 +329,7 @@ def small() -> ParticleFilter:
     """Return a quick tracker."""
     config = PRESETS["nummiaro"]
     assert isinstance(config, ParticleFilter)
-    return replace(config, particles=5, presence=replace(config.presence, places=20))
+    return replace(config, particles=5, presence=replace(config.presence, max_positions=20))
 
 
 def test_frames_must_fit() -> None:
@@ -382,7 +393,7 @@ class Slow:
 
     def __init__(self, wrapped: Detector, fail: int = -1) -> None:
         self.wrapped, self.fail, self.latest = wrapped, fail, -1
-        self.remarks: dict[str, str] = {}
+        self.warnings: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> Sequence[Detection]:
         """Return what the wrapped one finds."""
@@ -390,7 +401,7 @@ class Slow:
             raise SourceError("the detector is tired")
         time.sleep(0.003 * (frame.index % 3))
         self.latest = frame.index
-        self.remarks[f"{frame.index // 10}"] = f"Frame {frame.index}"
+        self.warnings[f"{frame.index // 10}"] = f"Frame {frame.index}"
         return self.wrapped(frame)
 
 
@@ -412,7 +423,7 @@ def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
         pytest.importorskip("cv2")
     scenes = [Scene(Slow(BackgroundDetector(method)), seed=2) for _ in range(3)]
     serial = [told(scenes[0], frame, scenes[0].update(frame)) for frame in walks()]
-    assert scenes[0].born >= 2
+    assert scenes[0].created >= 2
     for scene, ahead in zip(scenes[1:], (True, False), strict=True):
         said = [told(scene, *each) for each in scene.watch(walks(), ahead=ahead)]
         assert said == serial
@@ -421,8 +432,8 @@ def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
 def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, ...]:
     """Return all that is said of a frame in a form that is compared bit for bit."""
     bits = [[np.asarray(value).tobytes() for value in astuple(t.track)] for t in tracks]
-    who = [(t.identity, t.behind, t.detected) for t in tracks]
-    return frame.index, who, bits, scene.accounts, dict(scene.remarks)
+    who = [(t.identity, t.occluded_by, t.detected) for t in tracks]
+    return frame.index, who, bits, scene.detection_log, dict(scene.warnings)
 
 
 def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
@@ -483,35 +494,36 @@ def test_assignment_is_the_cheapest_of_the_largest() -> None:
 def test_shares_inside_by_hand() -> None:
     boxes = np.array([[0, 0, 10, 10], [5, 0, 10, 20], [30, 0, 4, 4]], float)
     np.testing.assert_allclose(
-        inside(boxes[:, None], boxes), [[1.0, 0.5, 0.0], [0.25, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        intersection_over_first(boxes[:, None], boxes),
+        [[1.0, 0.5, 0.0], [0.25, 1.0, 0.0], [0.0, 0.0, 1.0]],
     )
 
 
 def test_what_is_shared_is_divided_from_its_edges() -> None:
     places = np.array([[10, 10, 10, 20], [18, 12, 10, 20], [27, 11, 10, 20]], float)
-    shared = divided(places, Box(8, 10, 30, 23))
+    shared = split_merged_blob(places, Box(8, 10, 30, 23))
     np.testing.assert_allclose(shared, [[8, 10, 10, 20], [18, 13, 10, 20], [28, 11, 10, 20]])
     # One that reaches over the other on both sides stays where it should be.
     places = np.array([[10, 10, 30, 20], [15, 5, 10, 20]], float)
-    np.testing.assert_allclose(divided(places, Box(9, 4, 40, 27))[:, 0], [10, 15])
+    np.testing.assert_allclose(split_merged_blob(places, Box(9, 4, 40, 27))[:, 0], [10, 15])
 
 
 def test_occlusion_is_foreseen_by_equations_18_and_19() -> None:
     one = Box(0, 0, 20, 40)
     # A = (20 + 10) / 2 = 15, B = (40 + 30) / 2 = 35, R = sqrt(A² + B²) = 38.08
     near, far = Box(10 - 5 + 38, 20 - 15, 10, 30), Box(10 - 5 - 38.1, 20 - 15, 10, 30)
-    i, j = may_hide(np.array([one, near, far]))
+    i, j = occlusion_candidates(np.array([one, near, far]))
     assert (i.tolist(), j.tolist()) == ([0, 1], [1, 0])
-    assert not len(may_hide(np.empty((0, 4)))[0])
+    assert not len(occlusion_candidates(np.empty((0, 4)))[0])
 
 
 def test_what_is_ruled_out() -> None:
-    rule = Association(overlap=0.2, distance=0.4, reach=1.0, spread=2.0)
+    rule = Association(overlap=0.2, distance=0.4, gate_radius=1.0, gate_growth=2.0)
     costs = rule.costs(np.array([0.1, 0.5]), np.array([0.0, 0.2]))
     np.testing.assert_allclose(costs, [np.inf, 0.6])
     # After a second, the reach is 3; half of that away, half of what is left to 1 is forgiven.
     away, far = [3.1, 1.5, 1.5, 3.0], [0.0, 0.69, 0.71, 0.39]
-    costs = rule.recoveries(rule.off(np.array(away), np.ones(4)), np.array(far))
+    costs = rule.recoveries(rule.gate_distance(np.array(away), np.ones(4)), np.array(far))
     np.testing.assert_allclose(costs, [np.inf, 1.19, np.inf, 1.39])
 
 

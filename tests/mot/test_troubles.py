@@ -13,7 +13,7 @@ from backgrounds import METHODS
 from motes.core.frame import Frame
 from motes.evaluation.synthetic.scenery import noise, to_bytes
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method
-from motes.mot.detection.camera_motion import Anchor
+from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.scene import Scene
 
 Picture = NDArray[np.uint8]
@@ -59,7 +59,7 @@ def watched(method: Method, picture: Callable[[int], Picture | Floats], frames: 
 def test_nothing_for_300_frames_is_nothing(method: Method) -> None:
     empty = ground(0)
     scene = watched(method, lambda _: empty, 300)
-    assert (scene.born, scene.remarks) == (0, {})
+    assert (scene.created, scene.warnings) == (0, {})
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -68,17 +68,17 @@ def test_a_sudden_light_makes_no_crowd(method: Method, gain: float) -> None:
     """The two who are there look like others, and where they stood, ghosts may be left."""
     empty = ground(0)
     scene = watched(method, lambda i: walked(empty, i) * (gain if i >= CHANGE else 1.0), 80)
-    assert 2 <= scene.born <= 6
-    assert list(scene.remarks) == ["light"]
-    assert scene.remarks["light"].startswith(f"Frame {CHANGE}: ")
+    assert 2 <= scene.created <= 6
+    assert list(scene.warnings) == ["light"]
+    assert scene.warnings["light"].startswith(f"Frame {CHANGE}: ")
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_cut_makes_no_crowd(method: Method) -> None:
     before, after = ground(0), ground(7)
     scene = watched(method, lambda i: walked(after if i >= CHANGE else before, i), 110)
-    assert 2 <= scene.born <= 4
-    assert list(scene.remarks) == ["light"]
+    assert 2 <= scene.created <= 4
+    assert list(scene.warnings) == ["light"]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -91,9 +91,9 @@ def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: floa
         return walked(wide[:, x : x + WIDTH], index)
 
     scene = watched(method, picture, 90)
-    assert 2 <= scene.born <= 3
-    assert CHANGE < int(scene.remarks["camera"].split()[1][:-1]) < CHANGE + 15
-    assert len(scene.remarks) == 1 + ("light" in scene.remarks)
+    assert 2 <= scene.created <= 3
+    assert CHANGE < int(scene.warnings["camera"].split()[1][:-1]) < CHANGE + 15
+    assert len(scene.warnings) == 1 + ("light" in scene.warnings)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -127,34 +127,34 @@ def test_a_flood_is_limited_and_said_once(method: Method) -> None:
     scene, most = Scene(BackgroundDetector(config)), 0
     for _, tracks in scene.watch(film(picture, 35)):
         most = max(most, len(tracks))
-        assert len(scene.accounts) <= config.limit
-    assert config.limit <= most <= scene.born <= 160
-    assert list(scene.remarks) == ["flood"]
+        assert len(scene.detection_log) <= config.limit
+    assert config.limit <= most <= scene.created <= 160
+    assert list(scene.warnings) == ["flood"]
 
 
 def test_an_anchor_slips_with_the_picture_alone() -> None:
     """Neither by a thing that covers 40 % and moves, nor by light; and again after each slip."""
     wide = ground(2, 2 * WIDTH)
     here, there = wide[:, :WIDTH], wide[:, 1 : WIDTH + 1]
-    anchor = Anchor(here)
-    assert not anchor.slipped(here)
-    assert not anchor.slipped((here * 0.7).astype(np.uint8))
+    anchor = ReferenceImage(here)
+    assert not anchor.has_moved(here)
+    assert not anchor.has_moved((here * 0.7).astype(np.uint8))
     half = here.copy()
     half[:, :80] = there[:, :80]
-    assert not anchor.slipped(half)
-    assert anchor.slipped(there)
-    assert not anchor.slipped(there)
-    assert anchor.slipped(here)
+    assert not anchor.has_moved(half)
+    assert anchor.has_moved(there)
+    assert not anchor.has_moved(there)
+    assert anchor.has_moved(here)
 
 
 def test_an_anchor_forgets_what_is_old() -> None:
     """A camera that creeps by a pixel in 200 frames does not slip: it is learned."""
     picture = ground(2, 800)
-    anchor, slips = Anchor(shrunk(picture, 0)), 0
+    anchor, slips = ReferenceImage(shrunk(picture, 0)), 0
     for shift in range(4):
-        slips += sum(anchor.slipped(shrunk(picture, shift)) for _ in range(50))
+        slips += sum(anchor.has_moved(shrunk(picture, shift)) for _ in range(50))
     assert slips == 0
-    assert Anchor(shrunk(picture, 0)).slipped(shrunk(picture, 4))
+    assert ReferenceImage(shrunk(picture, 0)).has_moved(shrunk(picture, 4))
 
 
 def shrunk(picture: Picture, shift: int) -> Picture:
@@ -167,4 +167,4 @@ def shrunk(picture: Picture, shift: int) -> Picture:
 def test_any_picture_can_be_an_anchor() -> None:
     for height, width in ((1, 1), (7, 3), (5, 4000)):
         pixels = np.zeros((height, width, 3), np.uint8)
-        assert not Anchor(pixels).slipped(pixels)
+        assert not ReferenceImage(pixels).has_moved(pixels)

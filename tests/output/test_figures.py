@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.core.errors import FormatError, LimitError
+from motes.core.errors import FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
@@ -20,13 +20,13 @@ from motes.output.charts import Series
 from motes.output.figures import CUE_WEIGHTS, FIGURES, ORIENTATION, Recorder
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import configure, preset
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
 
 def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tuple[Recorder, Series]:
     """Return the recorder of a run on a small clip, and what it should hold."""
-    config = configure(preset(name), {"presence": {"step": 4}})
+    config = configure(preset(name), {"presence": {"stride": 4}})
     recorder, tracker, rows, shares = Recorder(config), Tracker(config, seed=1), [], []
     for frame, (truth,) in synthetic.growing(size, frames, factor=1.5):
         track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
@@ -35,10 +35,10 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
             2.0 * frame.index if name == "nummiaro" else None,
         )
         recorder.add(frame, tracker.info, seconds, shift_seconds)
-        shares.append(list(tracker.info.shares.values()))
+        shares.append(list(tracker.info.cue_weights.values()))
         rows.append(
             (
-                *(frame.index, *track.ellipse[:4], tracker.info.appearing),
+                *(frame.index, *track.ellipse[:4], tracker.info.n_supporting),
                 *(
                     track.status == "tracking",
                     seconds,
@@ -49,12 +49,12 @@ def recorded(name: str, frames: int, size: tuple[int, int] = (160, 120)) -> tupl
     return recorder, Series(*[*np.array(rows, float).T, np.array(shares)])
 
 
-def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, Info]:
+def seen(index: int, status: Status, x: float = 40.0) -> tuple[Frame, StepInfo]:
     """Return a gray frame and what a tracker says about it."""
     frame = Frame(index, index / 25, gray())
     model = Color().learn(frame, Ellipse(40, 30, 8, 6))
     track = Track(index, index / 25, Ellipse(x, 30, 8, 6), np.eye(5), 0.5, status, 0.1, 50.0)
-    return frame, Info(track, np.array([track.ellipse]), np.ones(1), np.full(1, 0.1), 1,
+    return frame, StepInfo(track, np.array([track.ellipse]), np.ones(1), np.full(1, 0.1), 1,
         {"color": model}, {"color": 1.0},
     )  # fmt: skip
 
@@ -137,7 +137,7 @@ def test_the_surface_of_two_cues_is_their_mean() -> None:
     center = tracker.info.track.ellipse
     place = np.array([center._replace(x=surface.x[40], y=surface.y[20])])
     rho = sum(
-        tracker.info.shares[name]
+        tracker.info.cue_weights[name]
         * (1 - cue.distances(tracker.info.models[name], frame, place)[0] ** 2)
         for name, cue in recorder._config.cues.items()
     )
@@ -234,7 +234,7 @@ def test_lost_stretches_are_shaded(tmp_path: Path) -> None:
 
 def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(LimitError, match=r"pip install 'motes\[report\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[report\]'"):
         Recorder(preset("nummiaro"))
 
 

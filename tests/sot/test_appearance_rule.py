@@ -17,7 +17,7 @@ from motes.core.track import Status
 from motes.cues import Cue
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
-from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.likelihood import Gaussian
 from oracles import bhattacharyya, every_pixel, frame, mosaic
 
@@ -39,7 +39,7 @@ def test_background_over_every_pixel(step: int) -> None:
     ]
     mean = sum(rho) / len(rho)
     variance = sum((value - mean) ** 2 for value in rho) / len(rho)
-    found = AppearanceRule(step=step).background(
+    found = AppearanceRule(stride=step).background(
         CUE, model, background, region, target_in_frame=False
     )
     assert found.mean == pytest.approx(mean, abs=1e-9)
@@ -82,21 +82,25 @@ def test_a_target_as_large_as_the_frame_leaves_no_other_background() -> None:
 
 @pytest.mark.parametrize(
     ("background", "threshold"),
-    [(Background(0.3, 0.1), 0.5), (Background(0.0, 0.0), 0.0), (Background(0.8, 0.3), 0.9)],
+    [
+        (BackgroundStatistics(0.3, 0.1), 0.5),
+        (BackgroundStatistics(0.0, 0.0), 0.0),
+        (BackgroundStatistics(0.8, 0.3), 0.9),
+    ],
 )
-def test_equation_13(background: Background, threshold: float) -> None:
-    rule = AppearanceRule(deviations=2.0, ceiling=0.9)
+def test_equation_13(background: BackgroundStatistics, threshold: float) -> None:
+    rule = AppearanceRule(deviations=2.0, max_threshold=0.9)
     rho = np.array([0.0, threshold - 1e-6, threshold + 1e-6, 1.0]).clip(0, 1)
     expected = rho > threshold
     np.testing.assert_array_equal(rho > rule.threshold(background), expected)
 
 
 def test_the_margin_asks_for_more_where_the_background_varies_little() -> None:
-    rule = AppearanceRule(deviations=2.0, margin=0.7, ceiling=0.9)
+    rule = AppearanceRule(deviations=2.0, margin=0.7, max_threshold=0.9)
     for background, threshold in [
-        (Background(0.2, 0.1), 0.2 + 0.7 * 0.8),
-        (Background(0.2, 0.32), 0.84),
-        (Background(0.9, 0.01), 0.9),
+        (BackgroundStatistics(0.2, 0.1), 0.2 + 0.7 * 0.8),
+        (BackgroundStatistics(0.2, 0.32), 0.84),
+        (BackgroundStatistics(0.9, 0.01), 0.9),
     ]:
         assert rule.threshold(background) == pytest.approx(threshold)
 
@@ -167,7 +171,7 @@ class Counting:
 
 def test_any_cue_can_be_asked() -> None:
     cue = Counting()
-    found = AppearanceRule(step=2).background(
+    found = AppearanceRule(stride=2).background(
         cast(Cue, cue), None, frame(mosaic(0, 10, 7)), Ellipse(3, 3, 2, 2), target_in_frame=False
     )
     assert sum(cue.regions) == 5 * 4

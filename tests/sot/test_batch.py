@@ -66,9 +66,9 @@ def test_a_frame_s_planes_are_shared(threads: int) -> None:
     frames = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=2)]
     with Trackers("ng_delp", threads=threads) as trackers:
         trackers.init(frames[0], [Box(65, 40, 30, 40)] * 4)
-        frames[1].planes.clear()
+        frames[1].cache.clear()
         trackers.update(frames[1])
-    assert len(frames[1].planes) == 1
+    assert len(frames[1].cache) == 1
 
 
 @pytest.mark.parametrize("threads", [1, 2])

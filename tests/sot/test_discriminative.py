@@ -14,8 +14,8 @@ from PIL import Image, ImageDraw
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status, Track
-from motes.sot.discriminative.confidence_gate import Standing, Trust
-from motes.sot.discriminative.redetection import Search
+from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
+from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.tracker import Tracker
 
@@ -234,23 +234,23 @@ def test_a_turned_target_is_seen_as_turned(degrees: float, side: int) -> None:
     frames, config = spinning(degrees, 2), Discriminative()
     rng, region = np.random.default_rng(0), Ellipse.from_box(Box(128.0, 104.0, 65.0, 33.0))
     state, _ = config.init(rng, frames[0], region)
-    look = config.look(rng, state, frames[1], state.ellipse)
+    look = config.localize(rng, state, frames[1], state.ellipse)
     turned = config._turn(rng, state, frames[1], look)
-    assert turned.found.theta == side * config.turn
+    assert turned.pose.theta == side * config.turn
     assert turned.certainty >= look.certainty
-    assert turned.found[:2] == pytest.approx((160, 120), abs=3)
+    assert turned.pose[:2] == pytest.approx((160, 120), abs=3)
 
 
 def test_a_second_look_may_doubt_the_first_while_nobody_searches() -> None:
     frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    standing = Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10)
-    state = replace(state, standing=standing)
+    standing = TargetStatus(Status.SEARCHING, frames_missed=5, reference=0.9, seen=10)
+    state = replace(state, target=standing)
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-    look = config.look(rng, state, empty, state.ellipse)
+    look = config.localize(rng, state, empty, state.ellipse)
     after, info, learned = config._observe(state, empty, look, jumped=False)
-    assert (after.standing.status, learned) == (Status.SEARCHING, False)
+    assert (after.target.status, learned) == (Status.SEARCHING, False)
     assert info.ellipses.shape == (config.particles, 5)
 
 
@@ -259,11 +259,13 @@ def test_a_lost_target_is_followed_by_what_is_most_like_it(certainty: float, mov
     frames, boxes = film([(160.0, 100.0), (168.0, 100.0)], (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, standing=Standing(Status.SEARCHING, missed=5, reference=0.9, seen=10))
-    look = config.look(rng, state, frames[1], state.ellipse)
+    state = replace(
+        state, target=TargetStatus(Status.SEARCHING, frames_missed=5, reference=0.9, seen=10)
+    )
+    look = config.localize(rng, state, frames[1], state.ellipse)
     look = dataclasses.replace(look, certainty=certainty)
     after, info, learned = config._observe(state, frames[1], look, jumped=False)
-    assert (after.standing.status, learned) == (Status.SEARCHING, False)
+    assert (after.target.status, learned) == (Status.SEARCHING, False)
     assert after.ellipse[:2] == pytest.approx((168.0 if moves else 160.0, 100.0), abs=1)
     assert info.track.ellipse[:2] == pytest.approx(after.ellipse[:2])
 
@@ -275,13 +277,13 @@ def test_it_looks_again_where_the_target_has_moved(
     frames, boxes = film([(160.0, 100.0), (160.0 + shift, 100.0)], (30, 40), wall(240, 320))
     tracker = Tracker()
     tracker.init(frames[0], boxes[0])
-    places, look = [], Discriminative.look
+    places, look = [], Discriminative.localize
 
     def seen(*arguments: Any) -> Any:
         places.append(arguments[-1])
         return look(*arguments)
 
-    monkeypatch.setattr(Discriminative, "look", seen)
+    monkeypatch.setattr(Discriminative, "localize", seen)
     track = tracker.update(frames[1])
     assert len(places) == looks
     assert places[-1].x == pytest.approx(160 + shift, abs=2)
@@ -292,18 +294,18 @@ def test_fewer_particles_where_the_place_is_clear() -> None:
     frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    clear = config.look(rng, state, frames[1], state.ellipse)
+    clear = config.localize(rng, state, frames[1], state.ellipse)
     empty = Frame(1, FRAME_INTERVAL, wall(240, 320))
-    unclear = config.look(rng, state, empty, state.ellipse)
-    assert len(clear.centers) < len(unclear.centers) <= config.budget.most
+    unclear = config.localize(rng, state, empty, state.ellipse)
+    assert len(clear.centers) < len(unclear.centers) <= config.budget.max
 
 
 def test_the_shares_follow_the_color_contrast() -> None:
     frames, boxes = film([(160.0, 100.0)] * 3, (30, 40), wall(240, 320))
     colored, _ = follow(frames, boxes[0])
     plain, _ = follow(colorless(frames), boxes[0])
-    assert sum(colored.info.shares.values()) == pytest.approx(1)
-    assert colored.info.shares["posterior"] >= plain.info.shares["posterior"]
+    assert sum(colored.info.cue_weights.values()) == pytest.approx(1)
+    assert colored.info.cue_weights["posterior"] >= plain.info.cue_weights["posterior"]
 
 
 def test_without_color_the_filter_alone_decides() -> None:
@@ -312,13 +314,13 @@ def test_without_color_the_filter_alone_decides() -> None:
     tracker.init(frames[0], boxes[0])
     for frame in frames[1:]:
         track = tracker.update(frame)
-    assert tracker.info.shares == {"correlation": 1.0, "posterior": 0.0}
+    assert tracker.info.cue_weights == {"correlation": 1.0, "posterior": 0.0}
     assert iou(track.box, boxes[-1]) > 0.7
 
 
 def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPatch) -> None:
     frames, boxes = film([(160.0, 100.0)] * 7, (30, 40), wall(240, 320))
-    doubting = replace(Discriminative(), trust=Trust(of_first=1.0))
+    doubting = replace(Discriminative(), gate=ConfidenceGate(relative_to_start=1.0))
     tracker, done = Tracker(doubting), list[str]()
     tracker.init(frames[0], boxes[0])
     for name in ("_sized", "_turn"):
@@ -332,7 +334,7 @@ def test_it_is_sized_and_looked_at_turned_in_turns(monkeypatch: pytest.MonkeyPat
     for picture in frames[1:]:
         # Always a little less certain than at first.
         state: Any = tracker._state
-        tracker._state = replace(state, standing=Standing(reference=1.0, seen=10))
+        tracker._state = replace(state, target=TargetStatus(reference=1.0, seen=10))
         tracker.update(picture)
     assert done == ["_sized", "_turn"] * 3
 
@@ -341,24 +343,24 @@ def test_where_it_is_not_sized_it_is_as_sure_of_the_size_as_before() -> None:
     frames, boxes = film([(160.0, 100.0)] * 2, (30, 40), wall(240, 320))
     config, rng = Discriminative(), np.random.default_rng(0)
     state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
-    state = replace(state, sizing=False, factors=np.array([0.9, 1.1]))
+    state = replace(state, scale_due=False, factors=np.array([0.9, 1.1]))
     after, info = config.step(rng, state, frames[1])
     assert info.track.ellipse[2:4] == pytest.approx((15, 20))
     assert np.sqrt(info.track.covariance[2, 2]) == pytest.approx(0.1 * 15, rel=0.1)
-    assert after.sizing
+    assert after.scale_due
 
 
 def test_those_who_search_go_on_from_where_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
     frames, boxes = film([(160.0, 100.0)] * 8, (30, 40), wall(240, 320))
     tracker, _ = follow(frames, boxes[0])
-    given, told, step = [], [], Search.step
+    given, told, step = [], [], Redetection.step
 
-    def noted(self: Search, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
+    def noted(self: Redetection, rng: Any, model: Any, searchers: Any, *rest: Any) -> Any:
         given.append(searchers)
         told.append(step(self, rng, model, searchers, *rest))
         return told[-1]
 
-    monkeypatch.setattr(Search, "step", noted)
+    monkeypatch.setattr(Redetection, "step", noted)
     for index in range(8, 12):
         tracker.update(Frame(index, index * FRAME_INTERVAL, wall(240, 320)))
     assert len(given) > 1

@@ -21,15 +21,15 @@ from motes.core.track import Status
 from motes.cues import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
-from motes.sot.filtering.appearance_rule import AppearanceRule, Background
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
 from motes.sot.filtering.fusion import Adaptive, Fixed
 from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.filtering.model_update import Forgetting
+from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.particle_filter import FilterState, ParticleFilter
 from motes.sot.presets import PRESETS
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 from oracles import frame, region, scene
 
 Floats = NDArray[np.float64]
@@ -253,12 +253,12 @@ def with_cues(**changes: Any) -> ParticleFilter:
         color=Color(),
         orientation=Orientation(scale=0.1),
         likelihood=Gaussian(sigma=0.15, cues={"orientation": 0.25}),
-        presence=AppearanceRule(margin=0.5, step=6),
+        presence=AppearanceRule(margin=0.5, stride=6),
     )
     return msgspec.structs.replace(config, **changes)
 
 
-def begun(config: ParticleFilter) -> tuple[FilterState, Info]:
+def begun(config: ParticleFilter) -> tuple[FilterState, StepInfo]:
     return config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
 
 
@@ -273,7 +273,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
     config = with_cues(
         fusion=fusion,
         resampling=Resampling(threshold=threshold),
-        adaptation=Forgetting(rate=0.2, anchor=0.3),
+        adaptation=ExponentialForgetting(learning_rate=0.2, anchor=0.3),
     )
     state, info = begun(config)
     rng = np.random.default_rng(3)
@@ -292,7 +292,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
             chosen = twin.random(50)
             states = states[[int(np.argmax(cumulative > value)) for value in chosen]]
             prior = np.full(50, 1 / 50)
-        moved = config.motion.propagate(twin, states, FRAME_INTERVAL, state.first)
+        moved = config.motion.propagate(twin, states, FRAME_INTERVAL, state.reference_size)
         ellipses = config.motion.ellipses(moved)
         models, d = state.models, np.empty((2, 50))
         d[0] = color.distances(models["color"], copy, ellipses)  # type: ignore[arg-type]
@@ -302,7 +302,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         if isinstance(fusion, Fixed):
             alpha = np.array([2 / 3, 1 / 3])
         else:
-            alpha = by_hand(likelihoods, ellipses, state.first, 0.3)
+            alpha = by_hand(likelihoods, ellipses, state.reference_size, 0.3)
         pi = alpha[0] * likelihoods[0] + alpha[1] * likelihoods[1]
         rho = alpha @ (1 - d**2)
         thresholds = []
@@ -313,8 +313,8 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         before = state
         state, info = config.step(rng, state, picture)
         np.testing.assert_allclose(state.states, moved, atol=1e-9)
-        assert list(info.shares) == ["color", "orientation"]
-        np.testing.assert_allclose(list(info.shares.values()), alpha, rtol=1e-6)
+        assert list(info.cue_weights) == ["color", "orientation"]
+        np.testing.assert_allclose(list(info.cue_weights.values()), alpha, rtol=1e-6)
         np.testing.assert_allclose(info.weights, pi, rtol=1e-6)
         np.testing.assert_allclose(info.distances, np.sqrt(1 - rho), atol=1e-7)
         assert info.track.ellipse[:4] == pytest.approx(pi @ ellipses[:, :4])
@@ -326,7 +326,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         ]
         assert info.track.distance == pytest.approx(math.sqrt(alpha @ np.square(at)), abs=1e-6)
         appears = rho > alpha @ thresholds
-        assert info.appearing == appears.sum()
+        assert info.n_supporting == appears.sum()
         there = bool(appears.sum() > 0.1 * 50)
         sure = config.calibration.probability(info.track.distance)
         assert info.track.confidence == pytest.approx(sure * pi[appears].sum(), abs=1e-6)
@@ -340,7 +340,7 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
                 seen = cue.observe(expected, copy, info.track.ellipse)
                 histogram = 0.8 * histogram + 0.2 * (0.3 * first + 0.7 * seen)
                 expected = replace(expected, histogram=histogram)
-                expected = cue.settle(expected, copy, info.track.ellipse)
+                expected = cue.update_reading(expected, copy, info.track.ellipse)
             for one, other in zip(
                 msgspec.structs.astuple(state.models[name]),
                 msgspec.structs.astuple(expected),
@@ -364,13 +364,13 @@ def test_a_cue_that_cannot_tell_does_not_decide() -> None:
     for pixels in (plain.pixels, colored):
         _, info = config.step(np.random.default_rng(1), state, frame(pixels, 1))
         assert np.isfinite(info.weights).all()
-        assert sum(info.shares.values()) == pytest.approx(1)
+        assert sum(info.cue_weights.values()) == pytest.approx(1)
         assert np.isfinite([*info.track.ellipse, info.track.confidence]).all()
     blank, _ = config.init(np.random.default_rng(0), frame(plain.pixels, 0), region((40, 30)))
     _, info = config.step(np.random.default_rng(1), blank, frame(colored, 1))
     nothing: Any = blank.models["orientation"]
     np.testing.assert_array_equal(nothing.histogram, 0)
-    assert info.shares["color"] > info.shares["orientation"] > 0
+    assert info.cue_weights["color"] > info.cue_weights["orientation"] > 0
 
 
 def test_the_scale_of_a_cue_s_likelihood_does_not_matter() -> None:
@@ -396,14 +396,14 @@ def test_the_rule_is_that_of_the_mixture() -> None:
     config = with_cues(
         fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
         motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
-        presence=AppearanceRule(frames=1, deviations=0, ceiling=1.0, step=6),
+        presence=AppearanceRule(frames=1, deviations=0, max_threshold=1.0, stride=6),
     )
     state, info = begun(config)
     low = float(1 - info.distances.max() ** 2)
     assert low > 0.99
     for means, there in (((0.5, 0.5), True), ((1.0, 0.9), True), ((1.0, 1.0), False)):
         backgrounds = {
-            name: Background(mean, 0.0)
+            name: BackgroundStatistics(mean, 0.0)
             for name, mean in zip(("color", "orientation"), means, strict=True)
         }
         picture = scene(0, (40, 30))
@@ -416,10 +416,10 @@ def test_the_rule_is_that_of_the_mixture() -> None:
 def test_shares_of_every_preset(name: str) -> None:
     config = PRESETS[name]
     if isinstance(config, ParticleFilter):
-        config = msgspec.structs.replace(config, presence=AppearanceRule(step=8))
+        config = msgspec.structs.replace(config, presence=AppearanceRule(stride=8))
     _, info = config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
-    assert list(info.shares) == list(config.cues) == list(info.models)
-    assert sum(info.shares.values()) == pytest.approx(1)
+    assert list(info.cue_weights) == list(config.cues) == list(info.models)
+    assert sum(info.cue_weights.values()) == pytest.approx(1)
 
 
 # Configurations

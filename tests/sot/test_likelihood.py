@@ -194,4 +194,4 @@ def test_the_weights_of_a_step() -> None:
             assert isinstance(config.likelihood, BestParticle)
             total *= np.exp(-(d**2) / (2 * sigma**2)) + config.likelihood.epsilon
         np.testing.assert_allclose(info.weights, total / total.sum(), rtol=1e-9)
-        assert info.shares == {"color": 0.5, "edges": 0.5}
+        assert info.cue_weights == {"color": 0.5, "edges": 0.5}

@@ -24,12 +24,12 @@ from motes.cues.hog import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.model_update import (
     AnyStrategy,
-    ByCue,
-    Forgetting,
+    ExponentialForgetting,
     GaussianBins,
     KalmanBins,
     KalmanMemory,
-    Learned,
+    PerCue,
+    UpdateResult,
     critical,
 )
 from motes.sot.particle_filter import ParticleFilter
@@ -55,7 +55,7 @@ def series(seed: int, bins: int, frames: int) -> list[Floats]:
     return out
 
 
-def lessons(strategy: AnyStrategy, first: Floats, seen: list[Floats]) -> Iterator[Learned]:
+def lessons(strategy: AnyStrategy, first: Floats, seen: list[Floats]) -> Iterator[UpdateResult]:
     model, memory = first, None
     for each in seen:
         learned = strategy.learn(memory, model, first, each)
@@ -71,19 +71,21 @@ def test_forgetting_is_its_formula(seed: int, rate: float, anchor: float) -> Non
     first, *seen = series(seed, 9, 5)
     expected = first
     for each, learned in zip(
-        seen, lessons(Forgetting(rate=rate, anchor=anchor), first, seen), strict=True
+        seen,
+        lessons(ExponentialForgetting(learning_rate=rate, anchor=anchor), first, seen),
+        strict=True,
     ):
         expected = (1 - rate) * expected + rate * (anchor * first + (1 - anchor) * each)
         np.testing.assert_allclose(learned.histogram, expected, atol=1e-12)
         assert learned.histogram.sum() == pytest.approx(1)
         assert learned.memory is None
-        assert learned.lesson is None
+        assert learned.diagnostics is None
 
 
 @pytest.mark.parametrize("anchor", [0.0, 0.4, 1.0])
 def test_in_the_long_run_the_anchor_keeps_its_share(anchor: float) -> None:
     first, seen = series(0, 9, 2)
-    *_, last = lessons(Forgetting(rate=0.1, anchor=anchor), first, [seen] * 400)
+    *_, last = lessons(ExponentialForgetting(learning_rate=0.1, anchor=anchor), first, [seen] * 400)
     np.testing.assert_allclose(last.histogram, anchor * first + (1 - anchor) * seen, atol=1e-9)
 
 
@@ -144,11 +146,11 @@ def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
     for each, learned, (histogram, gain, refused) in zip(
         seen, lessons(strategy, first, seen), expected, strict=True
     ):
-        assert learned.lesson is not None
+        assert learned.diagnostics is not None
         np.testing.assert_allclose(learned.histogram, histogram, atol=1e-9)
-        np.testing.assert_allclose(learned.lesson.residuals, each - model, atol=1e-9)
-        assert learned.lesson.gain == pytest.approx(gain)
-        assert learned.lesson.accepted == (not refused)
+        np.testing.assert_allclose(learned.diagnostics.residuals, each - model, atol=1e-9)
+        assert learned.diagnostics.gain == pytest.approx(gain)
+        assert learned.diagnostics.accepted == (not refused)
         assert learned.histogram.sum() == pytest.approx(1)
         model = learned.histogram
 
@@ -157,12 +159,14 @@ def test_series_have_frames_of_both_kinds() -> None:
     """Else the test before this one would say little."""
     first, *seen = series(1, 72, 60)
     found = [
-        learned.lesson.accepted for learned in lessons(KalmanBins(), first, seen) if learned.lesson
+        learned.diagnostics.accepted
+        for learned in lessons(KalmanBins(), first, seen)
+        if learned.diagnostics
     ]
     assert 3 <= found.count(0.0) <= 12
 
 
-def given_residuals(bins: int, sizes: list[float]) -> list[Learned]:
+def given_residuals(bins: int, sizes: list[float]) -> list[UpdateResult]:
     """Return what becomes of a model that finds the same residuals, of these sizes, every time."""
     strategy, model, memory = KalmanBins(frames=4), np.full(bins, 1 / bins), None
     pattern = np.random.default_rng(0).normal(size=bins)
@@ -174,7 +178,9 @@ def given_residuals(bins: int, sizes: list[float]) -> list[Learned]:
 
 
 def gains(sizes: list[float]) -> list[float]:
-    return [learned.lesson.gain for learned in given_residuals(8, sizes) if learned.lesson]
+    return [
+        learned.diagnostics.gain for learned in given_residuals(8, sizes) if learned.diagnostics
+    ]
 
 
 def test_gains_worked_by_hand() -> None:
@@ -198,7 +204,7 @@ def test_a_model_that_fits_without_any_residual() -> None:
 
 def test_a_leap_is_refused_and_then_believed() -> None:
     found = given_residuals(72, [0.01] * 8 + [0.05] * 6)
-    accepted = [learned.lesson.accepted for learned in found if learned.lesson]
+    accepted = [learned.diagnostics.accepted for learned in found if learned.diagnostics]
     assert accepted[:8] == [1] * 8
     assert accepted[8] == 0
     assert accepted[-1] == 1
@@ -219,8 +225,8 @@ def test_significance_is_the_chance_to_refuse_a_frame_like_any_other() -> None:
             seen = [first + rng.normal(0, 1e-4, 400) for _ in range(30)]
             strategy = KalmanBins(frames=30, alpha=alpha)
             *_, last = lessons(strategy, first, seen)
-            assert last.lesson is not None
-            refused += last.lesson.accepted == 0
+            assert last.diagnostics is not None
+            refused += last.diagnostics.accepted == 0
         assert refused / 400 == pytest.approx(alpha, abs=3 * math.sqrt(alpha / 400) + 0.02)
 
 
@@ -277,11 +283,11 @@ def test_the_gaussian_model_is_its_equation(seed: int, bins: int, beta: float, k
     for each, learned, (histogram, near) in zip(
         seen, lessons(strategy, first, seen), equation_16(first, seen, beta, k), strict=True
     ):
-        assert learned.lesson is not None
+        assert learned.diagnostics is not None
         np.testing.assert_allclose(learned.histogram, histogram, atol=1e-9)
-        np.testing.assert_allclose(learned.lesson.residuals, each - model, atol=1e-9)
-        assert learned.lesson.gain == beta
-        assert learned.lesson.accepted == pytest.approx(near)
+        np.testing.assert_allclose(learned.diagnostics.residuals, each - model, atol=1e-9)
+        assert learned.diagnostics.gain == beta
+        assert learned.diagnostics.accepted == pytest.approx(near)
         model = learned.histogram
 
 
@@ -289,7 +295,7 @@ def test_a_bin_far_from_what_is_seen_becomes_its_mean() -> None:
     """Also a lasting change is believed, as soon as what was before is an exception."""
     first, later = np.array([0.9, 0.1]), np.array([0.2, 0.8])
     found = list(lessons(GaussianBins(beta=0, deviations=2.9), first, [later] * 12))
-    near = [learned.lesson.accepted for learned in found if learned.lesson]
+    near = [learned.diagnostics.accepted for learned in found if learned.diagnostics]
     # After n such frames, the first one is sqrt(n) delta away from the mean.
     assert near == [1] * 8 + [0] + [1] * 3
     np.testing.assert_allclose(found[7].histogram, first)
@@ -308,12 +314,12 @@ def small(**changes: Any) -> ParticleFilter:
         particles=60,
         color=Color(space="hsv+v", bins=(8, 8, 8)),
         hog=Hog(),
-        presence=AppearanceRule(margin=0.7, step=4),
+        presence=AppearanceRule(margin=0.7, stride=4),
         **changes,
     )
 
 
-BOTH = ByCue(cues={"color": KalmanBins(frames=2), "hog": GaussianBins()})
+BOTH = PerCue(cues={"color": KalmanBins(frames=2), "hog": GaussianBins()})
 
 
 def started(config: TrackerConfig) -> Tracker:
@@ -326,7 +332,7 @@ def started(config: TrackerConfig) -> Tracker:
 def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
     config = small(adaptation=strategy)
     tracker = started(config)
-    assert tracker.info.lessons == {}  # the first frame is the model
+    assert tracker.info.update_diagnostics == {}  # the first frame is the model
     memories: dict[str, Any] = dict.fromkeys(config.cues)
     models = tracker.info.models
     for picture in walk(1, 2, 3, 4, 5):
@@ -339,10 +345,10 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             seen = cue.observe(before, picture, track.ellipse)
             each = config.strategies[name]
             learned = each.learn(memories[name], before.histogram, before.anchor, seen)
-            lesson = tracker.info.lessons[name]
-            assert learned.lesson is not None
-            np.testing.assert_array_equal(lesson.residuals, learned.lesson.residuals)
-            assert lesson[1:] == learned.lesson[1:]
+            lesson = tracker.info.update_diagnostics[name]
+            assert learned.diagnostics is not None
+            np.testing.assert_array_equal(lesson.residuals, learned.diagnostics.residuals)
+            assert lesson[1:] == learned.diagnostics[1:]
             memories[name] = learned.memory
             after: Any = tracker._state.models[name]  # type: ignore[union-attr]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
@@ -351,17 +357,17 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
 
 
 def test_each_cue_has_its_own_strategy() -> None:
-    config = small(adaptation=ByCue(cues={"hog": GaussianBins()}))
-    assert config.strategies == {"color": Forgetting(), "hog": GaussianBins()}
+    config = small(adaptation=PerCue(cues={"hog": GaussianBins()}))
+    assert config.strategies == {"color": ExponentialForgetting(), "hog": GaussianBins()}
     assert small(adaptation=KalmanBins()).strategies == dict.fromkeys(
         ["color", "hog"], KalmanBins()
     )
     tracker = started(config)
     for picture in walk(1, 2, 3):
         tracker.update(picture)
-        assert list(tracker.info.lessons) == ["hog"]
+        assert list(tracker.info.update_diagnostics) == ["hog"]
     with pytest.raises(ConfigError, match=r"adaptation\.cues names 'edges'; the cues in use are"):
-        small(adaptation=ByCue(cues={"edges": GaussianBins()}))
+        small(adaptation=PerCue(cues={"edges": GaussianBins()}))
 
 
 def test_nothing_is_learned_while_the_target_is_not_there() -> None:
@@ -371,7 +377,7 @@ def test_nothing_is_learned_while_the_target_is_not_there() -> None:
     state: Any = tracker._state
     for index in range(4, 12):
         tracker.update(scene(index, None))
-        assert tracker.info.lessons == {}
+        assert tracker.info.update_diagnostics == {}
         after: Any = tracker._state
         assert after.models == state.models
         assert after.memories == state.memories
@@ -392,13 +398,13 @@ def test_a_correction_teaches_nothing() -> None:
 
 def test_where_nothing_is_seen_the_model_stays() -> None:
     """A flat picture has no gradients, whatever the rule says of its colors."""
-    config = replace(small(adaptation=BOTH), presence=AppearanceRule(ceiling=0.1, step=4))
+    config = replace(small(adaptation=BOTH), presence=AppearanceRule(max_threshold=0.1, stride=4))
     red = np.full((72, 96, 3), (200, 30, 40), np.uint8)
     tracker = started(config)
     before: Any = tracker._state
     tracker.update(red)
     after: Any = tracker._state
-    assert list(tracker.info.lessons) == ["color"]
+    assert list(tracker.info.update_diagnostics) == ["color"]
     assert list(after.memories) == ["color"]
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
@@ -410,8 +416,11 @@ def test_every_preset_takes_every_strategy(name: str, kind: str, tmp_path: Path)
         PRESETS[name],
         {
             "particles": 40,
-            "presence": {"step": 8, "margin": 0, "deviations": 0},
-            "adaptation": {"type": kind, **({"rate": 0.1} if kind == "forgetting" else {})},
+            "presence": {"stride": 8, "margin": 0, "deviations": 0},
+            "adaptation": {
+                "type": kind,
+                **({"learning_rate": 0.1} if kind == "forgetting" else {}),
+            },
         },
     )
     tracker = started(config)
@@ -443,14 +452,14 @@ def test_keys_of_the_first_strategy_need_no_type() -> None:
     """As they did when there was no other."""
     for name in ("nummiaro", "nummiaro:adaptive", "maggio", "ng_delp"):
         for change in (
-            from_flag("adaptation.rate", "0.2"),
-            from_toml("[adaptation]\nrate = 0.2", "text"),
+            from_flag("adaptation.learning_rate", "0.2"),
+            from_toml("[adaptation]\nlearning_rate = 0.2", "text"),
         ):
             config = configure(preset(name), change)
             base: Any = preset(name)
             assert isinstance(config, ParticleFilter)
             anchor = base.adaptation.anchor
-            assert config.adaptation == Forgetting(rate=0.2, anchor=anchor)
+            assert config.adaptation == ExponentialForgetting(learning_rate=0.2, anchor=anchor)
 
 
 def test_strategies_from_flags() -> None:
@@ -464,22 +473,22 @@ def test_strategies_from_flags() -> None:
     zhao = configure(preset("zhao_pei"), from_flag("adaptation.cues.color.alpha", "0.05"))
     assert isinstance(zhao, ParticleFilter)
     expected: dict[str, AnyStrategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
-    assert zhao.adaptation == ByCue(cues=expected)
+    assert zhao.adaptation == PerCue(cues=expected)
     still = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
     assert isinstance(still, ParticleFilter)
-    assert still.adaptation == Forgetting()
+    assert still.adaptation == ExponentialForgetting()
     assert configure(preset("nummiaro"), from_toml(to_toml(zhao), "text")) == zhao
 
 
 @pytest.mark.parametrize(
     ("kind", "field", "values"),
     [
-        (Forgetting, "rate", [-0.1, 1.1]),
+        (ExponentialForgetting, "learning_rate", [-0.1, 1.1]),
         (KalmanBins, "frames", [0, 1.5]),
         (KalmanBins, "alpha", [0, 0.6, math.nan]),
         (GaussianBins, "beta", [-0.1, 1.1]),
         (GaussianBins, "deviations", [-1, math.inf]),
-        (ByCue, "cues", [{"color": "kalman"}, {"color": ByCue()}]),
+        (PerCue, "cues", [{"color": "kalman"}, {"color": PerCue()}]),
     ],
 )
 def test_settings_that_are_refused(kind: Any, field: str, values: list[Any]) -> None:

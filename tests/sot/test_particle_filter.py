@@ -17,13 +17,13 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.color import Color, ColorModel
-from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.filtering.model_update import Forgetting
+from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
-from motes.sot.particle_filter import FilterState, ParticleFilter, spread
+from motes.sot.particle_filter import FilterState, ParticleFilter, scatter
 from motes.sot.presets import preset
 from oracles import frame, region, scene
 
@@ -45,7 +45,7 @@ class Measuring:
         out: Floats = np.hypot(*(ellipses[:, :2] - self.points[frame.index]).T)
         return out
 
-    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+    def update_reading(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the model itself."""
         return model
 
@@ -73,7 +73,7 @@ def linear_gaussian(
         likelihood=Gaussian(sigma=SIGMA),
         color=Color(),
         resampling=msgspec.convert({"scheme": scheme, "threshold": threshold}, Resampling),
-        presence=AppearanceRule(frames=10**9, step=8),
+        presence=AppearanceRule(frames=10**9, stride=8),
         calibration=Calibration(width=1e3),
     )
     config.__dict__["cues"] = {"color": Measuring(POINTS)}
@@ -244,7 +244,7 @@ def test_a_step_is_figure_2() -> None:
 
 
 def test_a_step_changes_nothing_that_it_is_given() -> None:
-    config, state = begun(adaptation=Forgetting(rate=0.5))
+    config, state = begun(adaptation=ExponentialForgetting(learning_rate=0.5))
     color: Any = state.models["color"]
     before = [state.states.copy(), state.weights.log.copy(), color.histogram.copy()]
     picture = scene(1, (41, 30))
@@ -285,7 +285,7 @@ def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
         states=states,
         weights=Weights.from_log(np.log(weights)),
         status=Status.SEARCHING,
-        places=np.array([[50.0, 50, 20, 10]]),
+        search_regions=np.array([[50.0, 50, 20, 10]]),
     )
     picture, rng = scene(1, None), np.random.default_rng(0)
     kept = np.zeros(n)
@@ -306,7 +306,7 @@ def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
 def test_spread_is_uniform_over_places_by_their_area() -> None:
     places = np.array([[0.0, 0, 10, 10], [50, 20, 30, 10]])
     size = Ellipse(0, 0, 4, 3, 0.5)
-    ellipses = spread(np.random.default_rng(0), places, size, 40_000)
+    ellipses = scatter(np.random.default_rng(0), places, size, 40_000)
     np.testing.assert_array_equal(ellipses[:, 2:], np.tile([4, 3, 0.5], (40_000, 1)))
     second = ellipses[:, 0] > 20
     assert second.mean() == pytest.approx(0.75, abs=0.01)
@@ -317,13 +317,15 @@ def test_spread_is_uniform_over_places_by_their_area() -> None:
         assert ((centers >= low) & (centers < high)).all()
         np.testing.assert_allclose(centers.mean(axis=0), (low + high) / 2, atol=0.2)
         np.testing.assert_allclose(centers.std(axis=0), (high - low) / 12**0.5, rtol=0.03)
-    assert spread(np.random.default_rng(0), places, size, 0).shape == (0, 5)
+    assert scatter(np.random.default_rng(0), places, size, 0).shape == (0, 5)
 
 
 # Adaptation
 
 
-def learned(adaptation: Forgetting, hidden: bool) -> tuple[ParticleFilter, list[FilterState]]:
+def learned(
+    adaptation: ExponentialForgetting, hidden: bool
+) -> tuple[ParticleFilter, list[FilterState]]:
     config, state = begun(adaptation=adaptation)
     rng, states = np.random.default_rng(0), [state]
     for index in range(1, 6):
@@ -333,18 +335,18 @@ def learned(adaptation: Forgetting, hidden: bool) -> tuple[ParticleFilter, list[
 
 
 def test_a_fixed_model_stays_fixed() -> None:
-    _, states = learned(Forgetting(rate=0.0, anchor=0.5), hidden=False)
+    _, states = learned(ExponentialForgetting(learning_rate=0.0, anchor=0.5), hidden=False)
     assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_is_not_adapted_while_the_rule_does_not_hold() -> None:
-    _, states = learned(Forgetting(rate=0.5), hidden=True)
+    _, states = learned(ExponentialForgetting(learning_rate=0.5), hidden=True)
     assert states[-1].status is Status.LOST
     assert all(state.models == states[0].models for state in states)
 
 
 def test_a_model_follows_the_estimate() -> None:
-    config, state = begun(adaptation=Forgetting(rate=0.3, anchor=0.2))
+    config, state = begun(adaptation=ExponentialForgetting(learning_rate=0.3, anchor=0.2))
     before: Any = state.models["color"]
     picture = scene(1, (42, 31))
     after, info = config.step(np.random.default_rng(0), state, picture)
@@ -362,13 +364,13 @@ def test_the_rule_counts_particles() -> None:
         presence=AppearanceRule(fraction=0.3, frames=1), resampling=Resampling(threshold=0.0),
         likelihood=Gaussian(sigma=2.0), calibration=Calibration(width=1.0),
     )  # fmt: skip
-    state = replace(state, backgrounds={"color": Background(0.5, 0.0)})
+    state = replace(state, backgrounds={"color": BackgroundStatistics(0.5, 0.0)})
     for count in range(11):
         states = np.tile(np.array(region((80, 60))), (10, 1))
         states[:count] = region((40, 30))
         moved = replace(state, states=states)
         _, info = config.step(np.random.default_rng(0), moved, scene(1, (40, 30)))
-        assert info.appearing == count
+        assert info.n_supporting == count
         assert info.track.status is (Status.TRACKING if count > 3 else Status.LOST)
         # Confidence: how like the estimate is, times the share of weight that fulfills the rule.
         share = info.weights[info.distances**2 < 0.5].sum()
@@ -379,8 +381,8 @@ def test_the_rule_counts_particles() -> None:
 def test_the_adaptive_preset_learns_slowly() -> None:
     config = preset("nummiaro:adaptive")
     assert isinstance(config, ParticleFilter)
-    assert isinstance(config.adaptation, Forgetting)
-    assert 0 < config.adaptation.rate < 0.2
+    assert isinstance(config.adaptation, ExponentialForgetting)
+    assert 0 < config.adaptation.learning_rate < 0.2
     assert 0 < config.adaptation.anchor < 1
 
 

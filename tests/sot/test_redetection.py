@@ -7,7 +7,7 @@ import pytest
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.sot.discriminative.redetection import FRESH, Search
+from motes.sot.discriminative.redetection import RESTART_EVERY, Redetection
 
 LAST = Ellipse(60.0, 60.0, 12.0, 12.0, 0.0)
 SIDE = 24.0
@@ -27,7 +27,7 @@ def start(count: int = 400) -> np.ndarray:
 
 @pytest.mark.parametrize("missed", [1, 4])
 def test_fresh_searchers_are_anywhere_within_reach(missed: int) -> None:
-    flat = Search(sigma=1e3)  # all are equally likely, so that selection keeps them
+    flat = Redetection(sigma=1e3)  # all are equally likely, so that selection keeps them
     frame = picture(60, 60)
     model = flat.learn(frame, LAST)
     searchers, _ = flat.step(np.random.default_rng(0), model, start(4000), frame, LAST, missed)
@@ -37,17 +37,17 @@ def test_fresh_searchers_are_anywhere_within_reach(missed: int) -> None:
     assert off.max() <= max(reach, walked)
     # The share of a uniform spread, and of a walk of 6 pixels, that is beyond 0.8 of the reach.
     beyond = np.mean(off > 0.8 * reach)
-    expected = (1 - 0.8**2) / FRESH
+    expected = (1 - 0.8**2) / RESTART_EVERY
     if missed == 4:
         assert beyond == pytest.approx(expected, abs=0.03)
     sizes = np.log(searchers[:, 2] / LAST.a)
-    assert np.mean(sizes != 0) == pytest.approx(1 / FRESH, abs=0.03)
+    assert np.mean(sizes != 0) == pytest.approx(1 / RESTART_EVERY, abs=0.03)
     assert sizes[sizes != 0].std() == pytest.approx(flat.growth, rel=0.15)
     assert np.allclose(searchers[:, 2], searchers[:, 3])
 
 
 def test_the_first_place_is_the_target() -> None:
-    cue = Search()
+    cue = Redetection()
     model = cue.learn(picture(60, 60), LAST)
     frame = picture(220, 140)
     rng, searchers = np.random.default_rng(1), start()
@@ -70,7 +70,7 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
     gray[inside] = 130 + 4 * (x - 59.5)[inside] + 2 * (y - 59.5)[inside]
     pixels = np.repeat(gray[:, :, None], 3, axis=2).astype(np.uint8)
     last = Ellipse(59.5, 59.5, 10.0, 10.0)
-    cue, rng = Search(), np.random.default_rng(8)
+    cue, rng = Redetection(), np.random.default_rng(8)
     model = cue.learn(Frame(0, 0.0, pixels), last)
     turned = Frame(1, 0.04, np.ascontiguousarray(np.rot90(pixels, -quarters)))
     searchers = np.tile(np.array(last), (20, 1))
@@ -85,7 +85,7 @@ def test_one_of_the_places_is_turned_as_the_gradients_there_are(quarters: int) -
 
 def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
     frame = Frame(0, 0.0, np.full((120, 120, 3), 100, np.uint8))
-    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Search(), np.random.default_rng(8)
+    last, cue, rng = Ellipse(59.5, 59.5, 10.0, 10.0), Redetection(), np.random.default_rng(8)
     model, searchers = cue.learn(frame, last), np.tile(np.array(last), (20, 1))
     turns = [cue.step(rng, model, searchers, frame, last, 1)[1][2].theta for _ in range(200)]
     assert np.histogram(turns, 4, (-np.pi / 16, 2 * np.pi - np.pi / 16))[0].min() > 30
@@ -94,7 +94,7 @@ def test_where_nothing_has_a_direction_any_turn_will_do() -> None:
 def test_edges_tell_what_colors_do_not() -> None:
     """Two squares of the same gray values: one striped across, the other along."""
     frame = picture(60, 60)
-    cue = Search(edges_gain=0.5)
+    cue = Redetection(edges_gain=0.5)
     model = cue.learn(frame, LAST)
     pixels = picture(60, 60).pixels.copy()
     pixels[128:152, 208:232] = pixels[48:72, 48:72].transpose(1, 0, 2)
@@ -109,7 +109,7 @@ def test_edges_tell_what_colors_do_not() -> None:
 
 
 def test_nothing_that_is_given_changes_and_chance_is_the_generator() -> None:
-    frame, cue = picture(60, 60), Search()
+    frame, cue = picture(60, 60), Redetection()
     model, given = cue.learn(frame, LAST), start()
     once = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
     again = cue.step(np.random.default_rng(5), model, given, frame, LAST, 3)
@@ -119,7 +119,7 @@ def test_nothing_that_is_given_changes_and_chance_is_the_generator() -> None:
 
 
 def test_searchers_stay_in_the_frame() -> None:
-    frame, cue = picture(60, 60), Search()
+    frame, cue = picture(60, 60), Redetection()
     model = cue.learn(frame, LAST)
     corner = LAST._replace(x=2.0, y=197.0)
     given = np.tile(np.array(corner), (400, 1))
@@ -133,7 +133,7 @@ def test_searchers_stay_in_the_frame() -> None:
 def test_sizes_stay_between_the_smallest_and_the_frame(
     half: float, small: float, large: float
 ) -> None:
-    frame, cue = picture(60, 60), Search(growth=5.0, sigma=1e3)
+    frame, cue = picture(60, 60), Redetection(growth=5.0, sigma=1e3)
     model, last = cue.learn(frame, LAST), LAST._replace(a=half, b=half)
     given = np.tile(np.array(last), (400, 1))
     searchers, _ = cue.step(np.random.default_rng(7), model, given, frame, last, 3)

@@ -17,11 +17,11 @@ from motes.core.track import Status
 from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.resampling import Resampling
-from motes.sot.filtering.sample_size import Budget, Pace
+from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
 from motes.sot.particle_filter import ParticleFilter
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
-WIDE = Budget(least=1, most=10**6, error=0.1, bin=1.0)
+WIDE = KldSampling(min=1, max=10**6, error=0.1, bin=1.0)
 CLIP = [frame for frame, _ in synthetic.still((160, 120), target=(30, 40), frames=12)]
 REGION = synthetic.still((160, 120), target=(30, 40), frames=1)[0][1][0].ellipse
 
@@ -48,7 +48,7 @@ def test_one_bin_needs_one_particle() -> None:
 
 @given(st.integers(1, 40), st.integers(1, 60), st.integers(0, 60))
 def test_the_number_stays_in_its_range(k: int, least: int, more: int) -> None:
-    count = Budget(least=least, most=least + more).count(apart(k), FIRST)
+    count = KldSampling(min=least, max=least + more).count(apart(k), FIRST)
     assert least <= count <= least + more
 
 
@@ -66,19 +66,19 @@ def test_bins_are_in_units_of_the_target() -> None:
 
 def test_a_range_upside_down() -> None:
     with pytest.raises(ConfigError, match="least is 60, and most is 50"):
-        Budget(least=60, most=50)
+        KldSampling(min=60, max=50)
 
 
 def test_pace() -> None:
-    assert Pace(100).affordable is None
-    pace = Pace(100)
+    assert SpeedBudget(100).max_particles is None
+    pace = SpeedBudget(100)
     for _ in range(5):
         pace.add(0.02, 200)
     pace.add(5.0, 200)  # compiling
-    assert pace.affordable == 100
+    assert pace.max_particles == 100
     for _ in range(20):
         pace.add(0.005, 100)
-    assert pace.affordable == 200
+    assert pace.max_particles == 200
 
 
 @pytest.mark.parametrize("fps", [0, -1, math.nan, math.inf])
@@ -110,7 +110,7 @@ def config(name: str = "nummiaro", **changes: Any) -> ParticleFilter:
 
 @pytest.mark.parametrize("name", ["nummiaro", "maggio", "ng_delp"])
 def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
-    chosen = numbers(config(name, budget=Budget(least=20, most=300)))
+    chosen = numbers(config(name, budget=KldSampling(min=20, max=300)))
     assert len(set(chosen)) > 3
     assert all(20 <= n <= 300 for n in chosen)
     assert numbers(config(name)) == [config(name).particles] * 11
@@ -118,13 +118,13 @@ def test_a_filter_with_a_budget_follows_its_spread(name: str) -> None:
 
 def test_a_change_of_number_needs_a_selection() -> None:
     """Also with weights that are never unequal enough for one."""
-    chosen = numbers(config(budget=Budget(), resampling=Resampling(threshold=0.0)))
+    chosen = numbers(config(budget=KldSampling(), resampling=Resampling(threshold=0.0)))
     assert len(set(chosen)) > 1
 
 
 def test_a_lost_target_gets_more_particles() -> None:
-    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, ceiling=1.0)
-    tracker = Tracker(config(budget=Budget(least=10, most=900), presence=rule))
+    rule = AppearanceRule(fraction=0.99, frames=1, margin=1.0, max_threshold=1.0)
+    tracker = Tracker(config(budget=KldSampling(min=10, max=900), presence=rule))
     tracker.init(CLIP[0], REGION)
     numbers = []
     for frame in CLIP[1:]:
@@ -147,22 +147,22 @@ class Clock:
 
 
 def test_a_slow_machine_gets_fewer_particles(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = numbers(config(budget=Budget(least=30)))
+    plain = numbers(config(budget=KldSampling(min=30)))
     monkeypatch.setattr("motes.sot.tracker.time.perf_counter", Clock(0.001))
-    assert numbers(config(budget=Budget(least=30)), fps_target=10.0) == plain  # time enough
-    hurried = numbers(config(budget=Budget(least=30)), fps_target=2000.0)
+    assert numbers(config(budget=KldSampling(min=30)), fps_target=10.0) == plain  # time enough
+    hurried = numbers(config(budget=KldSampling(min=30)), fps_target=2000.0)
     assert hurried[0] == plain[0]  # nothing is known yet
     assert hurried[1] == pytest.approx(plain[0] / 2, abs=1)
     assert hurried[-1] == 30
 
 
 def test_at_the_start_particles_are_as_many_as_the_configuration_says() -> None:
-    assert numbers(config(particles=77, budget=Budget()))[0] == 77
+    assert numbers(config(particles=77, budget=KldSampling()))[0] == 77
 
 
 def test_a_target_rate_brings_a_budget() -> None:
     tracker = Tracker("maggio", fps_target=30)
     assert isinstance(tracker.config, ParticleFilter)
-    assert tracker.config.budget == Budget()
+    assert tracker.config.budget == KldSampling()
     with pytest.raises(ConfigError, match="Only a particle filter"):
         Tracker("mean_shift", fps_target=30)

@@ -64,7 +64,8 @@ CONFIGS: dict[str, TrackerConfig] = {
         },
     ),
     "learned against the surroundings": configure(
-        PRESETS["nummiaro"], {"correlation": {}, "posterior": {}, "presence": {"places": 500}}
+        PRESETS["nummiaro"],
+        {"correlation": {}, "posterior": {}, "presence": {"max_positions": 500}},
     ),
 }
 every = pytest.mark.parametrize("name", CONFIGS)
@@ -161,7 +162,7 @@ def test_info(name: str) -> None:
         assert info.ellipses.shape == (n, 5)
         assert info.weights.shape == info.distances.shape == (n,)
         assert info.weights.sum() == pytest.approx(1)
-        assert 0 <= info.appearing <= n
+        assert 0 <= info.n_supporting <= n
         np.testing.assert_allclose(info.weights @ info.ellipses[:, :4], track.ellipse[:4])
 
 
@@ -885,7 +886,7 @@ def test_a_background_image_sets_the_appearance_rule() -> None:
     for background in (None, plain):
         tracker = Tracker(configure(preset("nummiaro"), {"presence": {"margin": 0}}), seed=3)
         tracker.search(frame, target, background=background)
-        appearing.append(tracker.info.appearing)
+        appearing.append(tracker.info.n_supporting)
     assert appearing[1] > appearing[0]  # nothing is as unlike the target as black
 
 
@@ -929,7 +930,7 @@ def test_a_large_frame_is_looked_at_around_fewer_places() -> None:
     region = Ellipse(200, 150, 10, 10)
     for places, most in ((400_000, 120_000), (5_000, 5_000)):
         seen.clear()
-        rule = AppearanceRule(places=places)
+        rule = AppearanceRule(max_positions=places)
         rule.background(cue, cue.learn(frame, region), frame, region, target_in_frame=False)
         assert most / 2 < sum(seen) <= most
 

@@ -43,7 +43,7 @@ from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
 from motes.video.sources import open_source, read_image
 
-DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[2] / "shared" / "data")) / "video"
+DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[3] / "shared" / "data")) / "video"
 KNOWN = {
     "car_traffic_small.mp4": (640, 360),
     "ethz_cond_video1.wmv": (160, 120),

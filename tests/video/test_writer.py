@@ -35,7 +35,10 @@ from motes.video.writer import VideoWriter
     return subprocess.run(
         [sys.executable, "-c", head + textwrap.dedent(script)],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]),
+        },
         capture_output=True,
         text=True,
         check=False,

@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.options import OUTPUT, Overwrite, say
+from motes.cli.options import OUTPUT, Overwrite, log
 from motes.core.errors import FormatError
 
 app = App(name="convert", help_format="plaintext")
@@ -60,5 +60,5 @@ def convert(
         with Rows(str(output), form_of(str(output)), overwrite) as lines:
             for picture in journal:
                 lines.add(picture)
-    say(f"wrote {output}, of the {sum(1 for _ in journal)} frames in {rows}.")
+    log(f"wrote {output}, of the {sum(1 for _ in journal)} frames in {rows}.")
     return DONE

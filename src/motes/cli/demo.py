@@ -17,12 +17,12 @@ from rich.table import Table
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
-from motes.cli.options import announce_compiling, say
+from motes.cli.options import announce_compiling, log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
-from motes.core.interrupts import check, undisturbed
+from motes.core.interrupts import check, deferred
 from motes.core.track import Status
 from motes.evaluation import synthetic
 from motes.evaluation.synthetic.clips import Truth
@@ -95,7 +95,7 @@ def demo(
         try:
             for frame, (truth,) in showing:
                 check()
-                with undisturbed():
+                with deferred():
                     for run, row in zip(runs, rows, strict=True):
                         run.step(frame, truth)
                         row.write(frame.index, frame.time, run.tracker.info.track)
@@ -120,7 +120,7 @@ def demo(
     _tell(out, runs)
     if interrupted is None:
         return DONE
-    say(f"{interrupts.word(interrupted)}{len(truths) - 1} frames.")
+    log(f"{interrupts.word(interrupted)}{len(truths) - 1} frames.")
     return interrupts.code(interrupted)
 
 

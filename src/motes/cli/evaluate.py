@@ -21,18 +21,18 @@ from motes.cli.options import (
     Overwrite,
     Workers,
     announce_compiling,
-    say,
+    log,
 )
 from motes.core import interrupts
-from motes.core.errors import ConfigError, FormatError, LimitError, SourceError
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError, SourceError
 from motes.core.interrupts import check
 from motes.evaluation import mot_scores, runner
 from motes.evaluation.adapters.mot import SCENE
-from motes.evaluation.adapters.registry import crowd_entry, detecting, enter
+from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
 from motes.evaluation.adapters.sot import Own
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.distractors import solver
-from motes.evaluation.datasets.mot import Crowd, has_crowds, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, has_crowds, load_crowds
 from motes.evaluation.datasets.sot import Problem, load_dataset
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.mot_scores import CrowdEvaluation, CrowdOutcome
@@ -42,12 +42,12 @@ from motes.evaluation.report import plots
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report import write_mot as mot_report
 from motes.evaluation.report.reference import Reference
-from motes.evaluation.report.speed_ratio import PEER, Wanted
+from motes.evaluation.report.speed_ratio import PEER, Comparisons
 from motes.evaluation.report.tables import Table, counted
 from motes.evaluation.report.write import write_report
 from motes.evaluation.run_folder import prepare, record
 from motes.evaluation.runner import Job, Pass
-from motes.evaluation.scores import Ended, Outcome, write_results
+from motes.evaluation.scores import Outcome, PassResult, write_results
 
 TRACKERS = """\
 Trackers:
@@ -176,7 +176,9 @@ def evaluate(
     if not 0 < time_limit < float("inf"):
         raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
     if not plots.available():
-        raise LimitError("The report needs matplotlib; install it: pip install 'motes[report]'.")
+        raise MissingDependencyError(
+            "The report needs matplotlib; install it: pip install 'motes[report]'."
+        )
     many = has_crowds(dataset)
     single: dict[str, object] = {
         "protocol": protocol,
@@ -191,13 +193,13 @@ def evaluate(
         raise ConfigError(f"--peer {peer} takes no part; give --tracker {peer} as well.")
     published = None if reference is None else _load(reference)
 
-    films: Sequence[Film | Crowd]
+    films: Sequence[Film | MotSequence]
     if many:
         films, problems = load_crowds(dataset)
     else:
         films, problems = load_dataset(dataset, first_pixels(first_pixel or []), annotation)
     films, problems = _chosen(films, problems, sequence or ["*"])
-    entries, unusable = enter(tracker or ["nummiaro"], crowd_entry if many else None)
+    entries, unusable = resolve(tracker or ["nummiaro"], crowd_entry if many else None)
     if not entries:
         raise ConfigError("There is no tracker to run. " + _lines(unusable))
     if detector is not None:
@@ -232,17 +234,17 @@ def evaluate(
         mot_scores.write_results(out, crowds)
         mot_report.write_report(out, crowds, problems, title)
         tables = {
-            report_sections.heading(crowds, name): mot_report.overall(crowds)
+            report_sections.title(crowds, name): mot_report.overall(crowds)
             for name in crowds.protocols
         }
     else:
         outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
         write_results(out, outcomes)
-        wanted = Wanted(published, peer or PEER, candidates, folds or 0)
+        wanted = Comparisons(published, peer or PEER, candidates, folds or 0)
         write_report(out, outcomes, problems, wanted, title)
         found = Evaluation(outcomes)
         tables = {
-            report_sections.heading(found, name): report_sections.overall(found, name)
+            report_sections.title(found, name): report_sections.overall(found, name)
             for name in found.protocols
         }
     problems = report_sections.problems(problems, outcomes)
@@ -293,8 +295,8 @@ def _load(reference: Path) -> Reference:
 
 
 def _chosen(
-    films: Sequence[Film | Crowd], problems: list[Problem], patterns: Sequence[str]
-) -> tuple[list[Film | Crowd], list[Problem]]:
+    films: Sequence[Film | MotSequence], problems: list[Problem], patterns: Sequence[str]
+) -> tuple[list[Film | MotSequence], list[Problem]]:
     """Return the sequences that fit one of the patterns, and their problems."""
     names = {film.name for film in films}
     names |= {problem.where.removeprefix("sequence ") for problem in problems}
@@ -378,7 +380,7 @@ class Progress:
 
 def _summarize(
     tables: dict[str, Table],
-    outcomes: Sequence[Ended[Any, Any]],
+    outcomes: Sequence[PassResult[Any, Any]],
     problems: list[Problem],
     out: Path,
     *,
@@ -393,9 +395,9 @@ def _summarize(
             cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
             _print("  ".join(["", first.ljust(widths[0]), *cells]))
     for problem in problems:
-        say(f"{problem.where}: {problem.what}")
+        log(f"{problem.where}: {problem.what}")
     failed = sum(outcome.trace is None for outcome in outcomes)
-    say(
+    log(
         interrupts.word(interrupted)
         + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )

@@ -13,10 +13,10 @@ from cyclopts import Parameter
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder
-from motes.cli.options import OUTPUT, say
+from motes.cli.options import OUTPUT, log
 from motes.core import interrupts
-from motes.core.errors import LimitError
-from motes.core.interrupts import check, undisturbed
+from motes.core.errors import MissingDependencyError
+from motes.core.interrupts import check, deferred
 
 if TYPE_CHECKING:
     from motes.evaluation.datasets.sot import Problem
@@ -60,13 +60,15 @@ class Output:
         from motes.evaluation.report import plots
 
         if plot and not plots.available():
-            raise LimitError("The plot needs matplotlib; install it: pip install 'motes[report]'.")
+            raise MissingDependencyError(
+                "The plot needs matplotlib; install it: pip install 'motes[report]'."
+            )
         prepare_folder(folder, files(name, tables, plot), overwrite)
 
     def show(self, result: Result) -> None:
         """Print the tables, and write all there is into the folder."""
         if not result.tables:
-            say("There is nothing to show yet.")
+            log("There is nothing to show yet.")
             return
 
         from rich.console import Console
@@ -82,9 +84,9 @@ class Output:
             from motes.evaluation.papers.result import save
 
             save(result, self._folder, self._name)
-            say(f"wrote {self._folder / self._name}.md, with CSV{' and PNG' * self._plot}.")
+            log(f"wrote {self._folder / self._name}.md, with CSV{' and PNG' * self._plot}.")
         elif self._plot:
-            say("The plot is drawn into the folder of --out.")
+            log("The plot is drawn into the folder of --out.")
 
 
 def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) -> int:
@@ -102,12 +104,12 @@ def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) ->
     except KeyboardInterrupt as interrupt:
         return interrupts.code(interrupt)
     finally:
-        with undisturbed():
+        with deferred():
             if result is not None:
                 output.show(result)
                 problems = [*problems, *result.problems]
             for problem in problems:
-                say(f"{problem.where}: {problem.what}")
+                log(f"{problem.where}: {problem.what}")
     return PARTIAL if problems else DONE
 
 

@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 from motes.cli.progress import Progress
 from motes.core.frame import Frame
-from motes.core.interrupts import check, undisturbed
+from motes.core.interrupts import check, deferred
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
@@ -66,7 +66,7 @@ def run(
             with Progress(film, quiet=quiet) as progress:
                 try:
                     for step in making:
-                        with undisturbed():
+                        with deferred():
                             for output in outputs:
                                 output.write(step)
                             state = note(step)

@@ -21,7 +21,7 @@ from motes.cli.options import (
     Preset,
     Settings,
     announce_compiling,
-    say,
+    log,
 )
 from motes.core.errors import ConfigError
 
@@ -75,7 +75,7 @@ def histogram(
     announce_compiling()
     target = Target.learn(color, picture, place)
     target.save(output)
-    say(
+    log(
         f"wrote {output}: {(target.model.histogram > 0).sum()} of {target.model.histogram.size} "
         f"bins are occupied."
     )

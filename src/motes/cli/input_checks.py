@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from motes.cli.options import say
+from motes.cli.options import log
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import leftovers, same_file
 
@@ -112,7 +112,7 @@ def default_output(source: str) -> str:
         return "-"
     path = urlsplit(source).path if "://" in source else os.path.abspath(source)
     stem = re.sub(r"[^\w .+-]+", "-", Path(path).stem).strip("-") or "tracks"
-    say(f"Writing {stem}.csv; choose another name with -o.")
+    log(f"Writing {stem}.csv; choose another name with -o.")
     return f"{stem}.csv"
 
 
@@ -135,7 +135,7 @@ def point_out_leftovers(*outputs: Path | None) -> None:
     """Name the partial files that runs with the same outputs have left."""
     for path in outputs:
         for left in leftovers(path) if path is not None else []:
-            say(f"{left} is an unfinished {path} of a run that was cut short, or still goes on.")
+            log(f"{left} is an unfinished {path} of a run that was cut short, or still goes on.")
 
 
 def check_label(label: str | None, output: str | None) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from motes.cli.input_checks import read_text
 from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.renamed_keys import RENAMED
 
 if TYPE_CHECKING:
     from motes.sot.known_target import Target
@@ -42,10 +43,19 @@ def tracker_config(
     if target is not None:
         base = presets.configure(base, {"color": to_dict(target.cue)})
     if file is not None:
-        with named(file):
+        with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
+    settings = as_keys(settings)
     check_settings(command, to_dict(base), settings)
     return presets.configure(base, settings)
+
+
+def as_keys(settings: dict[str, Any]) -> dict[str, Any]:
+    """Return settings by keys as a file has them: an option may have hyphens for underscores."""
+    return {
+        key.replace("-", "_"): as_keys(value) if isinstance(value, dict) else value
+        for key, value in settings.items()
+    }
 
 
 def check_settings(
@@ -66,6 +76,10 @@ def check_settings(
 
 def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
     """Return that a command has no such option, with the nearest of its own and of known keys."""
+    known = list(known)
+    renamed = RENAMED.get(flag.lstrip("-").replace("-", "_"))
+    if renamed in known:
+        return f"There is no option {flag}; it is --{renamed} now."
     options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
     near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
     hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
@@ -73,7 +87,7 @@ def no_such_option(command: Callable[..., object], flag: str, known: Iterable[st
 
 
 @contextlib.contextmanager
-def named(where: Path | str) -> Iterator[None]:
+def error_context(where: Path | str) -> Iterator[None]:
     """Say of a configuration's error which file or option it is in."""
     try:
         yield

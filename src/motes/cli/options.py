@@ -47,13 +47,13 @@ CONFIG_FLAGS = """\
   --presence.frames 5
   --presence.deviations 2.0
   --presence.margin 0.7
-  --presence.ceiling 0.9
-  --presence.step 1
-  --presence.places 400000
+  --presence.max_threshold 0.9
+  --presence.stride 1
+  --presence.max_positions 400000
   --calibration.middle 0.34
   --calibration.width 0.08
   --adaptation.type forgetting
-  --adaptation.rate 0.0
+  --adaptation.learning_rate 0.0
   --adaptation.anchor 0.0
 """
 """Preset nummiaro, written down here as well: to get it means to load the whole tracker."""
@@ -65,9 +65,9 @@ Every key of the configuration is an option too. The preset comes first, then th
 {CONFIG_FLAGS}
 --motion.type may also be random_walk, second_order, ellipse_walk or autoregressive, --color.space \
 hsv or hsv+v, --color.sampling.type checkerboard or every_pixel, --fusion.type fixed or product, \
---likelihood.type best_particle or exponential, --adaptation.type kalman, gaussian or by_cue. \
+--likelihood.type best_particle or exponential, --adaptation.type kalman, gaussian or per_cue. \
 A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8, --hog.cells 3, \
---correlation.rate 0.02 or --posterior.rate 0.04. \
+--correlation.learning_rate 0.02 or --posterior.learning_rate 0.04. \
 --dump-config shows all keys and values of a preset, as a file for --config.
 """
 
@@ -148,7 +148,7 @@ Overwrite = Annotated[
 ]
 
 
-def say(message: str) -> None:
+def log(message: str) -> None:
     """Print a line for people."""
     print(f"motes: {clear(message)}", file=sys.stderr)
 
@@ -162,9 +162,9 @@ def announce_compiling() -> None:
     kept = "once for this machine; later starts are quick."
     lost = "there is no folder to keep them in (see motes doctor)."
     why = kept if writable else lost
-    compiling.when_compiling(lambda: say(f"Compiling kernels, {why}"))
+    compiling.when_compiling(lambda: log(f"Compiling kernels, {why}"))
     if writable:
         advice = "make room there, or every start compiles."
         compiling.when_unkept(
-            lambda error: say(f"{folder} cannot keep them: {error.strerror}; {advice}")
+            lambda error: log(f"{folder} cannot keep them: {error.strerror}; {advice}")
         )

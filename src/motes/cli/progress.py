@@ -74,7 +74,7 @@ class Progress:
             self._bar.stop()
 
 
-class Tally:
+class RunStatistics:
     """What there is to say about a run when it is over.
 
     Parameters

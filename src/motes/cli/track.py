@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     read_text,
 )
-from motes.cli.load_config import load_target, named, tracker_config
+from motes.cli.load_config import error_context, load_target, tracker_config
 from motes.cli.options import (
     CONFIG_HELP,
     CONFIGURATION,
@@ -34,13 +34,13 @@ from motes.cli.options import (
     Preset,
     Settings,
     announce_compiling,
-    say,
+    log,
 )
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
-    from motes.cli.progress import Tally
+    from motes.cli.progress import RunStatistics
     from motes.cli.track_loop import Begin
     from motes.cli.track_outputs import Output
     from motes.sot.known_target import Place, Target
@@ -124,7 +124,7 @@ def track(
         Parameter(
             group=CONFIGURATION,
             help="Frames a second that the tracker shall manage: it chooses its number of "
-            "particles, from --budget.least 50 to --budget.most 500.",
+            "particles, from --budget.min 50 to --budget.max 500.",
         ),
     ] = None,
     dump_config: DumpConfig = False,
@@ -178,7 +178,7 @@ def track(
         from motes.cli.track_batch import open_outputs, track_several
         from motes.sot.batch import Trackers
 
-        with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
+        with open_source(source, start=start, end=end, stride=stride, on_drop=log) as film:
             files = open_outputs(film, stride, output, format, label, overlay, overwrite=overwrite)
             return track_several(film, Trackers(tracking, seed), boxes, files)
 
@@ -191,7 +191,7 @@ def track(
     if resume and not rows:
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
 
-    with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
+    with open_source(source, start=start, end=end, stride=stride, on_drop=log) as film:
         if resume and film.live:
             raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
         outputs: list[Output] = []
@@ -244,7 +244,7 @@ def _begin(
     places: tuple[Place, ...] = ()
     if at is not None:
         read_text(at)  # tells a file that is not there from one that makes no sense
-        with named(at):
+        with error_context(at):
             places = load_places(at)
     return track_loop.on_target(
         known, places, None if background is None else read_image(background)
@@ -261,13 +261,13 @@ def _run(
 ) -> int:
     """Follow the target through the film, write all there is to write, and say how it went."""
     from motes.cli.frame_loop import run
-    from motes.cli.progress import Tally
+    from motes.cli.progress import RunStatistics
     from motes.cli.track_loop import follow
     from motes.sot.particle_filter import ParticleFilter
 
     announce_compiling()
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
-    tally = Tally(budget=chooses)
+    tally = RunStatistics(budget=chooses)
     steps = partial(follow, tracker, begin)
     try:
         interrupted = run(film, outputs, steps, tally.add, quiet=quiet and sys.stdout.isatty())
@@ -278,13 +278,17 @@ def _run(
     if interrupted:
         return interrupts.code(interrupted)
     if not tally.found:
-        say("error: The target was never found; look for another one, or elsewhere.")
+        log("error: The target was never found; look for another one, or elsewhere.")
         return NOT_FOUND
     return DONE
 
 
 def _summarize(
-    tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: KeyboardInterrupt | None
+    tally: RunStatistics,
+    film: Source,
+    outputs: Sequence[Output],
+    *,
+    interrupted: KeyboardInterrupt | None,
 ) -> None:
     """Print one line on how a run went."""
     if not tally.frames:
@@ -295,4 +299,4 @@ def _summarize(
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:
         parts.append(f"{film.name}: {film.report.problems}")
-    say("; ".join(parts) + ".")
+    log("; ".join(parts) + ".")

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import run
-from motes.cli.options import announce_compiling, say
-from motes.cli.watch_outputs import Form, Moment, Output, Overlay, objects_output
+from motes.cli.options import announce_compiling, log
+from motes.cli.watch_outputs import Form, FrameResult, Output, Overlay, objects_output
 from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import Places
+from motes.mot.analytics.events import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.batch import Trackers
 from motes.video.sources import Source
@@ -33,7 +33,7 @@ def open_outputs(
     """Return what is to be written, after checks that it can be."""
     outputs: list[Output] = []
     if overlay is not None:
-        outputs.append(Overlay(overlay, film, stride, Places(), overwrite=overwrite))
+        outputs.append(Overlay(overlay, film, stride, Regions(), overwrite=overwrite))
     if output is not None:
         outputs.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
     return outputs
@@ -49,13 +49,13 @@ def track_several(
     announce_compiling()
     tally = Tally(len(regions))
 
-    def moments(frames: Iterator[Frame]) -> Generator[Moment, None, None]:
+    def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         for frame in frames:
             clock = time.perf_counter()
             tracks = trackers.update(frame) if trackers.each else trackers.init(frame, regions)
             tally.seconds(time.perf_counter() - clock)
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
-            yield Moment(frame, each, ())
+            yield FrameResult(frame, each, ())
 
     try:
         interrupted = run(film, outputs, moments, tally.add)
@@ -78,7 +78,7 @@ class Tally:
         """Count the time that a frame takes; the first one takes long and says nothing."""
         self._seconds += seconds if self.frames else 0.0
 
-    def add(self, moment: Moment) -> str:
+    def add(self, moment: FrameResult) -> str:
         """Count a frame; return how things are now."""
         seen = [each.track.status is Status.TRACKING for each in moment.tracks]
         self.frames += 1
@@ -108,4 +108,4 @@ def _summarize(
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:
         parts.append(f"{film.name}: {film.report.problems}")
-    say("; ".join(parts) + ".")
+    log("; ".join(parts) + ".")

@@ -10,7 +10,7 @@ from motes.core.detection import Detector
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
 from motes.sot.known_target import Place, Target
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker
 
 
@@ -29,7 +29,7 @@ class Step:
     """
 
     frame: Frame
-    info: Info | None
+    info: StepInfo | None
     seconds: float
 
     @property

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.track_loop import Companion, Step
-from motes.cli.watch_outputs import Moment, film_state, objects_output
+from motes.cli.watch_outputs import FrameResult, film_state, objects_output
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
@@ -87,7 +87,7 @@ class AsObjects:
     def write(self, step: Step) -> None:
         """Add a frame."""
         tracks = [SceneTrack(1, step.track)] if step.track else []
-        self._inner.write(Moment(step.frame, tracks, ()))
+        self._inner.write(FrameResult(step.frame, tracks, ()))
 
     @property
     def result(self) -> str | None:

@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
     read_text,
 )
-from motes.cli.load_config import check_settings, named
+from motes.cli.load_config import as_keys, check_settings, error_context
 from motes.cli.options import (
     CONFIGURATION,
     FRAMES,
@@ -30,7 +30,7 @@ from motes.cli.options import (
     Overwrite,
     Settings,
     announce_compiling,
-    say,
+    log,
 )
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
@@ -38,7 +38,7 @@ from motes.core.errors import ConfigError, MotesError
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.core.frame import Frame
-    from motes.mot.analytics.events import Counting, Places
+    from motes.mot.analytics.events import EventCounter, Regions
     from motes.mot.pipeline_config import WatchConfig
     from motes.mot.scene import Scene
     from motes.video.sources import Source
@@ -150,8 +150,8 @@ def watch(
     and --overlay the rows go to standard output, or to a file named after the source if that is a
     terminal. The end says what was counted in each minute.
 
-    Every key of the configuration is an option too, laid over the file of --config, as --confirm 3,
-    --association.overlap 0.2, --tracker.particles 100, --detector.least 0.001 or
+    Every key of the configuration is an option too, laid over the file of --config, as
+    --min-hits 3, --association.overlap 0.2, --tracker.particles 100, --detector.least 0.001 or
     --detector.history 200; --dump-config shows all of them, as a file for --config.
 
     Parameters
@@ -199,13 +199,13 @@ def watch(
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
-    from motes.mot.analytics.events import Counting
+    from motes.mot.analytics.events import EventCounter
     from motes.mot.scene import Scene
     from motes.video.sources import open_source
 
-    counting = Counting(where)
+    counting = EventCounter(where)
     scene = Scene(watching.detector.detector(), watching, seed)
-    with open_source(source, start=start, end=end, stride=stride, on_drop=say) as film:
+    with open_source(source, start=start, end=end, stride=stride, on_drop=log) as film:
         outputs: list[Output] = []
         if overlay is not None:
             outputs.append(Overlay(overlay, film, stride, where, overwrite=overwrite))
@@ -239,13 +239,14 @@ def _watch_config(
 
     config = WatchConfig(**asdict(scene_config(preset)))
     if file is not None:
-        with named(file):
+        with error_context(file):
             config = laid_over(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
         config = laid_over(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = laid_over(config, {"detector": detector_values(detector)})
+    settings = as_keys(settings)
     check_settings(watch, to_dict(config), settings)
     return laid_over(config, settings)
 
@@ -256,19 +257,19 @@ def _places(
     dwell: float | None,
     file: Path | None,
     scale: float | None,
-) -> Places:
+) -> Regions:
     """Return lines, zones and ground of the options and of the file."""
     from msgspec.structs import replace
 
-    from motes.mot.analytics.events import Line, Places, Zone
+    from motes.mot.analytics.events import Line, Regions, Zone
     from motes.mot.analytics.ground_plane import Ground
 
-    given = Places()
+    given = Regions()
     if file is not None:
         text = read_text(file)
-        with named(file):
-            given = Places.parse(text)
-    more = Places(
+        with error_context(file):
+            given = Regions.parse(text)
+    more = Regions(
         tuple(Line(tuple(numbers_of("--line", text, "x1,y1,x2,y2"))) for text in lines),  # type: ignore[arg-type]
         tuple(Zone(tuple(_corners(text))) for text in zones),
     )
@@ -276,15 +277,15 @@ def _places(
     if scale is not None:
         if ground is not None:
             raise ConfigError(f"--scale and the [ground] of {file} contradict each other.")
-        with named("--scale"):
+        with error_context("--scale"):
             ground = Ground(scale)
     together = given.zone + more.zone
     if dwell is not None:
         if not together:
             raise ConfigError("--dwell is for zones; give one with --zone or --places.")
-        with named("--dwell"):
+        with error_context("--dwell"):
             together = tuple(replace(zone, dwell=zone.dwell or dwell) for zone in together)
-    return Places(given.line + more.line, together, ground)
+    return Regions(given.line + more.line, together, ground)
 
 
 def _corners(text: str) -> list[float]:
@@ -293,27 +294,28 @@ def _corners(text: str) -> list[float]:
     return numbers_of("--zone", text, form)
 
 
-def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Output]) -> int:
+def _run(film: Source, scene: Scene, counting: EventCounter, outputs: Sequence[Output]) -> int:
     """Watch the film, write all there is to write, and say how it went."""
     from motes.cli.frame_loop import run
-    from motes.cli.watch_outputs import Moment
+    from motes.cli.watch_outputs import FrameResult
 
     announce_compiling()
     frames, said = 0, set[str]()
 
-    def moments(pictures: Iterator[Frame]) -> Generator[Moment, None, None]:
+    def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
             for frame, tracks in watched:
-                yield Moment(frame, tracks, counting.update(tracks))
+                yield FrameResult(frame, tracks, counting.update(tracks))
 
-    def note(moment: Moment) -> str:
+    def note(moment: FrameResult) -> str:
         nonlocal frames
         frames += 1
-        for kind, text in scene.remarks.items():
+        for kind, text in scene.warnings.items():
             if kind not in said:
                 said.add(kind)
-                say(text)
-        return f"{scene.born - scene.gone} objects, {scene.born} came, {scene.gone} went"
+                log(text)
+        here = scene.created - scene.terminated
+        return f"{here} objects, {scene.created} came, {scene.terminated} went"
 
     try:
         interrupted = run(film, outputs, moments, note)
@@ -323,8 +325,8 @@ def _run(film: Source, scene: Scene, counting: Counting, outputs: Sequence[Outpu
     _summarize(frames, film, scene, counting, outputs, interrupted=interrupted)
     if interrupted:
         return interrupts.code(interrupted)
-    if not scene.born:
-        say("error: No object was ever found; try another --detector.")
+    if not scene.created:
+        log("error: No object was ever found; try another --detector.")
         return NOT_FOUND
     return DONE
 
@@ -333,7 +335,7 @@ def _summarize(
     frames: int,
     film: Source,
     scene: Scene,
-    counting: Counting,
+    counting: EventCounter,
     outputs: Sequence[Output],
     *,
     interrupted: KeyboardInterrupt | None,
@@ -344,7 +346,7 @@ def _summarize(
     tracker = scene.config.tracker
     parts = [
         interrupts.word(interrupted)
-        + f"{frames} frames, {scene.born} objects, {scene.gone} of them gone",
+        + f"{frames} frames, {scene.created} objects, {scene.terminated} of them gone",
         f"each followed by {tracker.particles} particles and {' and '.join(tracker.cues)}",
     ]
     written = [output.result for output in outputs if output.result is not None]
@@ -352,9 +354,9 @@ def _summarize(
         parts.append("wrote " + ", ".join(written))
     if film.report.problems:
         parts.append(f"{film.name}: {film.report.problems}")
-    say("; ".join(parts) + ".")
+    log("; ".join(parts) + ".")
     for text in table(counting.counts):
-        say(text)
+        log(text)
 
 
 def table(counts: Counter[tuple[int, str, str, str]]) -> list[str]:

@@ -10,15 +10,15 @@ import msgspec
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
-from motes.cli.load_config import named
-from motes.cli.options import announce_compiling, say
+from motes.cli.load_config import error_context
+from motes.cli.options import announce_compiling, log
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
-from motes.core.interrupts import check, undisturbed
-from motes.mot.cameras.camera_reporter import Notice
-from motes.mot.cameras.reidentification import Report, Rig
-from motes.mot.cameras.rig import Watch
+from motes.core.interrupts import check, deferred
+from motes.mot.cameras.camera_reporter import CameraMessage
+from motes.mot.cameras.reidentification import CameraReport, Rig
+from motes.mot.cameras.rig import RigRunner
 
 
 class RigRows(Lines):
@@ -36,7 +36,7 @@ class RigRows(Lines):
         if self._csv:
             self.put([",".join(self._columns)])
 
-    def write(self, report: Report, identities: Mapping[int, int]) -> None:
+    def write(self, report: CameraReport, identities: Mapping[int, int]) -> None:
         """Add the rows of a camera's frame."""
         lines = []
         for each in report.sightings:
@@ -45,7 +45,7 @@ class RigRows(Lines):
             values = [
                 report.camera, report.frame, round(report.time, 6), identities[each.identity],
                 *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-                identities.get(each.behind or 0),
+                identities.get(each.occluded_by or 0),
             ]  # fmt: skip
             if self._csv:
                 lines.append(",".join("" if value is None else str(value) for value in values))
@@ -58,7 +58,7 @@ class RigRows(Lines):
 def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
     """Watch the cameras of a rig, write their rows, and say how it went."""
     text = read_text(Path(file))
-    with named(Path(file)):
+    with error_context(Path(file)):
         rig = Rig.parse(text)
     output = default_output(file) if output is None else output
     if output != "-":
@@ -73,21 +73,21 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
         opened.enter_context(rows)
         rows.begin()
         try:
-            with undisturbed():
-                watching = opened.enter_context(Watch(rig, seed))
+            with deferred():
+                watching = opened.enter_context(RigRunner(rig, seed))
             for news in watching:
                 check()
-                with undisturbed():
+                with deferred():
                     if isinstance(news, tuple):
                         report, identities = news
                         rows.write(report, identities)
                         frames[report.camera] += 1
                         found.update(identities.values())
-                    elif isinstance(news, Notice):
-                        say(f"camera {news.camera}: {news.text}")
+                    elif isinstance(news, CameraMessage):
+                        log(f"camera {news.camera}: {news.text}")
                     elif news.failure is not None:
                         failures.append(f"camera {news.camera}: {news.failure}")
-                        say(failures[-1])
+                        log(failures[-1])
                     if not isinstance(news, tuple):
                         dropped += getattr(news, "dropped", 0)
         except KeyboardInterrupt as interrupt:
@@ -95,7 +95,7 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
     if len(failures) == len(frames):
         raise SourceError(f"No camera is left. {failures[-1]}")
     counted = ", ".join(f"{name} {count}" for name, count in frames.items())
-    say(
+    log(
         interrupts.word(interrupted)
         + f"{counted} frames; {len(found)} objects, {watching.handover.handed} times handed over"
         + f", {dropped} frames dropped" * bool(dropped)
@@ -106,5 +106,5 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
     if failures:
         return PARTIAL
     if not found:
-        say("error: No object was ever found; try another detector.")
+        log("error: No object was ever found; try another detector.")
     return DONE if found else NOT_FOUND

@@ -17,7 +17,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import Event, Places
+from motes.mot.analytics.events import Event, Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.documents import DOCUMENTS, is_document, write_document
 from motes.output.journal import (
@@ -42,14 +42,14 @@ FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
 LABEL = "object"
 """The class of all objects, if none is named."""
 COLUMNS = (
-    "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "behind",
+    "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by",
 )  # fmt: skip
 TRAIL = 50
 """The overlay shows the way of so many frames."""
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class FrameResult:
     """What became of a frame."""
 
     frame: Frame
@@ -60,7 +60,7 @@ class Moment:
 class Output(Protocol):
     """Takes moments; ends as a context manager."""
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: FrameResult) -> None:
         """Add a frame."""
         ...
 
@@ -171,7 +171,7 @@ class Rows(Lines):
         self._form = form
         self._begun = False
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: FrameResult) -> None:
         """Add a frame's rows."""
         self.add(Picture(moment.frame.index, moment.frame.time, sightings(moment.tracks)))
 
@@ -197,7 +197,7 @@ def _row(picture: Picture, each: Sighting, form: Form) -> str:
     values = [
         picture.frame, round(picture.time, 6), each.identity,
         *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-        each.behind,
+        each.occluded_by,
     ]  # fmt: skip
     if form == "csv":
         return ",".join("" if value is None else str(value) for value in values)
@@ -222,7 +222,7 @@ class Annotations:
         self._journal: JournalWriter | None = None
         self._failed = self._done = False
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: FrameResult) -> None:
         """Keep a frame's objects for the end."""
         frame = moment.frame
         file = self._film.file_of(frame.index)
@@ -279,7 +279,7 @@ def _text(name: str) -> str:
 class Events(Lines):
     """A line of JSON for each event."""
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: FrameResult) -> None:
         """Add a frame's events."""
         self.put([event.json() for event in moment.events])
 
@@ -295,7 +295,7 @@ class Overlay:
     """An annotated video."""
 
     def __init__(
-        self, path: Path, source: Source, stride: int, places: Places, *, overwrite: bool
+        self, path: Path, source: Source, stride: int, places: Regions, *, overwrite: bool
     ) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
@@ -303,7 +303,7 @@ class Overlay:
         self._trails: dict[int, deque[Point]] = {}
         self._start: float | None = None
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: FrameResult) -> None:
         """Add a picture."""
         here = {each.identity for each in moment.tracks}
         self._trails = {who: trail for who, trail in self._trails.items() if who in here}

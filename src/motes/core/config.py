@@ -16,6 +16,7 @@ import msgspec
 from msgspec import Meta
 
 from motes.core.errors import ConfigError
+from motes.core.renamed_keys import RENAMED
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
@@ -107,6 +108,8 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         known = [key for key in _keys(kind) if key != name]  # it may well be one elsewhere
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
+        if RENAMED.get(name) in known:
+            hint = f"it is {RENAMED[name]!r} now."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None

@@ -41,5 +41,5 @@ class ConfigError(MotesError, ValueError):
     """A configuration, an option or a region makes no sense."""
 
 
-class LimitError(MotesError):
+class MissingDependencyError(MotesError):
     """An optional part is not installed."""

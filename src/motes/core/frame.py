@@ -19,7 +19,7 @@ FRAME_INTERVAL = 1 / 25
 class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
-    Pixels may be given in any form that `as_rgb` takes. `planes` holds what cues have computed from
+    Pixels may be given in any form that `as_rgb` takes. `cache` holds what cues have computed from
     them, each under a key of its own, for as long as the frame lives.
 
     Raises
@@ -31,7 +31,7 @@ class Frame:
     index: int
     time: float
     pixels: NDArray[np.uint8]
-    planes: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
+    cache: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not isinstance(self.index, int | np.integer):

@@ -61,7 +61,7 @@ class _State:
         self.hook = sys.unraisablehook
         """What takes note of all other exceptions that Python drops."""
         self.held = 0
-        """Depth of `undisturbed`."""
+        """Depth of `deferred`."""
         self.waiting: int | None = None
         """A signal that came meanwhile."""
         self.sent: Interrupt | None = None
@@ -149,7 +149,7 @@ def check() -> None:
 
 
 @contextlib.contextmanager
-def undisturbed() -> Iterator[None]:
+def deferred() -> Iterator[None]:
     """Let interrupts wait until what is being done is whole."""
     state = _state
     state.held += 1

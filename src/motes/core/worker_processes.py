@@ -11,7 +11,7 @@ from motes.core.interrupts import SIGNALS
 
 
 @contextlib.contextmanager
-def deaf() -> Iterator[None]:
+def blocked_signals() -> Iterator[None]:
     """Let signals that ask to end wait; a process that is started here never hears of them."""
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:

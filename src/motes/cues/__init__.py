@@ -14,7 +14,8 @@ from motes.core.geometry import Ellipse
 class Cue(Protocol):
     """What a cue must offer.
 
-    Its models are its own affair. One that is no `AdaptableCue` learns in `settle`, if at all.
+    Its models are its own affair. One that is no `AdaptableCue` learns in `update_reading`, if at
+    all.
     """
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
@@ -27,7 +28,7 @@ class Cue(Protocol):
         """Return how far each ellipse (N, 5) is from the model: 0 the same … 1, shape (N,)."""
         ...
 
-    def settle(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+    def update_reading(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the model with what it takes from where the target is, for the next frame."""
         ...
 

@@ -23,7 +23,7 @@ from motes.cues.search_window import Grid, Singles, grid
 Floats = NDArray[np.float64]
 
 COLORS = 32**3
-CORE = 0.8
+CORE_FRACTION = 0.8
 """Share of the box's sides within which every pixel counts as the target's."""
 BORDER = 0.3
 """Width of the strips on both sides of the border, as a share of the half sides."""
@@ -61,37 +61,39 @@ class Posterior(Config, frozen=True):
 
     Attributes
     ----------
-    rate
+    learning_rate
         Share of a frame in what is learned: more than of other cues, as colors change with light.
     """
 
-    rate: Share = 0.04
+    learning_rate: Share = 0.04
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""
         inside, outside = np.zeros((2, COLORS), np.float32)
         model = PosteriorModel(inside, outside, ellipse.a, ellipse.b, ellipse)
-        return self.taught(model, model.grid.cut(frame, ellipse), 1.0)
+        return self.updated(model, model.grid.sample_window(frame, ellipse), 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
         samples, out = model.grid, np.empty(len(ellipses))
-        for place, mine in samples.around(model.place, ellipses):
+        for place, mine in samples.tile_windows(model.place, ellipses):
             offsets = samples.offsets(place, ellipses[mine, :2])
-            halves = CORE * ellipses[mine, 2:4] / samples.step(place)
-            integral = self.integral(model, samples.cut(frame, place))
+            halves = CORE_FRACTION * ellipses[mine, 2:4] / samples.step(place)
+            integral = self.integral(model, samples.sample_window(frame, place))
             out[mine] = means(integral, np.hstack([offsets, halves]))
         return 1 - out
 
-    def settle(self, model: PosteriorModel, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+    def update_reading(
+        self, model: PosteriorModel, frame: Frame, ellipse: Ellipse
+    ) -> PosteriorModel:
         """Return the model with what is learned of a target in `ellipse`."""
-        window = model.grid.cut(frame, ellipse)
-        return replace(self.taught(model, window, self.rate), place=ellipse)
+        window = model.grid.sample_window(frame, ellipse)
+        return replace(self.updated(model, window, self.learning_rate), place=ellipse)
 
-    def taught(
+    def updated(
         self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
     ) -> PosteriorModel:
-        """Return the model with a share `rate` of what a window (3, H, W) shows.
+        """Return the model with a share `learning_rate` of what a window (3, H, W) shows.
 
         The target is x, y samples off the window's center.
         """
@@ -99,7 +101,7 @@ class Posterior(Config, frozen=True):
         middle, half = np.add(samples.center, (x, y)), np.array(samples.half)
         inner, outer = (
             (*(middle - share * half).tolist(), *(middle + share * half).tolist())
-            for share in (CORE, 1.0)
+            for share in (CORE_FRACTION, 1.0)
         )
         inside, outside = (1 - rate) * model.inside, (1 - rate) * model.outside
         kernels.color_posterior.add_colors(window, inner, outer, rate, inside, outside)
@@ -142,7 +144,7 @@ def borders(integral: Floats, boxes: Floats) -> Floats:
 
 def contrast(integral: Floats, box: Floats) -> float:
     """Return by how much the posterior in a target's box (4,) is above that around it, -1 to 1."""
-    sizes = [scaled(box, scale) for scale in (CORE, 1.0, SURROUNDINGS)]
+    sizes = [scaled(box, scale) for scale in (CORE_FRACTION, 1.0, SURROUNDINGS)]
     core, one, wide = means(integral, np.array(sizes)).tolist()
     area = SURROUNDINGS**2
     return float(core - (area * wide - one) / (area - 1))

@@ -21,12 +21,12 @@ from motes.core.config import Config, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
-from motes.cues.fourier_ridge import Spectra, filtered, gaussian, taught
-from motes.cues.search_window import CELL, Grid, Singles, features, grid
+from motes.cues.fourier_ridge import Spectra, filtered, gaussian, updated
+from motes.cues.search_window import CELL_SIZE, Grid, Singles, features, grid
 
 Floats = NDArray[np.float64]
 
-FINE = 2
+UPSAMPLING = 2
 """Values of a response to the side of a cell."""
 
 
@@ -70,36 +70,40 @@ class Correlation(Config, frozen=True):
         Energy below which a frequency has little say.
     anchor
         Share of the first frame's filter in the response, whatever was learned since.
-    rate
+    learning_rate
         Share of a frame in what is learned.
     """
 
     sharpness: Positive = 1 / 6
     ridge: Positive = 1.0
     anchor: Share = 0.3
-    rate: Share = 0.02
+    learning_rate: Share = 0.02
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
         """Return the filter of the window around `ellipse`."""
         samples = grid(ellipse.a, ellipse.b)
-        spectra = self.spectra(samples, samples.cut(frame, ellipse))
+        spectra = self.spectra(samples, samples.sample_window(frame, ellipse))
         numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
         model = CorrelationModel(numerator, power, numerator, power, ellipse.a, ellipse.b, ellipse)
-        model = self.taught(model, spectra, 1.0)
+        model = self.updated(model, spectra, 1.0)
         return replace(model, first_numerator=model.numerator, first_power=model.power)
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
         samples, out = model.grid, np.empty(len(ellipses))
-        for place, mine in samples.around(model.place, ellipses):
-            plane, _ = self.responses(model, self.spectra(samples, samples.cut(frame, place)))
-            out[mine] = at(plane, samples.offsets(place, ellipses[mine, :2]))
+        for place, mine in samples.tile_windows(model.place, ellipses):
+            plane, _ = self.responses(
+                model, self.spectra(samples, samples.sample_window(frame, place))
+            )
+            out[mine] = sample_response(plane, samples.offsets(place, ellipses[mine, :2]))
         return 1 - np.clip(out, 0, 1)
 
-    def settle(self, model: CorrelationModel, frame: Frame, ellipse: Ellipse) -> CorrelationModel:
+    def update_reading(
+        self, model: CorrelationModel, frame: Frame, ellipse: Ellipse
+    ) -> CorrelationModel:
         """Return the filter with what is learned of a target in `ellipse`."""
-        spectra = self.spectra(model.grid, model.grid.cut(frame, ellipse))
-        return replace(self.taught(model, spectra, self.rate), place=ellipse)
+        spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
+        return replace(self.updated(model, spectra, self.learning_rate), place=ellipse)
 
     def spectra(self, samples: Grid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
@@ -108,18 +112,20 @@ class Correlation(Config, frozen=True):
         out: Spectra = fft.rfft2(cells)
         return out
 
-    def taught(
+    def updated(
         self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
     ) -> CorrelationModel:
-        """Return the filter with a share `rate` of what a window says.
+        """Return the filter with a share `learning_rate` of what a window says.
 
         The target is x, y samples off the window's center.
         """
         samples = model.grid
         rows, columns = np.fft.fftfreq(samples.rows), np.fft.rfftfreq(samples.columns)
-        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL
-        label = np.outer(gaussian(rows, sigma, y / CELL), gaussian(columns, sigma, x / CELL))
-        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL_SIZE
+        label = np.outer(
+            gaussian(rows, sigma, y / CELL_SIZE), gaussian(columns, sigma, x / CELL_SIZE)
+        )
+        numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)
 
     def responses(self, model: CorrelationModel, spectra: Spectra) -> tuple[Singles, Singles]:
@@ -133,25 +139,25 @@ class Correlation(Config, frozen=True):
         mixed = filtered(model.numerator, model.power + self.ridge, spectra)
         mixed = (1 - self.anchor) * mixed + self.anchor * first
         rows, columns = model.grid.rows, model.grid.columns
-        padded = np.zeros((FINE * rows, FINE * columns // 2 + 1), np.complex64)
+        padded = np.zeros((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
         below = rows // 2
         padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
-        padded[FINE * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
-        plane = fft.irfft2(FINE**2 * padded, (FINE * rows, FINE * columns))
+        padded[UPSAMPLING * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
+        plane = fft.irfft2(UPSAMPLING**2 * padded, (UPSAMPLING * rows, UPSAMPLING * columns))
         return fft.fftshift(plane), fft.fftshift(fft.irfft2(first, (rows, columns)))
 
 
-def at(plane: Singles, points: Floats) -> Floats:
+def sample_response(plane: Singles, points: Floats) -> Floats:
     """Return a response at points (N, 2), in samples off the window's center, (N,)."""
     out = np.empty(len(points))
-    kernels.bilinear.look_up(plane, points, CELL / FINE, out)
+    kernels.bilinear.look_up(plane, points, CELL_SIZE / UPSAMPLING, out)
     return out
 
 
-def best_near(first: Singles, x: float, y: float) -> float:
+def peak_near(first: Singles, x: float, y: float) -> float:
     """Return the first filter's response, best within a cell of x, y samples off the center."""
     row, column = (
-        size // 2 + round(off / CELL) for size, off in zip(first.shape, (y, x), strict=True)
+        size // 2 + round(off / CELL_SIZE) for size, off in zip(first.shape, (y, x), strict=True)
     )
     near = first[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
     return float(near.max(initial=0.0))

@@ -66,10 +66,10 @@ def plane_over(
 
     `compute` takes the first column and row of the blocks to be computed, and the shape.
     """
-    plane: P | None = frame.planes.get(key)
+    plane: P | None = frame.cache.get(key)
     if plane is None or not plane.covers(part):
         left, top, right, bottom = part
-        plane = frame.planes[key] = compute(left, top, (bottom - top, right - left))
+        plane = frame.cache[key] = compute(left, top, (bottom - top, right - left))
     return plane
 
 

@@ -46,7 +46,7 @@ def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
     return out
 
 
-def taught(
+def updated(
     numerator: Spectra, power: Singles, spectra: Spectra, label: NDArray[np.complex128], rate: float
 ) -> tuple[Spectra, Singles]:
     """Return numerator and power with a share `rate` of a lesson: signals and their label (...)."""

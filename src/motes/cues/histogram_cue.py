@@ -35,7 +35,7 @@ class HistogramCue(Config, frozen=True):
         histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
         return histogram
 
-    def settle(self, model: M, frame: Frame, ellipse: Ellipse) -> M:
+    def update_reading(self, model: M, frame: Frame, ellipse: Ellipse) -> M:
         """Return the model itself: nothing is read in another way after a frame."""
         return model
 

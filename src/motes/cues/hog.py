@@ -72,7 +72,7 @@ class Hog(HistogramCue, frozen=True):
         direction, which may change from frame to frame.
     bins
         Over a whole turn, in each cell.
-    turned
+    rotation_normalized
         Whether a histogram is turned so that its strongest direction comes first, the others
         following around the circle: a target that turns then keeps its histogram, to half a bin.
         Without, one that stays upright is told better from others.
@@ -84,7 +84,7 @@ class Hog(HistogramCue, frozen=True):
 
     cells: Annotated[int, Meta(ge=1, le=4)] = 1
     bins: Annotated[int, Meta(ge=2, le=16)] = 8
-    turned: bool = True
+    rotation_normalized: bool = True
     kernel: Profile = "gaussian"
     sampling: Sampling = Lattice()
 
@@ -98,8 +98,8 @@ class Hog(HistogramCue, frozen=True):
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
         if 0 < AT_POINTS * len(ellipses) * lattice.shape[1] < (right - left) * (bottom - top):
             kernels.hog.histograms_at(
-                frame.pixels, ellipses, lattice, profile, self.cells, self.turned, SMOOTH,
-                DERIVATIVE, histograms,
+                frame.pixels, ellipses, lattice, profile, self.cells,
+                self.rotation_normalized, SMOOTH, DERIVATIVE, histograms,
             )  # fmt: skip
             return histograms
 
@@ -123,7 +123,7 @@ class Hog(HistogramCue, frozen=True):
             self.sampling.grid,
             profile,
             self.cells,
-            self.turned,
+            self.rotation_normalized,
             histograms,
         )
         return histograms

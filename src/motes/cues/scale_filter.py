@@ -19,14 +19,14 @@ from motes.core.config import Config, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
-from motes.cues.fourier_ridge import Spectra, filtered, gaussian, taught
-from motes.cues.search_window import CELL, Singles, cut, features
+from motes.cues.fourier_ridge import Spectra, filtered, gaussian, updated
+from motes.cues.search_window import CELL_SIZE, Singles, cut, features
 
 SIDE = 32
 """Mean side of a target in samples; a smaller one has as many as it has pixels."""
 
 
-class SizeModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
+class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
     """A learned filter.
 
     Attributes
@@ -45,7 +45,7 @@ class SizeModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
     columns: Annotated[int, SAME]
 
 
-class Sizes(Config, frozen=True):
+class ScaleFilter(Config, frozen=True):
     """The target at several sizes around the last one.
 
     Attributes
@@ -56,7 +56,7 @@ class Sizes(Config, frozen=True):
         Standard deviation of the label, in steps.
     ridge
         Energy below which a frequency has little say.
-    rate
+    learning_rate
         Share of a frame in what is learned.
     """
 
@@ -64,7 +64,7 @@ class Sizes(Config, frozen=True):
     step: Annotated[float, Meta(gt=1, le=2)] = 1.06
     sharpness: Positive = 0.7
     ridge: NonNegative = 0.01
-    rate: Share = 0.02
+    learning_rate: Share = 0.02
 
     @property
     def factors(self) -> NDArray[np.float64]:
@@ -74,17 +74,19 @@ class Sizes(Config, frozen=True):
         )
         return out
 
-    def learn(self, frame: Frame, ellipse: Ellipse) -> SizeModel:
+    def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
         shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
-        rows, columns = (max(round(2 * half * shrink / CELL), 2) for half in (ellipse.b, ellipse.a))
+        rows, columns = (
+            max(round(2 * half * shrink / CELL_SIZE), 2) for half in (ellipse.b, ellipse.a)
+        )
         nothing = np.zeros((30 * rows * columns, self.count // 2 + 1), np.complex64)
-        model = SizeModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
-        return self.taught(model, self.spectra(model, frame, ellipse), 1.0)
+        model = ScaleModel(nothing, np.zeros(nothing.shape[1], np.float32), rows, columns)
+        return self.updated(model, self.spectra(model, frame, ellipse), 1.0)
 
-    def spectra(self, model: SizeModel, frame: Frame, ellipse: Ellipse) -> Spectra:
+    def spectra(self, model: ScaleModel, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
-        shape = model.rows * CELL, model.columns * CELL
+        shape = model.rows * CELL_SIZE, model.columns * CELL_SIZE
         out = np.empty((len(model.numerator), self.count), np.float32)
         tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
         for n, (factor, taper) in enumerate(zip(self.factors.tolist(), tapers, strict=True)):
@@ -93,15 +95,15 @@ class Sizes(Config, frozen=True):
         transform: Spectra = fft.rfft(out)
         return transform
 
-    def response(self, model: SizeModel, spectra: Spectra) -> Singles:
+    def response(self, model: ScaleModel, spectra: Spectra) -> Singles:
         """Return the filter's response at each size, (count,)."""
         learned = filtered(model.numerator, model.power + self.ridge, spectra)
         # The label's peak is at the first size; the middle one is meant.
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
 
-    def taught(self, model: SizeModel, spectra: Spectra, rate: float) -> SizeModel:
-        """Return the filter with a share `rate` of a target, as it was seen at all sizes."""
+    def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
+        """Return the filter with a share `rate` of a target as it was seen at all sizes."""
         label = gaussian(np.fft.rfftfreq(self.count), self.sharpness)
-        numerator, power = taught(model.numerator, model.power, spectra, label, rate)
+        numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)

@@ -22,7 +22,7 @@ from motes.core.geometry import Ellipse
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 
-CELL = 4
+CELL_SIZE = 4
 """Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
 SAMPLES = 128
 """Mean side of a window in samples."""
@@ -65,7 +65,7 @@ class Grid:
     @property
     def center(self) -> tuple[float, float]:
         """Column and row of the window's center, the target's, in samples."""
-        return (self.columns * CELL - 1) / 2, (self.rows * CELL - 1) / 2
+        return (self.columns * CELL_SIZE - 1) / 2, (self.rows * CELL_SIZE - 1) / 2
 
     @property
     def half(self) -> tuple[float, float]:
@@ -90,11 +90,13 @@ class Grid:
         out: Floats = steps @ np.array([[cosine, sine], [-sine, cosine]]) + ellipse[:2]
         return out
 
-    def cut(self, frame: Frame, ellipse: Ellipse) -> Singles:
+    def sample_window(self, frame: Frame, ellipse: Ellipse) -> Singles:
         """Return the samples (3, H, W) of the window around a target."""
-        return cut(frame, ellipse, self.step(ellipse), (self.rows * CELL, self.columns * CELL))
+        return cut(
+            frame, ellipse, self.step(ellipse), (self.rows * CELL_SIZE, self.columns * CELL_SIZE)
+        )
 
-    def around(
+    def tile_windows(
         self, place: Ellipse, ellipses: Floats
     ) -> Iterator[tuple[Ellipse, NDArray[np.intp]]]:
         """Yield where windows see all of some ellipses (N, 5), each with the numbers of its own.
@@ -123,7 +125,7 @@ class Grid:
 def _hann(cells: int, side: float) -> Floats:
     """Return Hann's window of a row of cells, for a target with a side of so many samples."""
     offsets = np.arange(cells) - (cells - 1) / 2
-    width = min(cells + 1, WIDEST * side / CELL)
+    width = min(cells + 1, WIDEST * side / CELL_SIZE)
     return np.where(np.abs(offsets) < width / 2, 0.5 + 0.5 * np.cos(2 * np.pi * offsets / width), 0)
 
 
@@ -159,8 +161,8 @@ def features(samples: Singles) -> Singles:
     discriminatively trained part-based models, PAMI 2010, section 6, without their texture
     features; gray and two color differences beside them.
     """
-    out = np.empty((30, samples.shape[1] // CELL, samples.shape[2] // CELL), np.float32)
-    kernels.search_window.gradient_cells(samples, CELL, sectors(), out)
+    out = np.empty((30, samples.shape[1] // CELL_SIZE, samples.shape[2] // CELL_SIZE), np.float32)
+    kernels.search_window.gradient_cells(samples, CELL_SIZE, sectors(), out)
     return out
 
 
@@ -171,8 +173,8 @@ def grid(a: float, b: float) -> Grid:
     around = (width + height) / 2
     wide, high = width + around, height + around
     pixels = max(math.sqrt(wide * high) / SAMPLES, 1 / FINEST)
-    columns, rows = (_fast(side / pixels / CELL) for side in (wide, high))
-    return Grid(rows, columns, width * columns * CELL / wide, height * rows * CELL / high)
+    columns, rows = (_fast(side / pixels / CELL_SIZE) for side in (wide, high))
+    return Grid(rows, columns, width * columns * CELL_SIZE / wide, height * rows * CELL_SIZE / high)
 
 
 def _fast(cells: float) -> int:

@@ -103,7 +103,7 @@ class Orientation(Config, frozen=True):
     scale_selection
         Whether the scale follows the target's size (SS), or stays that of the first frame. The
         paper has the scale parameter, a variance, proportional to the target's area.
-    kept
+    kept_fraction
         Share of the target's pixels whose certainty is above the threshold T.
     kernel
         How pixels are weighted, by their place in the ellipse.
@@ -116,7 +116,7 @@ class Orientation(Config, frozen=True):
     scale: Annotated[float, Meta(gt=0, le=1)] = 0.05
     window: Annotated[float, Meta(ge=0.01, le=8)] = 1.0
     scale_selection: bool = True
-    kept: Share = 0.5
+    kept_fraction: Share = 0.5
     kernel: Profile = "epanechnikov"
     sampling: Sampling = Lattice()
 
@@ -139,7 +139,9 @@ class Orientation(Config, frozen=True):
         histogram: Floats = self._histograms(frame, model.scale, model.threshold, region)[0]
         return histogram
 
-    def settle(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> OrientationModel:
+    def update_reading(
+        self, model: OrientationModel, frame: Frame, ellipse: Ellipse
+    ) -> OrientationModel:
         """Return the model with scale and threshold for the next frame, from where the target is.
 
         Section 3.2: T is set by the distribution of C over the target in the previous frame;
@@ -157,14 +159,14 @@ class Orientation(Config, frozen=True):
         return min(max(FINEST, self.scale * math.sqrt(ellipse.a * ellipse.b)), WIDEST)
 
     def _threshold(self, frame: Frame, scale: float, ellipse: Ellipse) -> float:
-        """Return T, above which the share `kept` of the ellipse's pixels lies."""
+        """Return T, above which the share `kept_fraction` of the ellipse's pixels lies."""
         region = np.array([ellipse])
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
             self.sampling.lattice, self.sampling.grid,
         )  # fmt: skip
-        below = int((1 - self.kept) * seen.size)
+        below = int((1 - self.kept_fraction) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
             return -1.0
         return float(np.partition(seen, below - 1)[below - 1])

@@ -13,10 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from motes.evaluation.aggregate import Passes
 from motes.evaluation.datasets.distractors import counted
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.metrics.mot import Tally, tally
 from motes.evaluation.protocols.mot import Tracks, load_tracks
-from motes.evaluation.scores import Ended, Scores, check_length, digits, row_of, speed, write_table
+from motes.evaluation.scores import (
+    PassResult,
+    Scores,
+    check_length,
+    digits,
+    row_of,
+    speed,
+    write_table,
+)
 
 Floats = NDArray[np.float64]
 
@@ -51,11 +59,11 @@ COMBINED = "COMBINED"
 """In the place of a sequence's name, where all of them are counted as one."""
 
 
-class CrowdOutcome(Ended[Crowd, Tracks]):
+class CrowdOutcome(PassResult[MotSequence, Tracks]):
     """What came of a pass that followed many objects."""
 
     @staticmethod
-    def load(path: Path, sequence: Crowd) -> Tracks:
+    def load(path: Path, sequence: MotSequence) -> Tracks:
         """Read tracks of all the sequence's frames."""
         tracks = load_tracks(path)
         check_length(path, len(tracks.seconds), sequence.frames)

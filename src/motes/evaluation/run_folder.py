@@ -13,7 +13,7 @@ from motes import __version__
 from motes.core.config import Config, from_dict, from_json
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PARTIAL, leftovers, write_whole
-from motes.evaluation.adapters.registry import Entry
+from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.datasets.sot import printable
 from motes.evaluation.protocols.perturbations import LONGEST
 from motes.evaluation.runner import Job
@@ -49,7 +49,7 @@ class Record(Config, frozen=True):
 def record(
     dataset: Path,
     jobs: Iterable[Job],
-    entries: Iterable[Entry],
+    entries: Iterable[TrackerSpec],
     protocols: Iterable[str],
     seeds: int,
     time_limit: float,

@@ -30,14 +30,14 @@ from urllib.parse import quote
 
 from motes.core.errors import FormatError, MotesError, SourceError
 from motes.core.frame import Frame
-from motes.core.worker_processes import cause, deaf
-from motes.evaluation.adapters.registry import Entry
+from motes.core.worker_processes import blocked_signals, cause
+from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.adapters.sot import explain
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Problem, Sequence
-from motes.evaluation.protocols.mot import Following
-from motes.evaluation.protocols.perturbations import LONGEST, Viewed, show, views
-from motes.evaluation.protocols.sot import Running, Start, starts
+from motes.evaluation.protocols.mot import MotPass
+from motes.evaluation.protocols.perturbations import LONGEST, Viewed, perturbations, show
+from motes.evaluation.protocols.sot import Start, TrackerPass, starts
 from motes.video.sources import open_source
 
 LONGEST_NAME = 120
@@ -76,8 +76,8 @@ def slug(name: str) -> str:
 class Job:
     """All passes of a tracker over a sequence in a protocol."""
 
-    entry: Entry
-    sequence: Sequence | Crowd
+    entry: TrackerSpec
+    sequence: Sequence | MotSequence
     passes: tuple[Pass, ...]
 
     @property
@@ -88,8 +88,8 @@ class Job:
 
 
 def plan(
-    entries: Iterable[Entry],
-    sequences: Iterable[Sequence | Crowd],
+    entries: Iterable[TrackerSpec],
+    sequences: Iterable[Sequence | MotSequence],
     protocols: Iterable[str],
     seeds: int,
     longest: int = LONGEST,
@@ -110,9 +110,9 @@ def plan(
             problems.append(Problem(f"sequence {sequence.name}", str(error)))
             continue
         for protocol in protocols:
-            seen: Iterable[tuple[Sequence | Crowd, list[Start]]]
+            seen: Iterable[tuple[Sequence | MotSequence, list[Start]]]
             if protocol == "robust" and isinstance(sequence, Sequence):
-                seen = views(sequence, *size, longest)
+                seen = perturbations(sequence, *size, longest)
             else:
                 seen = [(sequence, starts(protocol, sequence, *size))]
             for (view, begins), entry in itertools.product(seen, entries):
@@ -196,7 +196,7 @@ def run(
                             idle.append(worker)
                         yield Step(worker.job, errors)
         finally:
-            with deaf():
+            with blocked_signals():
                 for worker in (*idle, *busy):
                     worker.end()
 
@@ -209,7 +209,9 @@ class _Worker:
     def __init__(self, context: SpawnContext, out: Path, scratch: str) -> None:
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(target=_serve, args=(theirs, out, scratch))
-        with deaf():  # and so is the process, from its first instruction on: Ctrl-C is for us
+        with (
+            blocked_signals()
+        ):  # and so is the process, from its first instruction on: Ctrl-C is for us
             self._process.start()
         theirs.close()
         self.alive = True
@@ -313,15 +315,15 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
     return errors
 
 
-def _running(job: Job, item: Pass) -> Running | Following:
+def _running(job: Job, item: Pass) -> TrackerPass | MotPass:
     """Return a pass that has not begun yet."""
     begin = partial(job.entry.begin, item.seed)
-    if isinstance(job.sequence, Crowd):
-        return Following(begin, job.sequence)
-    return Running(begin, item.start, job.sequence.boxes)
+    if isinstance(job.sequence, MotSequence):
+        return MotPass(begin, job.sequence)
+    return TrackerPass(begin, item.start, job.sequence.boxes)
 
 
-def _film(sequence: Sequence | Crowd) -> Iterator[Frame]:
+def _film(sequence: Sequence | MotSequence) -> Iterator[Frame]:
     """Yield the frames of a sequence; raise a SourceError if they are not as many as the truth."""
     if isinstance(sequence, Viewed):
         yield from show(sequence)

@@ -22,7 +22,7 @@ from motes.core.geometry import iou
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, TRACKED
-from motes.evaluation.protocols.trace import Trace, load_trace
+from motes.evaluation.protocols.trace import TrackerOutput, load_trace
 from motes.evaluation.runner import Job, Pass
 
 Floats = NDArray[np.float64]
@@ -98,7 +98,7 @@ class Fit(NamedTuple):
         return flags
 
 
-def fit(trace: Trace, sequence: Sequence) -> Fit:
+def fit(trace: TrackerOutput, sequence: Sequence) -> Fit:
     """Compare a trace with the truth."""
     rows = np.flatnonzero(trace.events != SKIPPED)
     truths = sequence.boxes[trace.frames[rows]]
@@ -118,14 +118,14 @@ def fit(trace: Trace, sequence: Sequence) -> Fit:
     )
 
 
-def updates(trace: Trace) -> Floats:
+def updates(trace: TrackerOutput) -> Floats:
     """Return the running times of a trace's updates, in seconds; starts are none."""
     measured = (trace.events != STARTED) & (trace.events != SKIPPED) & np.isfinite(trace.seconds)
     seconds: Floats = trace.seconds[measured]
     return seconds
 
 
-def score(trace: Trace, sequence: Sequence, protocol: str = "ope") -> Scores:
+def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Scores:
     """Return the numbers of results.csv by column, without those that name the pass.
 
     None stands for what makes no sense: `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses`
@@ -192,7 +192,7 @@ def _is_nan(value: float | int | None) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Ended(ABC, Generic[S, T]):
+class PassResult(ABC, Generic[S, T]):
     """What came of a pass.
 
     Attributes
@@ -257,11 +257,11 @@ def check_length(path: Path, found: int, frames: int) -> None:
         raise FormatError(f"{path} is for {found} frames, but the sequence has {frames}.")
 
 
-class Outcome(Ended[Sequence, Trace]):
+class Outcome(PassResult[Sequence, TrackerOutput]):
     """What came of a pass that followed one object."""
 
     @staticmethod
-    def load(path: Path, sequence: Sequence) -> Trace:
+    def load(path: Path, sequence: Sequence) -> TrackerOutput:
         """Read a trace, which goes on to the sequence's end."""
         trace = load_trace(path)
         check_length(path, int(trace.frames[-1]) + 1, sequence.frames)
@@ -285,7 +285,7 @@ class Outcome(Ended[Sequence, Trace]):
         return score(self.trace, self.sequence, self.item.start.protocol)
 
 
-E = TypeVar("E", bound=Ended[Any, Any])
+E = TypeVar("E", bound=PassResult[Any, Any])
 
 
 def in_order(outcomes: Iterable[E]) -> list[E]:
@@ -316,7 +316,7 @@ def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
     write_table(out / "results.csv", COLUMNS, map(row_of, in_order(outcomes)))
 
 
-def row_of(outcome: Ended[Any, Any]) -> list[str]:
+def row_of(outcome: PassResult[Any, Any]) -> list[str]:
     """Return the row of a pass in results.csv."""
     item = outcome.item
     names = [item.tracker, item.sequence, item.start.protocol, item.start.label, str(item.seed)]

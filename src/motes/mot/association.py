@@ -17,7 +17,7 @@ MARGIN = 1.0
 """Candidates are looked for so many pixels farther than they may be: rounding must lose none."""
 
 
-class Outcome(StrEnum):
+class DetectionOutcome(StrEnum):
     """What became of a detection."""
 
     MATCHED = "matched"
@@ -43,11 +43,11 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Account:
+class LoggedDetection:
     """A detection, what became of it, and which object it went to."""
 
     detection: Detection
-    outcome: Outcome
+    outcome: DetectionOutcome
     identity: int | None = None
 
 
@@ -62,17 +62,17 @@ class Association(Config, frozen=True):
         Largest distance between a hidden object's model and the detection that it may be.
     appearance
         What appearance counts beside overlap.
-    reach
+    gate_radius
         How far from where it should be a hidden object may come up, in its own mean half-sizes.
-    spread
+    gate_growth
         How much farther for every second that it was hidden.
     """
 
     overlap: Share = 0.2
     distance: Share = 0.45
     appearance: NonNegative = 0.5
-    reach: NonNegative = 1.5
-    spread: NonNegative = 2.0
+    gate_radius: NonNegative = 1.5
+    gate_growth: NonNegative = 2.0
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of objects that were just seen; infinite where ruled out.
@@ -88,9 +88,9 @@ class Association(Config, frozen=True):
 
     def reaches(self, hidden: Floats) -> Floats:
         """Return how far objects may come up (k,), in half-sizes, hidden for seconds (k,)."""
-        return self.reach + self.spread * hidden
+        return self.gate_radius + self.gate_growth * hidden
 
-    def off(self, away: Floats, hidden: Floats) -> Floats:
+    def gate_distance(self, away: Floats, hidden: Floats) -> Floats:
         """Return how far off detections are from hidden objects, as a share of their reach.
 
         Parameters
@@ -119,7 +119,7 @@ class Association(Config, frozen=True):
 
         Returns
         -------
-        i, j, off
+        i, j, gate_distance
             (k,) each: object and detection, sorted, and how far off, at most 1.
         """
         sizes = np.sqrt(places[:, 0, 2] * places[:, 0, 3])
@@ -127,7 +127,9 @@ class Association(Config, frozen=True):
         pairs = [meeting(squares(places[:, p, :2], reach), boxes) for p in range(places.shape[1])]
         i, j = np.unique(np.hstack(pairs), axis=1)
         away = boxes[j, None, :2] + (boxes[j, None, 2:] - 1) / 2 - places[i, :, :2]
-        off = self.off(np.hypot(away[..., 0], away[..., 1]).min(axis=1) / sizes[i], hidden[i])
+        off = self.gate_distance(
+            np.hypot(away[..., 0], away[..., 1]).min(axis=1) / sizes[i], hidden[i]
+        )
         return i[off <= 1], j[off <= 1], off[off <= 1]
 
     def recoveries(self, off: Floats, distances: Floats) -> Floats:
@@ -135,7 +137,7 @@ class Association(Config, frozen=True):
 
         Parameters
         ----------
-        off, distances
+        gate_distance, distances
             (k,), how far off a detection is, and how far from the object's model.
         """
         # Half of what comes up is still hidden, so where it should be counts the more for its look.
@@ -171,7 +173,7 @@ def squares(centers: Floats, half: Floats) -> Floats:
     return np.hstack([centers - half[:, None], sides, sides])
 
 
-def inside(first: Floats, second: Floats) -> Floats:
+def intersection_over_first(first: Floats, second: Floats) -> Floats:
     """Return which share of boxes lies inside others, shapes (..., 4) that broadcast."""
     low = np.maximum(first[..., :2], second[..., :2])
     high = np.minimum(first[..., :2] + first[..., 2:], second[..., :2] + second[..., 2:])
@@ -179,7 +181,7 @@ def inside(first: Floats, second: Floats) -> Floats:
     return shares
 
 
-def divided(places: Floats, blob: Box) -> Floats:
+def split_merged_blob(places: Floats, blob: Box) -> Floats:
     """Return where objects are in a box that holds them all, each with its own size: (n, 4).
 
     On each side, the outermost one touches the box's edge; otherwise they are where they should be.
@@ -201,7 +203,7 @@ def divided(places: Floats, blob: Box) -> Floats:
     return out
 
 
-def may_hide(boxes: Floats) -> tuple[Integers, Integers]:
+def occlusion_candidates(boxes: Floats) -> tuple[Integers, Integers]:
     """Return which objects, in boxes (n, 4), are so near that one may hide the other.
 
     Zhao and Pei, equations 18 and 19: the squared distance of their centers is less than

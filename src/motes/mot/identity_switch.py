@@ -13,30 +13,30 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.hog import Hog, HogModel
 from motes.mot.association import as_rows
-from motes.mot.tracked_object import Object
+from motes.mot.tracked_object import TrackedObject
 
-EDGES = Hog(cells=3, turned=False)
+EDGES = Hog(cells=3, rotation_normalized=False)
 """The 72 bins by which the paper tells targets of one color apart, as they stand."""
-CLEAR = 0.2
+SWAP_MARGIN = 0.2
 """So much smaller the distances to the models have to be, both together, to say who is who."""
 
 
-def edges(thing: Object, frame: Frame) -> HogModel:
+def shape_model(thing: TrackedObject, frame: Frame) -> HogModel:
     """Return what the edges of an object look like, where it is in a frame."""
     return EDGES.learn(frame, thing.track.ellipse)
 
 
-def mistaken(one: Object, other: Object, frame: Frame) -> bool:
+def is_identity_switch(one: TrackedObject, other: TrackedObject, frame: Frame) -> bool:
     """Return whether each of two objects looks like the other one was before they met."""
     boxes = as_rows([one.track.box, other.track.box])
     colors = np.array([thing.distances(frame, boxes) for thing in (one, other)])
-    if abs(gain(colors)) > CLEAR or one.edges is None or other.edges is None:
-        return gain(colors) > CLEAR
+    if abs(swap_gain(colors)) > SWAP_MARGIN or one.shape_model is None or other.shape_model is None:
+        return swap_gain(colors) > SWAP_MARGIN
     ellipses = np.array([Ellipse.from_box(box) for box in boxes.tolist()])
-    shapes = [EDGES.distances(thing.edges, frame, ellipses) for thing in (one, other)]
-    return gain(np.array(shapes)) > CLEAR
+    shapes = [EDGES.distances(thing.shape_model, frame, ellipses) for thing in (one, other)]
+    return swap_gain(np.array(shapes)) > SWAP_MARGIN
 
 
-def gain(distances: NDArray[np.float64]) -> float:
+def swap_gain(distances: NDArray[np.float64]) -> float:
     """Return by how much two models' distances (2, 2) to two regions fall if these are swapped."""
     return float(distances[0, 0] + distances[1, 1] - distances[0, 1] - distances[1, 0])

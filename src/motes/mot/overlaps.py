@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
-from motes.mot.association import inside
+from motes.mot.association import intersection_over_first
 from motes.mot.pairs import Floats, Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
@@ -36,13 +36,15 @@ def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
 def lying(first: Floats, second: Floats, share: float) -> Overlaps:
     """Return pairs where more than a share of the first box lies in the second, and how much."""
     i, j = meeting(first, second)
-    return _where(i, j, shares := inside(first[i], second[j]), shares > share)
+    return _where(i, j, shares := intersection_over_first(first[i], second[j]), shares > share)
 
 
 def nested(first: Floats, second: Floats, share: float) -> Overlaps:
     """Return pairs where more than a share of either box lies in the other, and how much."""
     i, j = meeting(first, second)
-    shares = np.maximum(inside(first[i], second[j]), inside(second[j], first[i]))
+    shares = np.maximum(
+        intersection_over_first(first[i], second[j]), intersection_over_first(second[j], first[i])
+    )
     return _where(i, j, shares, shares > share)
 
 

@@ -21,24 +21,31 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.mot.assignment import assign_pairs
-from motes.mot.association import Account, Outcome, as_rows, divided, inside, may_hide
-from motes.mot.identity_switch import edges, mistaken
+from motes.mot.association import (
+    DetectionOutcome,
+    LoggedDetection,
+    as_rows,
+    intersection_over_first,
+    occlusion_candidates,
+    split_merged_blob,
+)
+from motes.mot.identity_switch import is_identity_switch, shape_model
 from motes.mot.overlaps import holding, largest, lying, nested, overlapping, singles
 from motes.mot.pairs import Floats, Integers
 from motes.mot.scene_config import SceneConfig, scene_config
-from motes.mot.track_initiation import Births
-from motes.mot.tracked_object import Object, SceneTrack
+from motes.mot.track_initiation import TrackInitiation
+from motes.mot.tracked_object import SceneTrack, TrackedObject
 from motes.video.prefetch import prefetch
 
-COVERED = 2
+COVERED_AGE_FACTOR = 2
 """One that is where another one is seen is waited for so many times as long: it cannot be seen."""
 
 
 class _Found(NamedTuple):
-    """What a detector said of a frame, and its remarks up to then."""
+    """What a detector said of a frame, and its warnings up to then."""
 
     detections: Sequence[Detection]
-    remarks: Mapping[str, str]
+    warnings: Mapping[str, str]
 
 
 class Scene:
@@ -55,17 +62,17 @@ class Scene:
 
     Attributes
     ----------
-    accounts
+    detection_log
         What became of every detection of the last frame.
-    born, gone
+    created, terminated
         How many objects there have been, and how many of them are gone.
-    remarks
+    warnings
         What the detector has told about the pictures so far, each once (see `BackgroundDetector`);
         and as `limit`, that there were too many detections.
     """
 
-    accounts: list[Account]
-    remarks: Mapping[str, str]
+    detection_log: list[LoggedDetection]
+    warnings: Mapping[str, str]
 
     def __init__(
         self,
@@ -77,13 +84,17 @@ class Scene:
         if not isinstance(seed, int | np.integer) or seed < 0:
             raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
         self._detector, self._seed = detector, int(seed)
-        self._objects: list[Object] = []
-        birth = self.config.association.overlap, self.config.confirm, self.config.doubt
-        self._births = Births(*birth)
+        self._objects: list[TrackedObject] = []
+        birth = (
+            self.config.association.overlap,
+            self.config.min_hits,
+            self.config.min_score_quantile,
+        )
+        self._births = TrackInitiation(*birth)
         self._last: Frame | None = None
-        self.accounts = []
-        self.born = self.gone = 0
-        self.remarks = {}
+        self.detection_log = []
+        self.created = self.terminated = 0
+        self.warnings = {}
         self._own: dict[str, str] = {}
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
@@ -123,44 +134,44 @@ class Scene:
     def _detect(self, frame: Frame) -> _Found:
         """Return what the detector says of a frame."""
         found = self._detector(frame)
-        return _Found(found, dict(getattr(self._detector, "remarks", {})))
+        return _Found(found, dict(getattr(self._detector, "warnings", {})))
 
     def _step(self, picture: Frame, dt: float, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
-        self.accounts = []
-        free = self._sift(picture, found.detections)
-        self.remarks = {**found.remarks, **self._own}
+        self.detection_log = []
+        free = self._suppress_duplicates(picture, found.detections)
+        self.warnings = {**found.warnings, **self._own}
         for thing in self._objects:
-            thing.foresee(dt)
-        free = self._match(picture, dt, free)
-        self._follow(picture, dt)
-        self._hide(picture)
-        free = self._recover(picture, free)
-        free = self._spare(free)
-        self._bear(picture, free)
-        return self._say(picture)
+            thing.predict(dt)
+        free = self._associate(picture, dt, free)
+        self._update(picture, dt)
+        self._mark_occluded(picture)
+        free = self._reidentify(picture, free)
+        free = self._drop_fragments(free)
+        self._initiate(picture, free)
+        return self._report(picture)
 
-    def _untangle(self, frame: Frame) -> None:
+    def _resolve_identity_switches(self, frame: Frame) -> None:
         """Let objects trade who they are if they are mistaken for each other, once they are apart.
 
         In that frame, the last one, both are detected, and neither hides a part of the other.
         """
         known = {thing.identity: thing for thing in self._objects}
         for thing in self._objects:
-            other = known.get(thing.rival or 0)
+            other = known.get(thing.occluder_candidate or 0)
             if other is None:
-                thing.rival = None
+                thing.occluder_candidate = None
             elif thing.detected and other.detected and not _touch(thing, other):
-                thing.rival = None
-                if mistaken(thing, other, frame):
-                    thing.trade(other)
+                thing.occluder_candidate = None
+                if is_identity_switch(thing, other, frame):
+                    thing.swap_identity(other)
                     known |= {thing.identity: thing, other.identity: other}
 
     def _next(self, frame: Frame | NDArray[np.uint8]) -> tuple[Frame, float]:
         """Leave the last frame; return a picture as the next one, and the seconds between them."""
         last = self._last
         if last is not None:
-            self._untangle(last)
+            self._resolve_identity_switches(last)
         if not isinstance(frame, Frame):
             frame = (
                 Frame(0, 0.0, frame)
@@ -180,41 +191,43 @@ class Scene:
         self._last = frame
         return frame, FRAME_INTERVAL if last is None else frame.time - last.time
 
-    def _sift(self, frame: Frame, found: Sequence[Detection]) -> list[Detection]:
+    def _suppress_duplicates(self, frame: Frame, found: Sequence[Detection]) -> list[Detection]:
         """Return the detections that can be objects, one for each."""
         useful: list[Detection] = []
         for each in sorted(found, key=lambda d: (-d.score, -d.box.width * d.box.height)):
             if not math.isfinite(each.score) or best([each], frame) is None:
-                self.accounts.append(Account(each, Outcome.USELESS))
+                self.detection_log.append(LoggedDetection(each, DetectionOutcome.USELESS))
             else:
                 useful.append(each)
         limit = self.config.limit
         if len(useful) > limit:
             text = f"there are {len(useful)} detections; only the {limit} surest are taken"
             self._own.setdefault("limit", f"Frame {frame.index}: {text}.")
-        self.accounts += [Account(each, Outcome.SURPLUS) for each in useful[limit:]]
+        self.detection_log += [
+            LoggedDetection(each, DetectionOutcome.SURPLUS) for each in useful[limit:]
+        ]
         useful = useful[:limit]
-        kept = singles(as_rows(each.box for each in useful), self.config.double)
+        kept = singles(as_rows(each.box for each in useful), self.config.duplicate_overlap)
         doubles = np.delete(np.arange(len(useful)), kept).tolist()
-        self.accounts += [Account(useful[i], Outcome.DOUBLE) for i in doubles]
+        self.detection_log += [LoggedDetection(useful[i], DetectionOutcome.DOUBLE) for i in doubles]
         sifted = [useful[i] for i in kept]
         self._births.note(sifted)
         return sifted
 
-    def _match(self, frame: Frame, dt: float, found: list[Detection]) -> list[Detection]:
+    def _associate(self, frame: Frame, dt: float, found: list[Detection]) -> list[Detection]:
         """Give detections to the objects that were just seen; return the rest."""
         things = [thing for thing in self._objects if not thing.hidden]
         if not things or not found:
             return found
-        places = as_rows(thing.place.box for thing in things)
+        places = as_rows(thing.predicted.box for thing in things)
         boxes = as_rows(each.box for each in found)
-        blobs = holding(places, boxes, self.config.within, self.config.larger)
+        blobs = holding(places, boxes, self.config.containment, self.config.merged_blob_ratio)
         taken, held = set(blobs), [i for mine in blobs.values() for i in mine]
         for j, mine in blobs.items():
-            self.accounts.append(Account(found[j], Outcome.SEVERAL))
+            self.detection_log.append(LoggedDetection(found[j], DetectionOutcome.SEVERAL))
             if not mine:  # those in it lie better in another such detection
                 continue
-            shared = divided(places[mine], found[j].box)
+            shared = split_merged_blob(places[mine], found[j].box)
             for i, box in zip(mine, shared.tolist(), strict=True):
                 self._see(things[i], Box(*box), frame, dt)
         rows, columns, overlaps = overlapping(places, boxes, self.config.association.overlap)
@@ -224,31 +237,33 @@ class Scene:
         costs = self.config.association.costs(overlaps, distances)
         for i, j in assign_pairs(rows, columns, costs, (len(things), len(found))):
             self._see(things[i], found[j].box, frame, dt)
-            self.accounts.append(Account(found[j], Outcome.MATCHED, things[i].identity))
+            self.detection_log.append(
+                LoggedDetection(found[j], DetectionOutcome.MATCHED, things[i].identity)
+            )
             taken.add(j)
         return [each for j, each in enumerate(found) if j not in taken]
 
-    def _see(self, thing: Object, box: Box, frame: Frame, dt: float) -> None:
+    def _see(self, thing: TrackedObject, box: Box, frame: Frame, dt: float) -> None:
         """Put an object that was just seen where it is now, and learn how fast it is."""
-        thing.detect(box, frame.time, self.config.steadiness)
-        thing.turn(self.config.inertia, dt)
+        thing.detect(box, frame.time, self.config.size_smoothing)
+        thing.update_velocity(self.config.velocity_smoothing, dt)
 
-    def _follow(self, frame: Frame, dt: float) -> None:
+    def _update(self, frame: Frame, dt: float) -> None:
         """Look for the objects that were just seen, around where they are detected or should be.
 
         Where one may hide another, no model learns.
         """
         near = [thing for thing in self._objects if not thing.hidden]
-        pairs = may_hide(as_rows(thing.place.box for thing in near))
+        pairs = occlusion_candidates(as_rows(thing.predicted.box for thing in near))
         meeting = set(pairs[0].tolist())
         for i, thing in enumerate(near):
             met = i in meeting
-            thing.look(frame, dt, learn=not met)
-            if met and not thing.met:
-                thing.edges = edges(thing, frame)
-            thing.met = met
+            thing.observe(frame, dt, learn=not met)
+            if met and not thing.near_other:
+                thing.shape_model = shape_model(thing, frame)
+            thing.near_other = met
 
-    def _hide(self, frame: Frame) -> None:
+    def _mark_occluded(self, frame: Frame) -> None:
         """Decide which of the objects without a detection are hidden, and let them coast.
 
         The one that is covered is hidden by the one that is detected, or more like itself; any is
@@ -256,45 +271,50 @@ class Scene:
         """
         near = [thing for thing in self._objects if not thing.hidden]
         boxes = as_rows(thing.track.box for thing in near)
-        rows, columns = may_hide(boxes)
-        covered = inside(boxes[rows], boxes[columns]) > self.config.covered
+        rows, columns = occlusion_candidates(boxes)
+        covered = (
+            intersection_over_first(boxes[rows], boxes[columns]) > self.config.occlusion_overlap
+        )
         covers = _grouped(rows[covered], columns[covered])
         for i, thing in enumerate(near):
             if thing.detected:
                 continue
-            thing.behind = _hider(thing, [near[j] for j in covers.get(i, ())])
-            alone = frame.time - thing.seen > self.config.alone
-            if thing.behind is not None or not thing.recognized or alone:
+            thing.occluded_by = _hider(thing, [near[j] for j in covers.get(i, ())])
+            alone = frame.time - thing.last_time > self.config.max_time_without_detection
+            if thing.occluded_by is not None or not thing.recognized or alone:
                 thing.hide()
-                thing.rival = thing.behind
+                thing.occluder_candidate = thing.occluded_by
         for thing in self._objects:
             if thing.hidden:
-                thing.coast(frame)
+                thing.extrapolate(frame)
 
-    def _covers(self) -> dict[int, list[Object]]:
+    def _covers(self) -> dict[int, list[TrackedObject]]:
         """Return, for hidden objects by identity, the objects where one should be."""
         hidden = [thing for thing in self._objects if thing.hidden]
         if not hidden:
             return {}
         places, boxes = (as_rows(t.track.box for t in those) for those in (hidden, self._objects))
-        i, j, _ = lying(places, boxes, self.config.within)
+        i, j, _ = lying(places, boxes, self.config.containment)
         return {
             hidden[i].identity: [self._objects[j] for j in others]
             for i, others in _grouped(i, j).items()
         }
 
-    def _recover(self, frame: Frame, free: list[Detection]) -> list[Detection]:
+    def _reidentify(self, frame: Frame, free: list[Detection]) -> list[Detection]:
         """Give detections to hidden objects that come up again; return the rest."""
         things = [thing for thing in self._objects if thing.hidden]
         if not things or not free:
             return free
         boxes = as_rows(each.box for each in free)
-        where = {thing.identity: thing.place for thing in self._objects}
+        where = {thing.identity: thing.predicted for thing in self._objects}
         # Who is hidden may also stop, or turn round, behind what hides it.
         places = np.array(
-            [(thing.place, where.get(thing.behind or 0, thing.place)) for thing in things]
+            [
+                (thing.predicted, where.get(thing.occluded_by or 0, thing.predicted))
+                for thing in things
+            ]
         )
-        hidden = np.array([frame.time - thing.seen for thing in things])
+        hidden = np.array([frame.time - thing.last_time for thing in things])
         rows, columns, off = self.config.association.near(places, hidden, boxes)
         distances = _distances(things, frame, boxes, rows, columns)
         costs = self.config.association.recoveries(off, distances)
@@ -306,59 +326,66 @@ class Scene:
             thing.detect(free[j].box, frame.time)
             sure = self.config.tracker.calibration.probability(distance)
             thing.track = replace(thing.track, distance=distance, confidence=sure)
-            self.accounts.append(Account(free[j], Outcome.FOUND, thing.identity))
+            self.detection_log.append(
+                LoggedDetection(free[j], DetectionOutcome.FOUND, thing.identity)
+            )
             taken.add(j)
         return [each for j, each in enumerate(free) if j not in taken]
 
-    def _spare(self, free: list[Detection]) -> list[Detection]:
+    def _drop_fragments(self, free: list[Detection]) -> list[Detection]:
         """Return the detections that are no part of an object that is seen anyway."""
         things = [thing for thing in self._objects if not thing.hidden]
         if not things or not free:
             return free
         boxes, seen = as_rows(each.box for each in free), as_rows(t.track.box for t in things)
-        part = largest(*nested(boxes, seen, self.config.within))
-        self.accounts += [
-            Account(free[i], Outcome.PART, things[j].identity) for i, j in part.items()
+        part = largest(*nested(boxes, seen, self.config.containment))
+        self.detection_log += [
+            LoggedDetection(free[i], DetectionOutcome.PART, things[j].identity)
+            for i, j in part.items()
         ]
         return [each for i, each in enumerate(free) if i not in part]
 
-    def _bear(self, frame: Frame, free: list[Detection]) -> None:
+    def _initiate(self, frame: Frame, free: list[Detection]) -> None:
         """Make objects of what was confirmed often enough, and candidates of the rest."""
         for each, sightings in zip(free, self._births.update(frame.time, free), strict=True):
             if sightings is None:
-                self.accounts.append(Account(each, Outcome.DOUBTFUL))
-            elif len(sightings) < self.config.confirm:
-                self.accounts.append(Account(each, Outcome.CANDIDATE))
+                self.detection_log.append(LoggedDetection(each, DetectionOutcome.DOUBTFUL))
+            elif len(sightings) < self.config.min_hits:
+                self.detection_log.append(LoggedDetection(each, DetectionOutcome.CANDIDATE))
             else:
-                self.born += 1
-                rng = np.random.Generator(np.random.PCG64((self._seed, self.born)))
+                self.created += 1
+                rng = np.random.Generator(np.random.PCG64((self._seed, self.created)))
                 tracker = self.config.tracker
-                self._objects.append(Object.begin(self.born, tracker, rng, frame, sightings))
-                self.accounts.append(Account(each, Outcome.BORN, self.born))
+                self._objects.append(
+                    TrackedObject.begin(self.created, tracker, rng, frame, sightings)
+                )
+                self.detection_log.append(
+                    LoggedDetection(each, DetectionOutcome.BORN, self.created)
+                )
 
-    def _say(self, frame: Frame) -> list[SceneTrack]:
+    def _report(self, frame: Frame) -> list[SceneTrack]:
         """Return what there is to say about the objects, and forget those that are gone."""
         said, staying = [], []
         covers = self._covers()
         for thing in self._objects:
-            unseen = frame.time - thing.seen
+            unseen = frame.time - thing.last_time
             leaving = not _within(thing.track.box, frame)
-            known = max(thing.seen - thing.since, self.config.least_patience)
-            patience = min(self.config.patience, known)
+            known = max(thing.last_time - thing.first_time, self.config.min_max_age)
+            patience = min(self.config.max_age, known)
             covered = any(not other.hidden for other in covers.get(thing.identity, []))
-            patience *= COVERED if covered else 1
-            if unseen > (self.config.farewell if leaving else patience):
-                thing.lose()
-                self.gone += 1
+            patience *= COVERED_AGE_FACTOR if covered else 1
+            if unseen > (self.config.max_age_at_border if leaving else patience):
+                thing.terminate()
+                self.terminated += 1
             else:
                 staying.append(thing)
-            said.append(thing.said)
+            said.append(thing.to_track)
         self._objects = staying
         return said
 
 
 def _distances(
-    things: Sequence[Object], frame: Frame, boxes: Floats, i: Integers, j: Integers
+    things: Sequence[TrackedObject], frame: Frame, boxes: Floats, i: Integers, j: Integers
 ) -> Floats:
     """Return how far boxes (m, 4) are from the objects' models, for pairs (k,) sorted by object."""
     distances = np.empty(len(i))
@@ -373,7 +400,7 @@ def _grouped(i: Integers, j: Integers) -> dict[int, Integers]:
     return dict(zip(found.tolist(), np.split(j, starts[1:]), strict=True)) if len(i) else {}
 
 
-def _hider(thing: Object, near: Sequence[Object]) -> int | None:
+def _hider(thing: TrackedObject, near: Sequence[TrackedObject]) -> int | None:
     """Return the identity of the one that hides an object, of those that cover it, or None."""
     for other in near:
         if not other.hidden and (other.detected or other.track.distance < thing.track.distance):
@@ -381,9 +408,9 @@ def _hider(thing: Object, near: Sequence[Object]) -> int | None:
     return None
 
 
-def _touch(one: Object, other: Object) -> bool:
+def _touch(one: TrackedObject, other: TrackedObject) -> bool:
     """Return whether the boxes of two objects overlap."""
-    return bool(inside(as_rows([one.track.box]), as_rows([other.track.box])).any())
+    return bool(intersection_over_first(as_rows([one.track.box]), as_rows([other.track.box])).any())
 
 
 def _within(box: Box, frame: Frame) -> bool:

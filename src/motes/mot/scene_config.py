@@ -13,7 +13,7 @@ from motes.mot.association import Association
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, preset
 
-PLACES = 2000
+MAX_POSITIONS = 2000
 """An object's background is looked at around so many places at its birth: a few milliseconds."""
 
 
@@ -26,30 +26,30 @@ class SceneConfig(Config, frozen=True):
         What follows each object.
     association
         What makes a detection the same object as before.
-    double
+    duplicate_overlap
         A detection with more than this share in a surer one, or the other way round, is the same.
-    doubt
+    min_score_quantile
         This share of all detections, the least sure ones, begins no objects.
-    confirm
+    min_hits
         A detection becomes an object when it is confirmed in so many frames in a row.
-    inertia
+    velocity_smoothing
         Share of its velocity that an object keeps when a detection says another one.
-    steadiness
+    size_smoothing
         Share of its size that an object keeps when a detection says another one.
-    covered
+    occlusion_overlap
         An object is hidden by another if that covers more than this share of it.
-    alone
+    max_time_without_detection
         Seconds for which colors alone may follow an object that no detection confirms.
-    patience
+    max_age
         Seconds for which a hidden object is waited for, if it was known for as long before; twice
         that where another object is seen.
-    farewell
+    max_age_at_border
         The same where it should be at the border, or outside.
-    least_patience
+    min_max_age
         Seconds for which any hidden object is waited for.
-    within
+    containment
         A box with more than this share of it in another one lies within that.
-    larger
+    merged_blob_ratio
         A detection with two objects in it is so many times larger than either.
     limit
         No more detections than these, the surest, are taken of one frame.
@@ -57,18 +57,18 @@ class SceneConfig(Config, frozen=True):
 
     tracker: ParticleFilter
     association: Association = Association()
-    double: Share = 0.6
-    doubt: Share = 0.25
-    confirm: Count = 3
-    inertia: Share = 0.8
-    steadiness: Share = 0.5
-    covered: Annotated[float, Meta(gt=0, le=1)] = 0.3
-    alone: NonNegative = 0.12
-    patience: Positive = 3.0
-    farewell: NonNegative = 0.2
-    least_patience: NonNegative = 0.4
-    within: Share = 0.7
-    larger: Annotated[float, Meta(ge=1)] = 1.4
+    duplicate_overlap: Share = 0.6
+    min_score_quantile: Share = 0.25
+    min_hits: Count = 3
+    velocity_smoothing: Share = 0.8
+    size_smoothing: Share = 0.5
+    occlusion_overlap: Annotated[float, Meta(gt=0, le=1)] = 0.3
+    max_time_without_detection: NonNegative = 0.12
+    max_age: Positive = 3.0
+    max_age_at_border: NonNegative = 0.2
+    min_max_age: NonNegative = 0.4
+    containment: Share = 0.7
+    merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
     limit: Count = 10_000
 
 
@@ -84,5 +84,7 @@ def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneCo
     if not isinstance(config, ParticleFilter):
         filters = [name for name, known in PRESETS.items() if isinstance(known, ParticleFilter)]
         raise ConfigError(f"Objects are followed by particle filters: {', '.join(filters)}.")
-    presence = replace(config.presence, places=min(config.presence.places, PLACES))
+    presence = replace(
+        config.presence, max_positions=min(config.presence.max_positions, MAX_POSITIONS)
+    )
     return SceneConfig(tracker=replace(config, presence=presence))

@@ -13,14 +13,14 @@ from motes.mot.assignment import assign_pairs
 from motes.mot.association import as_rows
 from motes.mot.overlaps import overlapping
 
-Sightings: TypeAlias = list[tuple[float, Box]]
+Tentative: TypeAlias = list[tuple[float, Box]]
 """Times and boxes of detections that may be one object."""
 
 SCORES = 1000
 """How sure detections are is judged by so many of the latest, or all of a frame that has more."""
 
 
-class Births:
+class TrackInitiation:
     """Keeps what may become an object, from frame to frame.
 
     Parameters
@@ -35,7 +35,7 @@ class Births:
 
     def __init__(self, overlap: float, confirm: int, doubt: float) -> None:
         self._overlap, self._confirm, self._doubt = overlap, confirm, doubt
-        self._candidates: list[Sightings] = []
+        self._candidates: list[Tentative] = []
         self._scores: list[float] = []
 
     def note(self, found: Sequence[Detection]) -> None:
@@ -43,7 +43,7 @@ class Births:
         scores = [*self._scores, *(each.score for each in found)]
         self._scores = scores[-max(SCORES, len(found)) :]
 
-    def update(self, time: float, free: Sequence[Detection]) -> list[Sightings | None]:
+    def update(self, time: float, free: Sequence[Detection]) -> list[Tentative | None]:
         """Return the sightings of what each detection of no object may be, or None if in doubt.
 
         Those with `confirm` sightings are objects from now on, and are forgotten here.
@@ -55,7 +55,7 @@ class Births:
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
         sure = np.quantile(self._scores, self._doubt) if free else 0.0
-        out: list[Sightings | None] = [
+        out: list[Tentative | None] = [
             None if each.score < sure else [*history.get(j, []), (time, each.box)]
             for j, each in enumerate(free)
         ]

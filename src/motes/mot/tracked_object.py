@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.cues.hog import HogModel
-from motes.sot.particle_filter import FilterState, ParticleFilter, combined
+from motes.sot.particle_filter import FilterState, ParticleFilter, fuse_distances
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class SceneTrack:
     track
         Where it is. While it is `occluded`, that is only foreseen, with confidence 0; in its last
         frame it is `lost`.
-    behind
+    occluded_by
         The identity of what hides it, if that is an object.
     detected
         Whether a detection confirms it in this frame.
@@ -38,12 +38,12 @@ class SceneTrack:
 
     identity: int
     track: Track
-    behind: int | None = None
+    occluded_by: int | None = None
     detected: bool = False
 
 
 @dataclass(slots=True, eq=False)
-class Object:
+class TrackedObject:
     """What is known of an object.
 
     Attributes
@@ -56,19 +56,19 @@ class Object:
         Where the object is.
     velocity
         In pixels a second, (2,).
-    since, seen
+    first_time, last_time
         Times of its first and its last detection.
-    detected, behind
+    detected, occluded_by
         As in `SceneTrack`.
-    place
+    predicted
         Where it should be in this frame.
-    foreseen
+    before_observation
         The state before it looked at the frame.
-    met
+    near_other
         Whether another one is so near that one may hide the other.
-    edges
+    shape_model
         What its edges looked like when the last one came so near.
-    rival
+    occluder_candidate
         The identity of who last hid it, until it is clear which of both is which.
     """
 
@@ -78,15 +78,15 @@ class Object:
     state: FilterState
     track: Track
     velocity: Floats
-    since: float
-    seen: float
+    first_time: float
+    last_time: float
     detected: bool = True
-    behind: int | None = None
-    met: bool = False
-    edges: HogModel | None = None
-    rival: int | None = None
-    foreseen: FilterState = field(init=False)
-    place: Ellipse = field(init=False)
+    occluded_by: int | None = None
+    near_other: bool = False
+    shape_model: HogModel | None = None
+    occluder_candidate: int | None = None
+    before_observation: FilterState = field(init=False)
+    predicted: Ellipse = field(init=False)
 
     @classmethod
     def begin(
@@ -99,7 +99,7 @@ class Object:
     ) -> Self:
         """Return an object that was detected at some times in some boxes, now in the last one."""
         (began, first), (now, last) = sightings[0], sightings[-1]
-        start, end = fitting(tracker, first), fitting(tracker, last)
+        start, end = ellipse_from_box(tracker, first), ellipse_from_box(tracker, last)
         state, info = tracker.init(rng, frame, end)
         velocity = np.zeros(2)
         if now > began:
@@ -113,39 +113,41 @@ class Object:
         return self.track.status is Status.OCCLUDED
 
     @property
-    def said(self) -> SceneTrack:
+    def to_track(self) -> SceneTrack:
         """What others are told about it."""
-        return SceneTrack(self.identity, self.track, self.behind, self.detected)
+        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected)
 
-    def foresee(self, dt: float) -> None:
+    def predict(self, dt: float) -> None:
         """Say where it should be by now, and move its particles there."""
         old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()
-        self.place = old._replace(x=old.x + dx, y=old.y + dy)
-        self._move(old, self.place)
+        self.predicted = old._replace(x=old.x + dx, y=old.y + dy)
+        self._move(old, self.predicted)
         self.detected = False
 
     def detect(self, box: Box, time: float, steadiness: float = 0.0) -> None:
         """Put it where it is detected; that share of its size is kept of the old."""
-        found, old = fitting(self.tracker, box), self.place
+        found, old = ellipse_from_box(self.tracker, box), self.predicted
         a = steadiness * old.a + (1 - steadiness) * found.a
         b = steadiness * old.b + (1 - steadiness) * found.b
         ellipse = found._replace(a=a, b=b)
         self._move(old, ellipse)
-        self.state = replace(self.state, first=ellipse, status=Status.TRACKING, missed=0)
+        self.state = replace(
+            self.state, reference_size=ellipse, status=Status.TRACKING, frames_missed=0
+        )
         self.track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
-        self.seen, self.detected, self.behind = time, True, None
+        self.last_time, self.detected, self.occluded_by = time, True, None
 
-    def turn(self, inertia: float, dt: float) -> None:
+    def update_velocity(self, inertia: float, dt: float) -> None:
         """Learn its velocity from how far off the detection is; `inertia` is kept of the old."""
-        off = np.array(self.track.ellipse[:2]) - self.place[:2]
+        off = np.array(self.track.ellipse[:2]) - self.predicted[:2]
         self.velocity = self.velocity + (1 - inertia) * off / dt
 
-    def look(self, frame: Frame, dt: float, *, learn: bool) -> None:
+    def observe(self, frame: Frame, dt: float, *, learn: bool) -> None:
         """Let its filter look at the frame, around where it is detected or should be.
 
         A detection says where it is; the filter, what it looks like.
         """
-        self.foreseen = self.state
+        self.before_observation = self.state
         before = replace(self.state, time=frame.time - dt)
         self.state, info = self.tracker.step(self.rng, before, frame)
         if not learn:
@@ -159,27 +161,27 @@ class Object:
     @property
     def recognized(self) -> bool:
         """Whether what the filter saw of it in this frame keeps the appearance rule."""
-        return self.state.missed == 0 and self.track.status is Status.TRACKING
+        return self.state.frames_missed == 0 and self.track.status is Status.TRACKING
 
     def hide(self) -> None:
         """Take back what its filter saw in this frame: it was something else."""
-        self.state = self.foreseen
+        self.state = self.before_observation
         self.track = replace(self.track, status=Status.OCCLUDED, confidence=0.0)
 
-    def coast(self, frame: Frame) -> None:
+    def extrapolate(self, frame: Frame) -> None:
         """Go on, hidden, to where it should be."""
-        self.track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.place)
+        self.track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.predicted)
 
-    def trade(self, other: Object) -> None:
+    def swap_identity(self, other: TrackedObject) -> None:
         """Be who another one was taken for, and it this one: each stays where it is."""
         mine, theirs = self.state, other.state
-        self.state, other.state = _as(mine, theirs), _as(theirs, mine)
+        self.state, other.state = _with_target_of(mine, theirs), _with_target_of(theirs, mine)
         self.identity, other.identity = other.identity, self.identity
-        self.since, other.since = other.since, self.since
-        self.edges, other.edges = other.edges, self.edges
+        self.first_time, other.first_time = other.first_time, self.first_time
+        self.shape_model, other.shape_model = other.shape_model, self.shape_model
         self.rng, other.rng = other.rng, self.rng
 
-    def lose(self) -> None:
+    def terminate(self) -> None:
         """End."""
         self.track = replace(self.track, status=Status.LOST, confidence=0.0)
 
@@ -190,7 +192,7 @@ class Object:
         each = [
             cue.distances(self.state.models[name], frame, ellipses) for name, cue in cues.items()
         ]
-        return combined(np.array(each), np.full(len(cues), 1 / len(cues)))
+        return fuse_distances(np.array(each), np.full(len(cues), 1 / len(cues)))
 
     def _move(self, old: Ellipse, new: Ellipse) -> None:
         """Move and resize its particles as a whole; they are at rest then."""
@@ -201,12 +203,12 @@ class Object:
         self.state = replace(self.state, states=motion.initial(ellipses))
 
 
-def _as(here: FilterState, who: FilterState) -> FilterState:
+def _with_target_of(here: FilterState, who: FilterState) -> FilterState:
     """Return a state whose target is that of another one."""
     return replace(here, models=who.models, memories=who.memories, backgrounds=who.backgrounds)
 
 
-def fitting(tracker: ParticleFilter, box: Box) -> Ellipse:
+def ellipse_from_box(tracker: ParticleFilter, box: Box) -> Ellipse:
     """Return the ellipse in a box as the motion model has it, perhaps turned by 90 degrees."""
     motion = tracker.motion
     upright = np.array([Ellipse.from_box(box)])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from motes.core.errors import FormatError, LimitError
+from motes.core.errors import FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.track import Status
 from motes.cues.structure_tensor import Orientation
@@ -18,7 +18,7 @@ from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 
 FIGURES = (
     "rho_surface.png",
@@ -48,7 +48,7 @@ class Recorder:
 
     Raises
     ------
-    LimitError
+    MissingDependencyError
         If matplotlib is not installed.
     """
 
@@ -56,15 +56,17 @@ class Recorder:
         try:
             import matplotlib  # noqa: F401
         except ImportError:
-            raise LimitError(
+            raise MissingDependencyError(
                 "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
             ) from None
         self._config = config
         self._numbers = array("d")
         self._tracked = 0
-        self._kept: tuple[Frame, Info] | None = None
+        self._kept: tuple[Frame, StepInfo] | None = None
 
-    def add(self, frame: Frame, info: Info, seconds: float, shift_seconds: float | None) -> None:
+    def add(
+        self, frame: Frame, info: StepInfo, seconds: float, shift_seconds: float | None
+    ) -> None:
         """Take note of a frame.
 
         Parameters
@@ -79,9 +81,9 @@ class Recorder:
         track, tracking = info.track, info.track.status is Status.TRACKING
         shift = np.nan if shift_seconds is None else shift_seconds
         self._numbers.extend(
-            (frame.index, *track.ellipse[:4], info.appearing, tracking, seconds, shift)
+            (frame.index, *track.ellipse[:4], info.n_supporting, tracking, seconds, shift)
         )
-        self._numbers.extend(info.shares.values())
+        self._numbers.extend(info.cue_weights.values())
         self._tracked += tracking
         if tracking and self._tracked.bit_count() == 1:
             self._kept = frame, info
@@ -114,7 +116,7 @@ class Recorder:
         rho = np.zeros(STEPS * STEPS)
         for name, cue in self._config.cues.items():
             distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
-            rho += info.shares[name] * (1 - distances**2)
+            rho += info.cue_weights[name] * (1 - distances**2)
         return Surface(
             frame.index,
             x,

@@ -30,14 +30,14 @@ class Sighting(msgspec.Struct, frozen=True, array_like=True):
     ellipse: Ellipse
     confidence: float
     status: Status
-    behind: int | None = None
+    occluded_by: int | None = None
 
     @classmethod
     def of(cls, each: SceneTrack) -> Self:
         """Return what is kept of an object."""
         track = each.track
         ellipse = Ellipse(*map(float, track.ellipse))  # callers' own may be numpy's
-        return cls(each.identity, ellipse, float(track.confidence), track.status, each.behind)
+        return cls(each.identity, ellipse, float(track.confidence), track.status, each.occluded_by)
 
     @property
     def box(self) -> Box:

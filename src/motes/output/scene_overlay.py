@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 
 from motes.core.frame import as_rgb
 from motes.core.track import Status
-from motes.mot.analytics.events import Places
+from motes.mot.analytics.events import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 
@@ -33,7 +33,7 @@ def draw_scene(
     pixels: NDArray[np.uint8],
     tracks: Sequence[SceneTrack],
     trails: Mapping[int, Sequence[Point]],
-    places: Places | None = None,
+    places: Regions | None = None,
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 

@@ -23,9 +23,9 @@ from motes.core.track import Status, Track
 from motes.cues import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
-from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
 
@@ -86,12 +86,12 @@ class ShiftState:
     time: Annotated[float, SAME]
     ellipse: Ellipse
     model: ColorModel
-    background: Background
+    background: BackgroundStatistics
     unit: Annotated[float, Meta(ge=LEAST_HALF)]
     mean: Floats
     covariance: Floats
     status: Status
-    missed: int
+    frames_missed: int
 
 
 class MeanShift(Config, frozen=True, tag="mean_shift"):
@@ -119,7 +119,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     scale: Share = 0.05
     iterations: Count = 20
     tolerance: Positive = 0.5
-    presence: AppearanceRule = AppearanceRule(places=5000)
+    presence: AppearanceRule = AppearanceRule(max_positions=5000)
     calibration: Calibration = Calibration(middle=0.245, width=0.066)
 
     @property
@@ -129,7 +129,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, Info]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
         model = self.color.learn(frame, region)
         background = self.presence.background(
@@ -139,7 +139,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
-    ) -> tuple[ShiftState, Info]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
         start, mean, covariance = state.ellipse, state.mean, state.covariance
         if self.prediction:
@@ -161,14 +161,16 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         state = replace(state, time=frame.time, mean=mean, covariance=covariance)
         return self._observe(state, frame, ellipse)
 
-    def correct(self, state: ShiftState, frame: Frame, region: Ellipse) -> tuple[ShiftState, Info]:
+    def correct(
+        self, state: ShiftState, frame: Frame, region: Ellipse
+    ) -> tuple[ShiftState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         state = replace(
             state,
             mean=np.array([[region.x, region.y], [0.0, 0.0]]),
             covariance=np.diag([0.0, state.unit**2]),
             status=Status.TRACKING,
-            missed=0,
+            frames_missed=0,
         )
         return self._observe(state, frame, region)
 
@@ -176,7 +178,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
         middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
         model = self.color.learn(frame, middle)
-        check(state, _begun(frame, middle, model, Background(0.0, 0.0)), "state")
+        check(state, _begun(frame, middle, model, BackgroundStatistics(0.0, 0.0)), "state")
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
         """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
@@ -202,11 +204,11 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
-    ) -> tuple[ShiftState, Info]:
+    ) -> tuple[ShiftState, StepInfo]:
         """Judge whether the target is there."""
         distances = self.color.distances(state.model, frame, np.array([ellipse]))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
-        status, missed = self.presence.next_status(state.status, appears, state.missed)
+        status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
         track = Track(
             frame=frame.index,
             time=frame.time,
@@ -217,7 +219,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             distance=float(distances[0]),
             effective_sample_size=1.0,
         )
-        info = Info(
+        info = StepInfo(
             track,
             np.array([ellipse]),
             np.ones(1),
@@ -226,10 +228,12 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             {"color": state.model},
             {"color": 1.0},
         )
-        return replace(state, ellipse=ellipse, status=status, missed=missed), info
+        return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info
 
 
-def _begun(frame: Frame, region: Ellipse, model: ColorModel, background: Background) -> ShiftState:
+def _begun(
+    frame: Frame, region: Ellipse, model: ColorModel, background: BackgroundStatistics
+) -> ShiftState:
     """Return the state at the start."""
     unit = math.sqrt(region.a * region.b)
     return ShiftState(
@@ -241,5 +245,5 @@ def _begun(frame: Frame, region: Ellipse, model: ColorModel, background: Backgro
         mean=np.array([[region.x, region.y], [0.0, 0.0]]),
         covariance=np.diag([0.0, unit**2]),
         status=Status.TRACKING,
-        missed=0,
+        frames_missed=0,
     )

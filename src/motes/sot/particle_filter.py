@@ -37,15 +37,22 @@ from motes.cues.correlation_filter import Correlation, CorrelationModel
 from motes.cues.edge_histogram import Edges, EdgesModel
 from motes.cues.hog import Hog, HogModel
 from motes.cues.structure_tensor import Orientation, OrientationModel
-from motes.sot.filtering.appearance_rule import AppearanceRule, Background, Calibration
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
-from motes.sot.filtering.model_update import Adaptation, ByCue, Forgetting, Lesson, Memory, Strategy
+from motes.sot.filtering.model_update import (
+    Adaptation,
+    ExponentialForgetting,
+    PerCue,
+    Strategy,
+    UpdateDiagnostics,
+    UpdaterState,
+)
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
 from motes.sot.filtering.resampling import Resampling, Weights
-from motes.sot.filtering.sample_size import Budget
-from motes.sot.step_info import Info
+from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
 Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
@@ -68,11 +75,11 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
         What its strategy of adaptation remembers, for each cue whose does.
     backgrounds
         What the appearance rule compares with, for each cue.
-    first
+    reference_size
         The target's first region; all noise is proportional to its size.
-    places
+    search_regions
         (R, 4) boxes over which particles are spread in a search.
-    status, missed
+    status, frames_missed
         Where the tracker is, and for how many frames in a row the appearance rule has failed.
     """
 
@@ -80,12 +87,12 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     states: Floats
     weights: Weights
     models: dict[str, Model]
-    memories: dict[str, Memory]
-    backgrounds: dict[str, Background]
-    first: Ellipse
-    places: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    memories: dict[str, UpdaterState]
+    backgrounds: dict[str, BackgroundStatistics]
+    reference_size: Ellipse
+    search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
     status: Status
-    missed: int
+    frames_missed: int
 
 
 class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
@@ -129,8 +136,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
     calibration: Calibration = Calibration()
-    adaptation: Adaptation = Forgetting()
-    budget: Budget | None = None
+    adaptation: Adaptation = ExponentialForgetting()
+    budget: KldSampling | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -144,7 +151,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             named["likelihood.cues"] = self.likelihood.cues
         if isinstance(self.fusion, Fixed):
             named["fusion.weights"] = self.fusion.weights
-        if isinstance(self.adaptation, ByCue):
+        if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues
         for key, values in named.items():
             for name in values:
@@ -172,13 +179,13 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def strategies(self) -> dict[str, Strategy]:
         """How the models that are histograms learn, by their cue's name."""
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
-        if isinstance(self.adaptation, ByCue):
-            return {name: self.adaptation.cues.get(name, Forgetting()) for name in names}
+        if isinstance(self.adaptation, PerCue):
+            return {name: self.adaptation.cues.get(name, ExponentialForgetting()) for name in names}
         return dict.fromkeys(names, self.adaptation)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, Info]:
+    ) -> tuple[FilterState, StepInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
         # As the motion model has it: a turned by half a turn, b being the longer half-axis.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
@@ -196,7 +203,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         size: Ellipse,
         places: Floats | None = None,
         background: Frame | None = None,
-    ) -> tuple[FilterState, Info]:
+    ) -> tuple[FilterState, StepInfo]:
         """Start looking for a target whose model is known: initialization by a known histogram.
 
         Parameters
@@ -215,7 +222,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         if places is None:
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
-        start = spread(rng, places, size, self.particles)
+        start = scatter(rng, places, size, self.particles)
         return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
     def step(
@@ -223,24 +230,24 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
-        affordable: int | None = None,
-    ) -> tuple[FilterState, Info]:
+        max_particles: int | None = None,
+    ) -> tuple[FilterState, StepInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
         While the target is searched for, half of the particles go on from where they are, and the
         other half is spread anew over the places where it may appear. With a budget, there are no
-        more particles than are `affordable`, but never fewer than its range allows.
+        more particles than are `max_particles`, but never fewer than its range allows.
         """
         searching = state.status is not Status.TRACKING
-        n = self._count(state, affordable)
+        n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
             states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
             prior = np.zeros(n)
         dt = min(frame.time - state.time, LONGEST_INTERVAL)
-        states = self.motion.propagate(rng, states, dt, state.first)
+        states = self.motion.propagate(rng, states, dt, state.reference_size)
         if searching:
-            fresh = spread(rng, state.places, state.first, (n + 1) // 2)
+            fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
             # A random half: most schemes return ancestors in order, so that any fixed half would
             # lose some particles for certain, however good.
             replaced = rng.choice(n, len(fresh), replace=False)
@@ -249,17 +256,17 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, Info]:
+    ) -> tuple[FilterState, StepInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
-        state = replace(state, status=Status.TRACKING, missed=0)
+        state = replace(state, status=Status.TRACKING, frames_missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
 
     def check(self, state: FilterState, frame: Frame) -> None:
         """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        middle = middle_of(frame, *state.first[2:4])
+        middle = middle_of(frame, *state.reference_size[2:4])
         models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
-        memories = dict[str, Memory]()
+        memories = dict[str, UpdaterState]()
         for name in filter(self.strategies.get, state.memories):
             flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
             memory = self.strategies[name].learn(None, flat, flat, flat).memory
@@ -274,11 +281,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             weights=Weights(zeros, zeros, False),
             models=models,
             memories=memories,
-            backgrounds=dict.fromkeys(self.cues, Background(0.0, 0.0)),
-            first=middle,
-            places=rows(np.zeros(4), state.places),
+            backgrounds=dict.fromkeys(self.cues, BackgroundStatistics(0.0, 0.0)),
+            reference_size=middle,
+            search_regions=rows(np.zeros(4), state.search_regions),
             status=Status.TRACKING,
-            missed=0,
+            frames_missed=0,
         )
         check(state, fresh, "state")
         # A motion model that multiplies two columns would forgive two wrong signs.
@@ -289,19 +296,19 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             ellipses = self.motion.ellipses(state.states)
         check_numbers(ellipses, "state.states", ELLIPSES)
 
-    def _count(self, state: FilterState, affordable: int | None) -> int:
+    def _count(self, state: FilterState, max_particles: int | None) -> int:
         """Return how many particles the next frame gets."""
         # Particles all in one place, as at the start, do not say how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
             return self.particles
-        wanted = self.budget.count(self.motion.ellipses(state.states), state.first)
-        if affordable is None:
+        wanted = self.budget.count(self.motion.ellipses(state.states), state.reference_size)
+        if max_particles is None:
             return wanted
-        return max(min(wanted, affordable), self.budget.least)
+        return max(min(wanted, max_particles), self.budget.min)
 
     def _backgrounds(
         self, models: Mapping[str, Model], frame: Frame, region: Ellipse, *, target_in_frame: bool
-    ) -> dict[str, Background]:
+    ) -> dict[str, BackgroundStatistics]:
         return {
             name: self.presence.background(
                 cue, models[name], frame, region, target_in_frame=target_in_frame
@@ -314,11 +321,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         frame: Frame,
         ellipses: Floats,
         models: dict[str, Model],
-        backgrounds: dict[str, Background],
+        backgrounds: dict[str, BackgroundStatistics],
         first: Ellipse,
         places: Floats,
         status: Status,
-    ) -> tuple[FilterState, Info]:
+    ) -> tuple[FilterState, StepInfo]:
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
@@ -326,32 +333,35 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             models=models,
             memories={},
             backgrounds=backgrounds,
-            first=first,
-            places=places,
+            reference_size=first,
+            search_regions=places,
             status=status,
-            missed=0,
+            frames_missed=0,
         )
         return self._observe(state, frame, state.states, np.zeros(self.particles))
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
-    ) -> tuple[FilterState, Info]:
+    ) -> tuple[FilterState, StepInfo]:
         """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.first)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
-        overall, distance = combined(distances, shares), float(combined(seen, shares)[0])
+        overall, distance = (
+            fuse_distances(distances, shares),
+            float(fuse_distances(seen, shares)[0]),
+        )
         threshold = 0.0
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
         appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
-        status, missed = self.presence.next_status(state.status, there, state.missed)
-        models, memories, lessons = state.models, state.memories, dict[str, Lesson]()
+        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        models, memories, lessons = state.models, state.memories, dict[str, UpdateDiagnostics]()
         if there and frame.time > state.time:  # a frame that was learned from has no more to say
             models, memories, lessons = self._learned(state, frame, estimate)
         track = Track(
@@ -364,7 +374,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             distance=distance,
             effective_sample_size=weights.effective_sample_size,
         )
-        info = Info(
+        info = StepInfo(
             track,
             ellipses,
             weights.values,
@@ -382,7 +392,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             models=models,
             memories=memories,
             status=status,
-            missed=missed,
+            frames_missed=missed,
         )
         return after, info
 
@@ -394,9 +404,13 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def _learned(
         self, state: FilterState, frame: Frame, estimate: Ellipse
-    ) -> tuple[dict[str, Model], dict[str, Memory], dict[str, Lesson]]:
+    ) -> tuple[dict[str, Model], dict[str, UpdaterState], dict[str, UpdateDiagnostics]]:
         """Return models, memories and lessons after a frame in which the target is there."""
-        models, memories, lessons = dict[str, Model](), dict(state.memories), dict[str, Lesson]()
+        models, memories, lessons = (
+            dict[str, Model](),
+            dict(state.memories),
+            dict[str, UpdateDiagnostics](),
+        )
         for name, cue in self.cues.items():
             model: Any = state.models[name]
             strategy = self.strategies.get(name)
@@ -408,20 +422,20 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
                     model = replace(model, histogram=learned.histogram)
                     if learned.memory is not None:
                         memories[name] = learned.memory
-                    if learned.lesson is not None:
-                        lessons[name] = learned.lesson
-            models[name] = cue.settle(model, frame, estimate)
+                    if learned.diagnostics is not None:
+                        lessons[name] = learned.diagnostics
+            models[name] = cue.update_reading(model, frame, estimate)
         return models, memories, lessons
 
 
-def combined(distances: Floats, shares: Floats) -> Floats:
+def fuse_distances(distances: Floats, shares: Floats) -> Floats:
     """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
     out = np.empty(distances.shape[1])
     kernels.particles.combine(distances, shares, out)
     return out
 
 
-def spread(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
+def scatter(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
     """Return n ellipses (n, 5) of one size, centers uniform over the boxes `places` (R, 4)."""
     area = places[:, 2] * places[:, 3]
     chosen = places[rng.choice(len(places), n, p=area / area.sum())]

@@ -19,7 +19,7 @@ from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
-from motes.sot.filtering.model_update import ByCue, Forgetting, GaussianBins, KalmanBins
+from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.mean_shift import Kalman, MeanShift
@@ -48,7 +48,7 @@ NUMMIARO = ParticleFilter(
 # A model that learns is nearer to what it sees, right or wrong: a calibration of its own.
 ADAPTIVE = replace(
     NUMMIARO,
-    adaptation=Forgetting(rate=0.05, anchor=0.4),  # sections IV and VIII
+    adaptation=ExponentialForgetting(learning_rate=0.05, anchor=0.4),  # sections IV and VIII
     presence=replace(NUMMIARO.presence, margin=0.75),
     calibration=Calibration(middle=0.31, width=0.09),
 )
@@ -60,7 +60,9 @@ MEAN_SHIFT = MeanShift(  # section VI
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale, nor a
 # floor of uncertainty. Not the paper's: the lattice, and the appearance rule with its margin.
-ROH = Orientation(bins=36, form="rotated", scale_selection=True, kept=0.5)  # sections 3.2 and 5
+ROH = Orientation(
+    bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
+)  # sections 3.2 and 5
 FOH = replace(ROH, form="fourier")  # section 3.2.1
 MAGGIO = ParticleFilter(
     particles=150,  # section 5
@@ -116,7 +118,7 @@ ZHAO_PEI = ParticleFilter(
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
     calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
-    adaptation=ByCue(
+    adaptation=PerCue(
         cues={
             "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15
             "hog": GaussianBins(beta=0.1, deviations=3.0),  # equation 16
@@ -150,7 +152,9 @@ PRESETS: dict[str, TrackerConfig] = {
     "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
     "zhao_pei": ZHAO_PEI,
     "zhao_pei:fixed": replace(  # figure 2, above
-        ZHAO_PEI, adaptation=Forgetting(), calibration=Calibration(middle=0.25, width=0.07)
+        ZHAO_PEI,
+        adaptation=ExponentialForgetting(),
+        calibration=Calibration(middle=0.25, width=0.07),
     ),
     "zhao_pei:72": replace(  # section 2.1
         ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)

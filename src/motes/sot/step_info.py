@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.track import Track
-from motes.sot.filtering.model_update import Lesson
+from motes.sot.filtering.model_update import UpdateDiagnostics
 
 Floats = NDArray[np.float64]
 
 
-class Info(msgspec.Struct, frozen=True, eq=False):
+class StepInfo(msgspec.Struct, frozen=True, eq=False):
     """What an observer of a step may want.
 
     Attributes
@@ -28,13 +28,13 @@ class Info(msgspec.Struct, frozen=True, eq=False):
         (N,) their probabilities after this frame.
     distances
         (N,) to the target model, over all cues.
-    appearing
+    n_supporting
         Number of particles that fulfill the appearance rule.
     models
         The target model of each cue that this frame was compared with.
-    shares
+    cue_weights
         The weight of each cue; they sum to 1.
-    lessons
+    update_diagnostics
         What the strategy of adaptation made of this frame, for each cue whose says so; empty where
         the appearance rule does not hold.
     """
@@ -43,7 +43,7 @@ class Info(msgspec.Struct, frozen=True, eq=False):
     ellipses: Floats
     weights: Floats
     distances: Floats
-    appearing: int
+    n_supporting: int
     models: Mapping[str, Any]
-    shares: Mapping[str, float]
-    lessons: Mapping[str, Lesson] = {}
+    cue_weights: Mapping[str, float]
+    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}

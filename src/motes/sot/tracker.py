@@ -25,12 +25,12 @@ from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST
 from motes.core.track import Track
 from motes.sot.discriminative.tracker import Discriminative, DiscriminativeState
-from motes.sot.filtering.sample_size import Budget, Pace
+from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
 from motes.sot.known_target import Place, Target, boxes_of
 from motes.sot.mean_shift import MeanShift, ShiftState
 from motes.sot.particle_filter import FilterState, ParticleFilter
 from motes.sot.presets import TrackerConfig, preset
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 
 Picture = Frame | NDArray[Any]
 State = FilterState | ShiftState | DiscriminativeState
@@ -65,7 +65,7 @@ class Tracker:
     the one before.
     """
 
-    info: Info
+    info: StepInfo
 
     def __init__(
         self,
@@ -78,13 +78,13 @@ class Tracker:
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         if not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
             raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
-        self._pace: Pace | None = None
+        self._pace: SpeedBudget | None = None
         if fps_target is not None:
-            self._pace = Pace(fps_target)
+            self._pace = SpeedBudget(fps_target)
             if not isinstance(self.config, ParticleFilter):
                 raise ConfigError("Only a particle filter can choose how many particles it has.")
             if self.config.budget is None:
-                self.config = replace(self.config, budget=Budget())
+                self.config = replace(self.config, budget=KldSampling())
         self._seed = int(seed)
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: State | None = None
@@ -197,7 +197,7 @@ class Tracker:
         if self._pace is None:
             return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
         clock = time.perf_counter()
-        begun = self.config.step(self._rng, state, picture, self._pace.affordable)  # type: ignore
+        begun = self.config.step(self._rng, state, picture, self._pace.max_particles)  # type: ignore
         track = self._take(picture, begun)
         self._pace.add(time.perf_counter() - clock, len(self.info.weights))
         return track
@@ -298,7 +298,7 @@ class Tracker:
             return _first(frame)
         return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
 
-    def _take(self, frame: Frame, result: tuple[State, Info]) -> Track:
+    def _take(self, frame: Frame, result: tuple[State, StepInfo]) -> Track:
         self._state, self.info = result
         self._frame = frame
         return self.info.track
@@ -313,7 +313,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 2
+FORMAT = 3
 """Of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from motes.core.detection import Detection, Detector
-from motes.core.errors import ConfigError, FormatError, LimitError
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
 from motes.core.track import Status
@@ -68,7 +68,7 @@ class Said(NamedTuple):
     seconds: float
 
 
-class Follower(Protocol):
+class MotTrackerAdapter(Protocol):
     """Follows all objects of one video."""
 
     def start(self, info: Info) -> None:
@@ -199,12 +199,12 @@ class Made:
 
 
 def peers() -> tuple[Any, Any]:
-    """Return the modules supervision and trackers; raise a LimitError if they are missing."""
+    """Return the modules supervision and trackers; a MissingDependencyError if one is missing."""
     try:
         import supervision
         import trackers
     except ImportError:
-        raise LimitError(
+        raise MissingDependencyError(
             "SORT and ByteTrack need the package trackers; install it: pip install 'motes[peers]'."
         ) from None
     return supervision, trackers
@@ -263,7 +263,7 @@ class Detecting:
     """
 
     def __init__(
-        self, detector: str, make: Callable[..., Follower], seed: int | None = None
+        self, detector: str, make: Callable[..., MotTrackerAdapter], seed: int | None = None
     ) -> None:
         self._name = detector
         self._detector: Detector = (

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, LimitError
+from motes.core.errors import ConfigError, MissingDependencyError
 
 
 class Peer(Protocol):
@@ -81,7 +81,7 @@ def opencv(name: str) -> Any:
     ------
     ConfigError
         For an unknown name.
-    LimitError
+    MissingDependencyError
         If OpenCV is not installed, or without this tracker.
     """
     if name not in PEERS:
@@ -89,14 +89,14 @@ def opencv(name: str) -> Any:
     try:
         import cv2
     except ImportError:
-        raise LimitError(
+        raise MissingDependencyError(
             "Comparing with OpenCV needs it; install it with: pip install 'motes[opencv]'."
         ) from None
     cv2.setNumThreads(1)
     try:
         PEERS[name](cv2)
     except AttributeError:
-        raise LimitError(
+        raise MissingDependencyError(
             f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
         ) from None
     return cv2
@@ -110,7 +110,7 @@ def peer(name: str, seed: int = 0) -> Peer:
 
     Raises
     ------
-    ConfigError, LimitError
+    ConfigError, MissingDependencyError
         As `opencv` does.
     """
     cv2 = opencv(name)

@@ -74,7 +74,7 @@ KNOWN_CROWDS = [mot.SCENE, *mot.PEERS]
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class TrackerSpec:
     """A tracker that takes part; can be sent to another process.
 
     Attributes
@@ -99,14 +99,14 @@ class Entry:
         return self.make(seed) if self.stochastic else self.make()
 
 
-def enter(
-    names: Iterable[str], find: Callable[[str], Entry] | None = None
-) -> tuple[list[Entry], list[Problem]]:
+def resolve(
+    names: Iterable[str], find: Callable[[str], TrackerSpec] | None = None
+) -> tuple[list[TrackerSpec], list[Problem]]:
     """Return the trackers of these names, each once, and what is wrong with the others.
 
     `find` returns the tracker of a name; by default it is `entry`.
     """
-    entries: list[Entry] = []
+    entries: list[TrackerSpec] = []
     problems: list[Problem] = []
     for name in dict.fromkeys(names):
         try:
@@ -116,7 +116,7 @@ def enter(
     return entries, problems
 
 
-def entry(name: str) -> Entry:
+def entry(name: str) -> TrackerSpec:
     """Return the tracker of a name.
 
     Raises
@@ -125,14 +125,14 @@ def entry(name: str) -> Entry:
         If there is none, or its configuration or callable makes no sense.
     SourceError
         If its configuration cannot be read.
-    LimitError
+    MissingDependencyError
         If its package is not installed.
     """
     if name in presets.PRESETS:
         return _own(name, presets.PRESETS[name])
     if name in PEERS:
         version = f"OpenCV {opencv(name).__version__}"
-        return Entry(name, version, name in STOCHASTIC, partial(OpenCV, name))
+        return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCV, name))
     kind, colon, rest = name.partition(":")
     if kind == "trax":
         return _program(name, rest)
@@ -143,21 +143,21 @@ def entry(name: str) -> Entry:
     raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
 
 
-def crowd_entry(name: str) -> Entry:
+def crowd_entry(name: str) -> TrackerSpec:
     """Return the tracker of many objects of a name.
 
     Raises
     ------
-    ConfigError, SourceError, LimitError
+    ConfigError, SourceError, MissingDependencyError
         As `entry` does.
     """
     kind, colon, rest = name.partition(":")
     if name == mot.SCENE:
-        return Entry(name, to_toml(scene_config()), True, partial(mot.Watching))
+        return TrackerSpec(name, to_toml(scene_config()), True, partial(mot.Watching))
     if name in mot.PEERS:
         mot.peers()
         version = f"trackers {metadata.version('trackers')}"
-        return Entry(name, version, False, partial(mot.Associating, name))
+        return TrackerSpec(name, version, False, partial(mot.Associating, name))
     if name.startswith("results="):
         return _recorded(name, Path(name.removeprefix("results=")))
     if colon and rest and kind not in ("motes", "trackers"):
@@ -167,7 +167,7 @@ def crowd_entry(name: str) -> Entry:
     )
 
 
-def detecting(entries: Iterable[Entry], detector: str) -> list[Entry]:
+def detecting(entries: Iterable[TrackerSpec], detector: str) -> list[TrackerSpec]:
     """Return trackers of many objects that get what a detector finds, not the dataset's detections.
 
     Parameters
@@ -181,7 +181,7 @@ def detecting(entries: Iterable[Entry], detector: str) -> list[Entry]:
     ------
     ConfigError
         If there is none, or its callable makes no sense.
-    LimitError
+    MissingDependencyError
         If its package is not installed.
     """
     if detector == mot.BACKGROUND:
@@ -206,7 +206,7 @@ def detecting(entries: Iterable[Entry], detector: str) -> list[Entry]:
     ]
 
 
-def _recorded(name: str, folder: Path) -> Entry:
+def _recorded(name: str, folder: Path) -> TrackerSpec:
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".txt")
         texts = [path.name.encode() + b"\0" + path.read_bytes() for path in files]
@@ -215,7 +215,7 @@ def _recorded(name: str, folder: Path) -> Entry:
     if not texts:
         raise SourceError(f"There is no text file in {folder}; it has one for each sequence.")
     digest = hashlib.sha256(b"\0".join(texts)).hexdigest()
-    return Entry(name, digest, False, partial(mot.Recorded, folder.resolve()))
+    return TrackerSpec(name, digest, False, partial(mot.Recorded, folder.resolve()))
 
 
 def _hint(name: str, known: list[str]) -> str:
@@ -223,8 +223,10 @@ def _hint(name: str, known: list[str]) -> str:
     return f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
 
 
-def _own(name: str, config: TrackerConfig) -> Entry:
-    return Entry(name, to_toml(config), not isinstance(config, MeanShift), partial(Own, config))
+def _own(name: str, config: TrackerConfig) -> TrackerSpec:
+    return TrackerSpec(
+        name, to_toml(config), not isinstance(config, MeanShift), partial(Own, config)
+    )
 
 
 def _from_file(path: Path) -> TrackerConfig:
@@ -240,7 +242,7 @@ def _from_file(path: Path) -> TrackerConfig:
     return presets.configure(presets.preset(base), values)
 
 
-def _program(name: str, command: str) -> Entry:
+def _program(name: str, command: str) -> TrackerSpec:
     try:
         words = tuple(shlex.split(command))
     except ValueError as error:
@@ -249,12 +251,12 @@ def _program(name: str, command: str) -> Entry:
         raise ConfigError("It has no command; write trax:COMMAND ARGUMENTS.")
     if shutil.which(words[0]) is None:
         raise ConfigError(f"There is no program {words[0]}; check the name.")
-    return Entry(name, shlex.join(words), False, partial(External, words))
+    return TrackerSpec(name, shlex.join(words), False, partial(External, words))
 
 
-def _callable(name: str, kind: type[Made | mot.Made], known: list[str]) -> Entry:
+def _callable(name: str, kind: type[Made | mot.Made], known: list[str]) -> TrackerSpec:
     configuration, seeded = _imported(name, known)
-    return Entry(name, configuration, seeded, partial(kind, name))
+    return TrackerSpec(name, configuration, seeded, partial(kind, name))
 
 
 def _imported(name: str, known: list[str]) -> tuple[str, bool]:

@@ -61,7 +61,7 @@ class Answer(NamedTuple):
     covariance: Position = UNKNOWN
 
 
-class Contestant(Protocol):
+class TrackerAdapter(Protocol):
     """Follows one object at a time."""
 
     def init(self, frame: Frame, box: Box) -> Answer:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import LimitError
+from motes.core.errors import MissingDependencyError
 from motes.core.geometry import iou
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows
 
@@ -29,11 +29,11 @@ def assigned_pairs(worth: Floats) -> tuple[Integers, Integers]:
 
 
 def solver() -> Callable[..., tuple[Integers, Integers]]:
-    """Return what assigns rows to columns; raise a LimitError if scipy is not installed."""
+    """Return what assigns rows to columns; raise a MissingDependencyError without scipy."""
     try:
         from scipy.optimize import linear_sum_assignment
     except ImportError:
-        raise LimitError(
+        raise MissingDependencyError(
             "Measuring identities needs scipy; install it: pip install 'motes[report]'."
         ) from None
     solve: Callable[..., tuple[Integers, Integers]] = linear_sum_assignment

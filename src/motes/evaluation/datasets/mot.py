@@ -35,7 +35,7 @@ NON_MOT_VEHICLE = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Crowd:
+class MotSequence:
     """Many objects in one video.
 
     Attributes
@@ -82,7 +82,7 @@ def has_crowds(path: Path) -> bool:
     return path.is_dir() and bool(_folders(path))
 
 
-def load_crowds(path: Path) -> tuple[list[Crowd], list[Problem]]:
+def load_crowds(path: Path) -> tuple[list[MotSequence], list[Problem]]:
     """Load the sequences of a dataset, and say which ones could not be loaded, and why.
 
     In the order of their names.
@@ -111,7 +111,7 @@ def _is_crowd(folder: Path) -> bool:
     return (folder / "seqinfo.ini").exists() or (folder / "gt" / "gt.txt").exists()
 
 
-def _load(folder: Path) -> Crowd:
+def _load(folder: Path) -> MotSequence:
     frames, rate, pictures = _information(folder)
     source: str | Path
     if pictures.is_dir():
@@ -123,7 +123,7 @@ def _load(folder: Path) -> Crowd:
     if not (folder / "gt" / "gt.txt").exists():
         raise FormatError("it has no truth; that would be gt/gt.txt")
     found = folder / "det" / "det.txt"
-    crowd = Crowd(
+    crowd = MotSequence(
         printable(folder.name),
         source,
         frames,

@@ -152,7 +152,7 @@ def tally(truth: Rows, results: Rows, frames: int) -> Tally:
 
     Raises
     ------
-    LimitError
+    MissingDependencyError
         If scipy is not installed.
     """
     objects, whose = np.unique(truth.ids, return_inverse=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from motes.core.errors import SourceError
 from motes.evaluation import runner
-from motes.evaluation.adapters.registry import enter
+from motes.evaluation.adapters.registry import resolve
 from motes.evaluation.aggregate import Evaluation, Mean
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
@@ -115,7 +115,7 @@ def evaluated(
     SourceError
         If no sequence can be opened.
     """
-    entries, _ = enter(trackers)
+    entries, _ = resolve(trackers)
     jobs, unreadable = runner.plan(entries, films, ["ope"], seeds)
     if not jobs:
         raise SourceError(f"No sequence can be used. {unreadable[0].where}: {unreadable[0].what}")

@@ -155,6 +155,6 @@ def grown(cue: Orientation, clip: Clip) -> float:
     model = cue.learn(frame, target.ellipse)
     for index in range(largest):
         frame, (target,) = clip[index]
-        model = cue.settle(model, frame, target.ellipse)
+        model = cue.update_reading(model, frame, target.ellipse)
     frame, (target,) = clip[largest]
     return float(cue.distances(model, frame, np.array([target.ellipse]))[0])

@@ -17,8 +17,8 @@ from motes.core.track import Status
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.clips import Clip, Target
-from motes.mot.cameras.camera_reporter import Lookout
-from motes.mot.cameras.reidentification import Camera, Handover, Passage, Rig
+from motes.mot.cameras.camera_reporter import CameraReporter
+from motes.mot.cameras.reidentification import Camera, CameraLink, CrossCameraAssociation, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place
@@ -99,15 +99,15 @@ def rig(joined: bool) -> Rig:
         Camera(name, "", place=(Place("door", door),))
         for name, door in zip(("left", "right"), doors, strict=True)
     )
-    passage = Passage(("left/door", "right/door"), (TRANSIT[0] - 0.5, TRANSIT[1] + 1.0))
+    passage = CameraLink(("left/door", "right/door"), (TRANSIT[0] - 0.5, TRANSIT[1] + 1.0))
     return Rig(cameras, (passage,) * joined)
 
 
 def identities(scene: Rooms, rigs: Sequence[Rig], seed: int = 0) -> list[Floats]:
     """Return for each rig whose identity each person has, (rooms, frames, people); NaN for none."""
-    watches = [Handover(each) for each in rigs]
+    watches = [CrossCameraAssociation(each) for each in rigs]
     lookouts = [
-        Lookout(camera, Scene(BackgroundDetector("gaussian"), seed=seed))
+        CameraReporter(camera, Scene(BackgroundDetector("gaussian"), seed=seed))
         for camera in rigs[0].camera
     ]
     count, people = len(scene.clips[0]), len(scene.clips[0].targets)

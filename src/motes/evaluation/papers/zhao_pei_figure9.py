@@ -14,7 +14,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
 from motes.evaluation.datasets.distractors import MATCHED, counted
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result
@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 HEAD = ("frame", "there", "followed", "detected accurately", "ratio")
 
 
-def crowd_of(film: Film) -> Crowd:
+def crowd_of(film: Film) -> MotSequence:
     """Return a sequence with one object as one of many, without detections."""
     with open_source(film.source) as source:
         rate = source.fps or 1 / FRAME_INTERVAL
@@ -42,10 +42,10 @@ def crowd_of(film: Film) -> Crowd:
         for index, (x, y, width, height) in enumerate(film.boxes.tolist())
         if np.isfinite(x)
     ]
-    return Crowd(film.name, film.source, film.frames, rate, rows_of(lines), None)
+    return MotSequence(film.name, film.source, film.frames, rate, rows_of(lines), None)
 
 
-def figure9(crowd: Crowd, detector: Detector | None, preset: str, seed: int) -> Experiment:
+def figure9(crowd: MotSequence, detector: Detector | None, preset: str, seed: int) -> Experiment:
     """Yield how many of the objects that are there a scene follows, frame by frame.
 
     An object is detected accurately if it is followed at a place that overlaps its own, one to one,
@@ -89,14 +89,14 @@ def figure9(crowd: Crowd, detector: Detector | None, preset: str, seed: int) -> 
             foot = (Cell("all"), *_cells(np.array(counts)))
             title = f"Objects detected over objects there, {crowd.name}"
             note = " ".join(
-                [f"Detected accurately: IoU {MATCHED} or above.", *scene.remarks.values()]
+                [f"Detected accurately: IoU {MATCHED} or above.", *scene.warnings.values()]
             )
             table = Table(title, HEAD, rows, (foot,), note)
             progress = f"{len(counts)} of {crowd.frames} frames"
             yield Result({"": table}, partial(_draw, crowd.name, counts), progress=progress)
 
 
-def _own(crowd: Crowd) -> Detector:
+def _own(crowd: MotSequence) -> Detector:
     """Return what finds a sequence's objects if nobody says."""
     found = crowd.detections
     if found is None:

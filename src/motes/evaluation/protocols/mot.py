@@ -15,8 +15,8 @@ from motes.core.detection import Detection
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.frame import Frame
-from motes.evaluation.adapters.mot import Follower, Info
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.adapters.mot import Info, MotTrackerAdapter
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, read_rows, rows_of, write_rows
 from motes.evaluation.protocols.trace import duration
 
@@ -40,7 +40,7 @@ class Tracks:
     seconds: NDArray[np.float64]
 
 
-class Following:
+class MotPass:
     """A pass in progress: hand it every frame of the film in order, then take its tracks.
 
     Parameters
@@ -51,9 +51,9 @@ class Following:
         Where.
     """
 
-    def __init__(self, begin: Callable[[], Follower], crowd: Crowd) -> None:
+    def __init__(self, begin: Callable[[], MotTrackerAdapter], crowd: MotSequence) -> None:
         self._begin, self._crowd = begin, crowd
-        self._follower: Follower | None = None
+        self._follower: MotTrackerAdapter | None = None
         self._lines: list[list[float]] = []
         self._seconds: list[float] = []
 

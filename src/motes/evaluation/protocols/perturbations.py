@@ -72,7 +72,7 @@ class Viewed(Sequence):
         return self.original.digest
 
 
-def views(
+def perturbations(
     sequence: Sequence, width: int, height: int, longest: int = LONGEST
 ) -> list[tuple[Viewed, list[Start]]]:
     """Return the views of a sequence with frames of a width and height, and where each starts.

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.evaluation.adapters.sot import UNKNOWN, Contestant
-from motes.evaluation.datasets.mot import Crowd
+from motes.evaluation.adapters.sot import UNKNOWN, TrackerAdapter
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Sequence
-from motes.evaluation.protocols.trace import NOWHERE, Row, Trace, save_trace, trace_of
+from motes.evaluation.protocols.trace import NOWHERE, Row, TrackerOutput, save_trace, trace_of
 
 Floats = NDArray[np.float64]
 
@@ -74,9 +74,9 @@ class Start(NamedTuple):
     box: Box | None
 
 
-def starts(protocol: str, sequence: Sequence | Crowd, width: int, height: int) -> list[Start]:
+def starts(protocol: str, sequence: Sequence | MotSequence, width: int, height: int) -> list[Start]:
     """Return the starts of a protocol on a sequence with frames of a width and height."""
-    if isinstance(sequence, Crowd):
+    if isinstance(sequence, MotSequence):
         return [Start(protocol, "", 0, None)]
     return PROTOCOLS[protocol](protocol, sequence, (width, height))
 
@@ -139,7 +139,7 @@ def _inside(box: Box, size: tuple[int, int]) -> Box:
     return Box(x, y, width, height)
 
 
-class Running:
+class TrackerPass:
     """A pass in progress: hand it every frame of the film in order, then take its trace.
 
     Parameters
@@ -152,9 +152,9 @@ class Running:
         (frames, 4), the truth, for the protocol `reset`.
     """
 
-    def __init__(self, begin: Callable[[], Contestant], start: Start, boxes: Floats) -> None:
+    def __init__(self, begin: Callable[[], TrackerAdapter], start: Start, boxes: Floats) -> None:
         self._begin, self._start, self._boxes = begin, start, boxes
-        self._contestant: Contestant | None = None
+        self._contestant: TrackerAdapter | None = None
         self._rows: list[Row] = []
         self._last = NOWHERE
         self._next: int | None = start.frame
@@ -191,7 +191,7 @@ class Running:
             self._contestant.close()
 
     @property
-    def trace(self) -> Trace:
+    def trace(self) -> TrackerOutput:
         """What was said so far."""
         return trace_of(self._rows)
 

@@ -25,7 +25,7 @@ EVENTS = ("tracked", "started", "failed", "skipped")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Trace:
+class TrackerOutput:
     """What a tracker said in one pass, from its start to the end of the film.
 
     Attributes
@@ -71,10 +71,10 @@ class Row(NamedTuple):
 NOWHERE = Ellipse(*[float("nan")] * 5)
 
 
-def trace_of(rows: list[Row]) -> Trace:
+def trace_of(rows: list[Row]) -> TrackerOutput:
     """Return what rows say, as arrays."""
     frames, ellipses, confidence, lost, seconds, events, covariances = zip(*rows, strict=True)
-    return Trace(
+    return TrackerOutput(
         np.array(frames, np.int64),
         np.array(ellipses, np.float64),
         np.array(confidence, np.float64),
@@ -95,7 +95,7 @@ Files made before there were the last three, the covariance, are read as without
 """
 
 
-def save_trace(path: str | Path, trace: Trace) -> None:
+def save_trace(path: str | Path, trace: TrackerOutput) -> None:
     """Write a trace as CSV with the `COLUMNS`, whole or not at all; it is read back identically.
 
     Raises
@@ -132,7 +132,7 @@ def _fields(values: Iterable[float]) -> list[str]:
     return ["" if value != value else repr(value) for value in values]
 
 
-def load_trace(path: str | Path) -> Trace:
+def load_trace(path: str | Path) -> TrackerOutput:
     """Read a trace that `save_trace` wrote.
 
     Raises

@@ -9,11 +9,13 @@ from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.report import cross_validation
 from motes.evaluation.report import sections as report_sections
-from motes.evaluation.report.speed_ratio import Wanted, paces
+from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
 from motes.evaluation.report.tables import Cell, Table
 
 
-def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, title: str) -> str:
+def summary(
+    evaluation: Evaluation, problems: list[Problem], wanted: Comparisons, title: str
+) -> str:
     """Return the contents of summary.md: the tables of each protocol, references and problems."""
     sections: dict[str, list[Table]] = {}
     for protocol in evaluation.protocols:
@@ -27,7 +29,7 @@ def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, tit
             report_sections.times,
         ):
             tables.append(make(evaluation, protocol))
-        if (pace := paces(evaluation, protocol, wanted.peer)).rows:
+        if (pace := speed_ratios(evaluation, protocol, wanted.peer)).rows:
             tables.append(pace)
         if wanted.folds:
             tables.append(
@@ -35,12 +37,12 @@ def summary(evaluation: Evaluation, problems: list[Problem], wanted: Wanted, tit
             )
         if protocol == "robust":
             tables.append(report_sections.per_view(evaluation))
-        sections[report_sections.heading(evaluation, protocol)] = tables
+        sections[report_sections.title(evaluation, protocol)] = tables
     if wanted.reference is not None:
         sections["Other people's results"] = [
             report_sections.reference(evaluation, wanted.reference)
         ]
-    return document(title, report_sections.described(evaluation), sections, problems)
+    return document(title, report_sections.run_summary(evaluation), sections, problems)
 
 
 def document(

@@ -27,7 +27,7 @@ from motes.evaluation.report.tables import (
     three_digits,
 )
 from motes.evaluation.runner import Pass
-from motes.evaluation.scores import PROTOCOL_NAMES, Ended, Outcome
+from motes.evaluation.scores import PROTOCOL_NAMES, Outcome, PassResult
 
 NAMES = {"auc": "AUC", "accuracy": "Accuracy", "hota": "HOTA"}
 """For people, of what trackers are ranked by."""
@@ -41,7 +41,7 @@ class Column(NamedTuple):
     sign: int
 
 
-def heading(evaluation: Passes[Any], protocol: str) -> str:
+def title(evaluation: Passes[Any], protocol: str) -> str:
     """Return a protocol's name for people, with the number of views if it has some."""
     name = PROTOCOL_NAMES[protocol]
     views = len(_views(evaluation))
@@ -321,16 +321,16 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
     )
 
 
-def problems(found: Iterable[Problem], outcomes: Iterable[Ended[Any, Any]]) -> list[Problem]:
+def problems(found: Iterable[Problem], outcomes: Iterable[PassResult[Any, Any]]) -> list[Problem]:
     """Return what went wrong, and the passes that failed: all of one sequence and error as one."""
     failed: dict[tuple[str, str], list[Pass]] = {}
     for outcome in outcomes:
         if outcome.trace is None:
             failed.setdefault((outcome.item.sequence, outcome.error), []).append(outcome.item)
-    return [*found, *(Problem(name_of(items), error) for (_, error), items in failed.items())]
+    return [*found, *(Problem(pass_label(items), error) for (_, error), items in failed.items())]
 
 
-def name_of(items: list[Pass]) -> str:
+def pass_label(items: list[Pass]) -> str:
     """Return the name of passes over a sequence, such as "cv2:csrt on David, ope, seed 0"."""
     item, *others = items
     if others:
@@ -346,7 +346,7 @@ def problem_table(found: list[Problem]) -> Table:
     return Table("Problems", ("where", "what"), rows)
 
 
-def described(evaluation: Passes[Any]) -> str:
+def run_summary(evaluation: Passes[Any]) -> str:
     """Return what was run, in words."""
     if not evaluation.outcomes:
         return "Nothing was run."

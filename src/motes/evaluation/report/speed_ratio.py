@@ -15,7 +15,7 @@ PEER = "cv2:csrt"
 """Whose time those of the others are set against, unless somebody says otherwise."""
 
 
-class Wanted(NamedTuple):
+class Comparisons(NamedTuple):
     """What a report sets beside the trackers' own numbers.
 
     Attributes
@@ -34,7 +34,7 @@ class Wanted(NamedTuple):
     folds: int = 0
 
 
-def paces(evaluation: Evaluation, protocol: str, peer: str) -> Table:
+def speed_ratios(evaluation: Evaluation, protocol: str, peer: str) -> Table:
     """Return a table with a row for each sequence: how many times as fast as a peer trackers are.
 
     Without rows if it did not take part, or nobody else did.

@@ -19,7 +19,7 @@ from motes.evaluation.report import cross_validation, failures, plots
 from motes.evaluation.report import html as page
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.markdown import summary
-from motes.evaluation.report.speed_ratio import Wanted, paces
+from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
 from motes.evaluation.report.tables import Table, counted, number
 from motes.evaluation.scores import Outcome, write_text
 
@@ -30,7 +30,7 @@ def write_report(
     out: Path,
     outcomes: Iterable[Outcome],
     problems: list[Problem],
-    wanted: Wanted,
+    wanted: Comparisons,
     title: str,
 ) -> None:
     """Write summary.md and report.html into a folder.
@@ -74,7 +74,7 @@ def body(
 
 
 def _opening(evaluation: Passes[Any], problems: list[Problem]) -> Iterable[str]:
-    yield f"<p>{escape(report_sections.described(evaluation))}</p>"
+    yield f"<p>{escape(report_sections.run_summary(evaluation))}</p>"
     if problems:
         count = counted(len(problems), "problem")
         yield f'<p class="alarm">{count}: see the <a href="#problems">list at the end</a>.</p>'
@@ -93,10 +93,10 @@ def _closing(meanings: Mapping[str, str], problems: list[Problem]) -> Iterable[s
         )
 
 
-def _parts(evaluation: Evaluation, wanted: Wanted) -> Iterable[str]:
+def _parts(evaluation: Evaluation, wanted: Comparisons) -> Iterable[str]:
     for protocol in evaluation.protocols:
         yield page.headed(
-            report_sections.heading(evaluation, protocol),
+            report_sections.title(evaluation, protocol),
             page.table(report_sections.overall(evaluation, protocol)),
         )
         if protocol != "reset":
@@ -120,7 +120,7 @@ def _parts(evaluation: Evaluation, wanted: Wanted) -> Iterable[str]:
         yield page.headed(table.title, page.table(table, column_tints(len(evaluation.trackers))))
     for protocol in evaluation.protocols:
         table = report_sections.details(evaluation, protocol)
-        yield folded(f"{table.title}: {report_sections.heading(evaluation, protocol)}", table)
+        yield folded(f"{table.title}: {report_sections.title(evaluation, protocol)}", table)
 
 
 def _closer(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
@@ -132,7 +132,7 @@ def _closer(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
             column_tints(len(evaluation.trackers)),
         ),
         (report_sections.times(evaluation, protocol), lambda row, _: tracker_tint(row)),
-        (paces(evaluation, protocol, peer), page.no_tint),
+        (speed_ratios(evaluation, protocol, peer), page.no_tint),
         (report_sections.lost_status(evaluation, protocol), page.no_tint),
         (report_sections.recovery(evaluation, protocol), page.no_tint),
     ):

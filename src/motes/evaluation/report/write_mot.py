@@ -75,7 +75,7 @@ def write_report(
     problems = report_sections.problems(problems, evaluation.outcomes)
     tables = [make(evaluation) for make in (overall, per_sequence, details, times)]
     sections = {PROTOCOL_NAMES[MOT]: tables} if evaluation.protocols else {}
-    described = report_sections.described(evaluation)
+    described = report_sections.run_summary(evaluation)
     write_text(out / "summary.md", document(title, described, sections, problems))
     parts = _parts(evaluation) if evaluation.protocols else ()
     write_text(

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 from msgspec.structs import replace
 
-from motes.core.errors import LimitError
+from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.evaluation.adapters.opencv import PEERS, peer
@@ -78,7 +78,7 @@ def trackers(films: Mapping[tuple[int, int], Film]) -> tuple[dict[Job, Run], str
     for name in PEERS:
         try:
             peer(name)
-        except LimitError as error:
+        except MissingDependencyError as error:
             missing[str(error)] = None
         else:
             jobs[name, MAIN] = partial(_theirs, name, films[MAIN])
@@ -114,7 +114,7 @@ def soon_started() -> TrackerConfig:
     """
     config = preset(REFERENCE)
     assert not isinstance(config, Discriminative)
-    return replace(config, presence=replace(config.presence, step=60))
+    return replace(config, presence=replace(config.presence, stride=60))
 
 
 def ours(config: TrackerConfig, film: Film) -> Run:

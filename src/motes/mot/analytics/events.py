@@ -68,7 +68,7 @@ class Zone(Config, frozen=True):
         return inside
 
 
-class Places(Config, frozen=True):
+class Regions(Config, frozen=True):
     """Where is counted, and on what ground.
 
     In TOML, any number of [[line]] and [[zone]] with `points`, and `name`, and of a zone `dwell`;
@@ -80,9 +80,9 @@ class Places(Config, frozen=True):
     ground: Ground | None = None
 
     @classmethod
-    def parse(cls, text: str, name: str = "this file") -> Places:
+    def parse(cls, text: str, name: str = "this file") -> Regions:
         """Return the places in a TOML text; raise a ConfigError if it is none."""
-        places: Places = from_dict(from_toml(text, name), cls)
+        places: Regions = from_dict(from_toml(text, name), cls)
         return places
 
     @property
@@ -144,7 +144,7 @@ class Event(msgspec.Struct, frozen=True):
 
 
 @dataclass(slots=True)
-class _Walk:
+class _Trajectory:
     """An object's way: when and where it was lately, since when it is in which zone, and stays.
 
     `clear` is where its foot last was clearly beside a line, by line: who trembles on it has not
@@ -158,7 +158,7 @@ class _Walk:
     stays: set[str]
 
 
-class Counting:
+class EventCounter:
     """Turns the tracks of a scene into events, and counts them.
 
     An object is where its foot is, and only where it is seen: while it is hidden it does nothing,
@@ -182,12 +182,12 @@ class Counting:
 
     counts: Counter[tuple[int, str, str, str]]
 
-    def __init__(self, places: Places | None = None) -> None:
-        places = places or Places()
+    def __init__(self, places: Regions | None = None) -> None:
+        places = places or Regions()
         self._lines, self._zones, self._ground = places.lines, places.zones, places.ground
         if len({*self._lines, *self._zones}) < len(places.line) + len(places.zone):
             raise ConfigError("Two lines or zones have the same name; give each its own.")
-        self._walks: dict[int, _Walk] = {}
+        self._walks: dict[int, _Trajectory] = {}
         self.counts = Counter()
 
     def update(self, tracks: Sequence[SceneTrack]) -> list[Event]:
@@ -209,7 +209,9 @@ class Counting:
         walk = self._walks.get(each.identity)
         events = []
         if walk is None:
-            walk = self._walks[each.identity] = _Walk(time, deque([(time, foot)]), {}, {}, set())
+            walk = self._walks[each.identity] = _Trajectory(
+                time, deque([(time, foot)]), {}, {}, set()
+            )
             events.append(self._event(each, walk, foot, "appears"))
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
@@ -250,7 +252,7 @@ class Counting:
     def _event(
         self,
         each: SceneTrack,
-        walk: _Walk,
+        walk: _Trajectory,
         foot: Point,
         kind: Kind,
         place: str | None = None,
@@ -265,7 +267,7 @@ class Counting:
             self._metres_per_second(walk),
         )  # fmt: skip
 
-    def _metres_per_second(self, walk: _Walk) -> float | None:
+    def _metres_per_second(self, walk: _Trajectory) -> float | None:
         """Return an object's speed on the ground; None where that or the ground is not known."""
         (began, first), (now, last) = walk.feet[0], walk.feet[-1]
         if self._ground is None:

@@ -16,16 +16,22 @@ from msgspec.structs import replace
 
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
-from motes.core.worker_processes import cause, deaf
-from motes.mot.cameras.camera_reporter import Lookout, Message, Notice, Over, Ready
-from motes.mot.cameras.reidentification import GAP, Camera, Report, Sighting
+from motes.core.worker_processes import blocked_signals, cause
+from motes.mot.cameras.camera_reporter import (
+    CameraEnded,
+    CameraMessage,
+    CameraReporter,
+    Message,
+    Ready,
+)
+from motes.mot.cameras.reidentification import CAMERA_TIMEOUT, Camera, CameraReport, ObjectReport
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.live import Live, open_watched
 from motes.video.reconnect import LONGEST_PAUSE
 
 
-class _Eye:
+class CameraProcess:
     """The process of a camera, as seen from here.
 
     One that ends without having said so is started again, after growing pauses. A live camera's
@@ -36,7 +42,7 @@ class _Eye:
 
     def __init__(self, camera: Camera, seed: int, origin: float) -> None:
         self.name = camera.name
-        self.reports: deque[Report] = deque()
+        self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
         self.due: float | None = None
         """When it is started again; None while it runs, and after its end."""
@@ -44,13 +50,13 @@ class _Eye:
         self._told = self._frames = self._identities = 0
         """How many frames it has told of, and the first numbers that no frame and nobody has."""
         self._ended: float | None = None
-        self._failed_at, self._pause = -1, GAP
+        self._failed_at, self._pause = -1, CAMERA_TIMEOUT
         self._start()
 
     def _start(self) -> None:
         """Start its process."""
         context = multiprocessing.get_context("spawn")
-        with deaf():
+        with blocked_signals():
             self.pipe, theirs = context.Pipe(duplex=False)
             args = (theirs, *self._args)
             self.process = context.Process(target=_serve, args=args, daemon=True)
@@ -71,7 +77,7 @@ class _Eye:
             self.pipe.close()
             self._start()
 
-    def listen(self) -> Iterator[Notice | Over]:
+    def listen(self) -> Iterator[CameraMessage | CameraEnded]:
         """Take its next message; yield what is not to be handled in the order of time."""
         try:
             message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
@@ -79,15 +85,15 @@ class _Eye:
             self.process.join()
             yield from self._fail(f"its process ended with {cause(self.process.exitcode)}")
             return
-        if isinstance(message, Report):
+        if isinstance(message, CameraReport):
             yield from self._take(message)
         elif isinstance(message, Ready):
             self.live = message.live
         else:
-            self.over = isinstance(message, Over)
+            self.over = isinstance(message, CameraEnded)
             yield message
 
-    def _take(self, report: Report) -> Iterator[Notice]:
+    def _take(self, report: CameraReport) -> Iterator[CameraMessage]:
         """Keep a report that is new, under numbers that no former process has used."""
         if self._known:
             self._known -= 1
@@ -95,7 +101,7 @@ class _Eye:
         if self._ended is not None:
             away = time.monotonic() - self._ended
             self._ended = None
-            yield Notice(self.name, f"it is back after {away:.1f} s.")
+            yield CameraMessage(self.name, f"it is back after {away:.1f} s.")
         self._told += 1
         first, someone = self._offsets
         sightings = tuple(_renumbered(each, someone) for each in report.sightings)
@@ -104,24 +110,24 @@ class _Eye:
         self._identities = max([self._identities, *(each.identity for each in sightings)])
         self.reports.append(report)
 
-    def _fail(self, why: str) -> Iterator[Notice | Over]:
+    def _fail(self, why: str) -> Iterator[CameraMessage | CameraEnded]:
         """Say once that it failed, and when it is started again, unless that is in vain."""
         again = self._failed_at == self._told
         if again and not self.live:
             self.over = True
-            yield Over(self.name, self._told, failure=why)
+            yield CameraEnded(self.name, self._told, failure=why)
             return
-        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else GAP
+        self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
         self.due, self._failed_at = time.monotonic() + self._pause, self._told
         if self._ended is None:
             self._ended = time.monotonic()
-            yield Notice(self.name, f"{why}. It is started again, with growing pauses.")
+            yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")
 
 
-def _renumbered(sighting: Sighting, offset: int) -> Sighting:
+def _renumbered(sighting: ObjectReport, offset: int) -> ObjectReport:
     """Return a sighting with identities that are larger by an offset."""
-    behind = None if sighting.behind is None else sighting.behind + offset
-    return replace(sighting, identity=sighting.identity + offset, behind=behind)
+    behind = None if sighting.occluded_by is None else sighting.occluded_by + offset
+    return replace(sighting, identity=sighting.identity + offset, occluded_by=behind)
 
 
 def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
@@ -137,13 +143,15 @@ def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
 
     with suppress(BrokenPipeError):
         try:
-            lookout = Lookout(camera, Scene(named_detector(camera.detector), camera.preset, seed))
+            lookout = CameraReporter(
+                camera, Scene(named_detector(camera.detector), camera.preset, seed)
+            )
             with open_watched(camera.source, origin) as film:
                 live = isinstance(film, Live)
                 tell(Ready(camera.name, live))
                 for news in film:
                     if isinstance(news, str):
-                        tell(Notice(camera.name, news))
+                        tell(CameraMessage(camera.name, news))
                         continue
                     offset = 0.0 if live else camera.offset
                     tell(lookout.report(Frame(news.index, news.time + offset, news.pixels)))
@@ -154,7 +162,7 @@ def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
             raise
         except Exception as error:  # whatever happens to one camera, the others shall know
             failure = f"{type(error).__name__}: {error}"
-        tell(Over(camera.name, frames, dropped, failure))
+        tell(CameraEnded(camera.name, frames, dropped, failure))
 
 
 def _end_with(sentinel: int) -> None:

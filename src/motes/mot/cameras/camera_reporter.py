@@ -12,8 +12,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.color import Color
-from motes.mot.association import inside
-from motes.mot.cameras.reidentification import Camera, Report, Sighting
+from motes.mot.association import intersection_over_first
+from motes.mot.cameras.reidentification import Camera, CameraReport, ObjectReport
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 
@@ -32,14 +32,14 @@ MARGIN = 2.0
 """Pixels; what is as near to the border may go on beyond it."""
 
 
-class Notice(msgspec.Struct, frozen=True, tag=True):
+class CameraMessage(msgspec.Struct, frozen=True, tag=True):
     """What there is to say about a camera, for people."""
 
     camera: str
     text: str
 
 
-class Over(msgspec.Struct, frozen=True, tag=True):
+class CameraEnded(msgspec.Struct, frozen=True, tag=True):
     """A camera is at its end: how many frames it had and dropped, and what failed, if anything."""
 
     camera: str
@@ -55,7 +55,7 @@ class Ready(msgspec.Struct, frozen=True, tag=True):
     live: bool
 
 
-Message = Report | Notice | Over | Ready
+Message = CameraReport | CameraMessage | CameraEnded | Ready
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ class _View:
     told: bool = False
 
 
-class Lookout:
+class CameraReporter:
     """Turns a camera's frames into reports.
 
     Parameters
@@ -88,7 +88,7 @@ class Lookout:
         self._views: dict[int, _View] = {}
         self._places: dict[str, NDArray[np.float64]] | None = None
 
-    def report(self, frame: Frame) -> Report:
+    def report(self, frame: Frame) -> CameraReport:
         """Return what there is to tell of a frame, whose time is that of the rig.
 
         Raises
@@ -104,9 +104,9 @@ class Lookout:
             }
         sightings = (self._sighting(frame, track) for track in self._scene.update(frame))
         told = tuple(sighting for sighting in sightings if sighting is not None)
-        return Report(self._camera.name, frame.index, frame.time, told)
+        return CameraReport(self._camera.name, frame.index, frame.time, told)
 
-    def _sighting(self, frame: Frame, each: SceneTrack) -> Sighting | None:
+    def _sighting(self, frame: Frame, each: SceneTrack) -> ObjectReport | None:
         """Return what to tell of an object, None for nothing; see `COMING`.
 
         Its histogram is that of its last whole view.
@@ -132,12 +132,12 @@ class Lookout:
         if not (view.told or seen):
             return None
         view.told = True
-        return Sighting(
+        return ObjectReport(
             each.identity,
             track.status,
             track.box,
             track.confidence,
-            each.behind,
+            each.occluded_by,
             each.detected,
             view.places,
             view.look if appears or vanishes else None,
@@ -147,7 +147,11 @@ class Lookout:
         """Return the names of the places that a box touches."""
         assert self._places is not None
         one = np.array([box])
-        return tuple(name for name, boxes in self._places.items() if inside(one, boxes).any())
+        return tuple(
+            name
+            for name, boxes in self._places.items()
+            if intersection_over_first(one, boxes).any()
+        )
 
 
 def _whole(box: Box, frame: Frame) -> bool:

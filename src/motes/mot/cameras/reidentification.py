@@ -1,7 +1,7 @@
 """Who is who among several cameras: targets that leave one are expected at another.
 
 Nummiaro et al., section VII: when a person leaves one room, its camera tells the other room's what
-it knows. What it tells is a `Sighting`; frames stay where they are.
+it knows. What it tells is a `ObjectReport`; frames stay where they are.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from motes.sot.known_target import Place
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
-GAP = 1.0
+CAMERA_TIMEOUT = 1.0
 """A camera that says nothing for more seconds than this was interrupted."""
-RECALL = 30.0
+REIDENTIFICATION_WINDOW = 30.0
 """Seconds for which what an interruption took out of sight is expected in the same camera."""
 FRESH = 0.2
 """Two cameras say where an object is at the same time if it is less than so many seconds apart."""
@@ -63,7 +63,7 @@ class Camera(Config, frozen=True):
     place: tuple[Place, ...] = ()
 
 
-class Passage(Config, frozen=True):
+class CameraLink(Config, frozen=True):
     """A way from a place of one camera to a place of another, and back.
 
     Attributes
@@ -127,7 +127,7 @@ class Rig(Config, frozen=True):
     """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]]."""
 
     camera: tuple[Camera, ...]
-    passage: tuple[Passage, ...] = ()
+    passage: tuple[CameraLink, ...] = ()
     overlap: tuple[Overlap, ...] = ()
 
     def __post_init__(self) -> None:
@@ -159,14 +159,14 @@ class Rig(Config, frozen=True):
         return rig
 
 
-class Sighting(msgspec.Struct, frozen=True):
+class ObjectReport(msgspec.Struct, frozen=True):
     """What a camera tells of an object in a frame.
 
     Attributes
     ----------
     identity
         The camera's own; see `motes.SceneTrack`.
-    status, box, confidence, behind, detected
+    status, box, confidence, occluded_by, detected
         As there; the box is foreseen where the status is not `tracking`.
     places
         Names of the camera's places where it was last seen.
@@ -178,7 +178,7 @@ class Sighting(msgspec.Struct, frozen=True):
     status: Status
     box: Box
     confidence: float
-    behind: int | None
+    occluded_by: int | None
     detected: bool
     places: tuple[str, ...] = ()
     histogram: bytes | None = None
@@ -194,13 +194,13 @@ class Sighting(msgspec.Struct, frozen=True):
         return self.box.x + (self.box.width - 1) / 2, self.box.y + self.box.height - 1
 
 
-class Report(msgspec.Struct, frozen=True, tag=True):
+class CameraReport(msgspec.Struct, frozen=True, tag=True):
     """What a camera tells of a frame: its number, its time in the rig in seconds, its objects."""
 
     camera: str
     frame: int
     time: float
-    sightings: tuple[Sighting, ...]
+    sightings: tuple[ObjectReport, ...]
 
 
 @dataclass(slots=True, eq=False)
@@ -215,14 +215,14 @@ class _Known:
     identity: int
     seen: float
     look: Floats
-    last: Sighting
-    tracked: Sighting
+    last: ObjectReport
+    tracked: ObjectReport
     gone: bool = False
     interrupted: bool = False
     passed: bool = False
 
 
-class Handover:
+class CrossCameraAssociation:
     """Gives the objects of several cameras identities that they keep from one to the next.
 
     Parameters
@@ -236,18 +236,20 @@ class Handover:
         self._known: dict[tuple[str, int], _Known] = {}
         self._times: dict[str, float] = {}
         self._identities = itertools.count(1)
-        self._memory = max([RECALL, *(passage.seconds[1] for passage in rig.passage)])
+        self._memory = max(
+            [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
+        )
         self.handed = 0
         """How many objects have come with an identity that another one had before."""
 
-    def update(self, report: Report) -> dict[int, int]:
+    def update(self, report: CameraReport) -> dict[int, int]:
         """Return the identity in the rig of each of the camera's objects.
 
         What is out of sight and whose identity has gone on to another object has none any more.
         Reports of different cameras are given in the order of their time.
         """
         camera, now = report.camera, report.time
-        if now - self._times.get(camera, now) > GAP:
+        if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
             for each in self._known.values():
                 each.interrupted |= each.camera == camera and not each.gone
         self._times[camera] = now
@@ -273,7 +275,7 @@ class Handover:
         }
         return found
 
-    def _note(self, known: _Known, sighting: Sighting, now: float) -> None:
+    def _note(self, known: _Known, sighting: ObjectReport, now: float) -> None:
         """Note what a camera tells of an object that it has told of before."""
         known.last = sighting
         if sighting.histogram is not None:
@@ -284,7 +286,7 @@ class Handover:
             if known.passed:  # it never left: somebody else came by the other door
                 known.identity, known.passed = next(self._identities), False
 
-    def _inherited(self, camera: str, now: float, born: Sequence[Sighting]) -> dict[int, int]:
+    def _inherited(self, camera: str, now: float, born: Sequence[ObjectReport]) -> dict[int, int]:
         """Return the identities in the rig of those new objects that were expected."""
         here = {
             known.identity
@@ -310,7 +312,7 @@ class Handover:
                 known.passed |= known.identity == identities[i] and not known.last.seen
         return found
 
-    def _cost(self, known: _Known, camera: str, now: float, born: Sighting) -> float:
+    def _cost(self, known: _Known, camera: str, now: float, born: ObjectReport) -> float:
         """Return how little a new object is like one that is known; infinite where ruled out.
 
         From 0 to 1 where it stands where that is, from 1 to 2 where that is expected.
@@ -326,7 +328,11 @@ class Handover:
             and passage.seconds[0] <= now - known.seen <= passage.seconds[1]
             and _fits(passage, known, camera, born)
         ]
-        if known.interrupted and known.camera == camera and now - known.seen <= RECALL:
+        if (
+            known.interrupted
+            and known.camera == camera
+            and now - known.seen <= REIDENTIFICATION_WINDOW
+        ):
             limits.append(DISTANCE)
         if not limits:
             return math.inf
@@ -334,7 +340,7 @@ class Handover:
         limit = max(limits)
         return 1 + distance / limit if distance <= limit else math.inf
 
-    def _ways(self, start: str, end: str) -> Iterator[tuple[Passage, str, str]]:
+    def _ways(self, start: str, end: str) -> Iterator[tuple[CameraLink, str, str]]:
         """Yield the passages from one camera to another, and the names of their places there."""
         for passage in self._rig.passage:
             for ends in (passage.between, passage.between[::-1]):
@@ -342,7 +348,7 @@ class Handover:
                 if (first, second) == (start, end):
                     yield passage, out, into
 
-    def _offs(self, known: _Known, camera: str, born: Sighting) -> Iterator[float]:
+    def _offs(self, known: _Known, camera: str, born: ObjectReport) -> Iterator[float]:
         """Yield how far a new object is from one that another camera sees, as a share of reach."""
         yield math.inf
         for overlap in self._rig.overlap:
@@ -357,12 +363,12 @@ class Handover:
             yield share if share <= 1 else math.inf
 
 
-def _look(sighting: Sighting) -> Floats:
+def _look(sighting: ObjectReport) -> Floats:
     assert sighting.histogram is not None
     return np.frombuffer(sighting.histogram, np.float32).astype(np.float64)
 
 
-def _fits(passage: Passage, known: _Known, camera: str, born: Sighting) -> bool:
+def _fits(passage: CameraLink, known: _Known, camera: str, born: ObjectReport) -> bool:
     """Return whether an object has the height with which another one is expected."""
     if passage.scale is None:
         return True

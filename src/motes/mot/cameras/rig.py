@@ -1,7 +1,7 @@
 """Several cameras at once: each with a scene in a process of its own, from which sightings come.
 
 Frames stay in the process that reads them. What its scene says of a frame travels as a small
-`Report`, and only here do the cameras' objects get identities that hold for all of them.
+`CameraReport`, and only here do the cameras' objects get identities that hold for all of them.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ from collections.abc import Iterator, Mapping
 from multiprocessing.connection import wait
 from typing import Self
 
-from motes.core.worker_processes import deaf
-from motes.mot.cameras.camera_process import _Eye
-from motes.mot.cameras.camera_reporter import Notice, Over
-from motes.mot.cameras.reidentification import Handover, Report, Rig
+from motes.core.worker_processes import blocked_signals
+from motes.mot.cameras.camera_process import CameraProcess
+from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage
+from motes.mot.cameras.reidentification import CameraReport, CrossCameraAssociation, Rig
 
 WAITING = 100
 """So many reports of a recording wait for the other cameras before it has to wait as well."""
 
 
-class Watch:
+class RigRunner:
     """The cameras of a rig, watched: a context manager and an iterator of what they tell.
 
-    In the order of time it yields each `Report`, with the identities in the rig of its objects by
-    those that they have in their camera; and each `Notice` and `Over`. It ends when every camera
-    has. Their processes end with the context, and with this process, whatever ends it; one that
-    dies is started again.
+    In the order of time it yields each `CameraReport`, with the identities in the rig of its
+    objects by those that they have in their camera; and each `CameraMessage` and `CameraEnded`. It
+    ends when every camera has. Their processes end with the context, and with this process,
+    whatever ends it; one that dies is started again.
 
     Parameters
     ----------
@@ -42,17 +42,19 @@ class Watch:
     """
 
     def __init__(self, rig: Rig, seed: int = 0) -> None:
-        self.handover = Handover(rig)
+        self.handover = CrossCameraAssociation(rig)
         origin = time.monotonic()
-        with deaf():
-            self._eyes = [_Eye(camera, seed, origin) for camera in rig.camera]
+        with blocked_signals():
+            self._eyes = [CameraProcess(camera, seed, origin) for camera in rig.camera]
 
     @property
     def pids(self) -> dict[str, int | None]:
         """Process identifiers by the cameras' names."""
         return {eye.name: eye.process.pid for eye in self._eyes}
 
-    def __iter__(self) -> Iterator[tuple[Report, Mapping[int, int]] | Notice | Over]:
+    def __iter__(
+        self,
+    ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
         while any(not eye.over or eye.reports for eye in self._eyes):
             for eye in self._eyes:
                 eye.revive()
@@ -68,7 +70,7 @@ class Watch:
             while (report := self._next()) is not None:
                 yield report, self.handover.update(report)
 
-    def _next(self) -> Report | None:
+    def _next(self) -> CameraReport | None:
         """Return the report that comes next in time; None while an earlier one may still come."""
         waiting = [eye for eye in self._eyes if eye.reports]
         if not waiting or any(eye.behind for eye in self._eyes):
@@ -79,7 +81,7 @@ class Watch:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with deaf():
+        with blocked_signals():
             for eye in self._eyes:
                 eye.process.kill()
                 eye.process.join()

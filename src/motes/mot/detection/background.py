@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.detection import Detection
-from motes.core.errors import ConfigError, LimitError
+from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.mot.detection.camera_motion import Anchor
+from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.detection.ghosts import Steps, gradients, without_ghosts
 
 Method = Literal["mog2", "knn", "gaussian"]
@@ -108,7 +108,7 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
             )
 
     def detector(self) -> BackgroundDetector:
-        """Return a detector that is set so; raise a LimitError if OpenCV is missing for it."""
+        """Return a detector that is set so; raise a MissingDependencyError without OpenCV."""
         return BackgroundDetector(self)
 
 
@@ -142,13 +142,13 @@ class BackgroundDetector:
 
     Attributes
     ----------
-    remarks
+    warnings
         What there is to tell about the picture, each once: a moving camera, a change of light, too
         many objects.
 
     Raises
     ------
-    LimitError
+    MissingDependencyError
         If OpenCV is needed and not installed.
     ConfigError
         If the method is unknown, or a number makes no sense.
@@ -165,7 +165,7 @@ class BackgroundDetector:
         self._shape: tuple[int, ...] | None = None
         self._flooded = self._rest = self._when = 0
         self._learned: Steps | None = None
-        self.remarks: dict[str, str] = {}
+        self.warnings: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return what moves in the next frame, the largest first, all with the score 1."""
@@ -173,7 +173,7 @@ class BackgroundDetector:
             self._shape = frame.pixels.shape
             self._begin(frame.pixels)
             return []
-        if self._anchor.slipped(frame.pixels):
+        if self._anchor.has_moved(frame.pixels):
             self._begin(frame.pixels)
             self._rest = self.config.still
             self._remark(frame, "camera", MOVES)
@@ -206,7 +206,7 @@ class BackgroundDetector:
 
     def _begin(self, pixels: Mask) -> None:
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        self._anchor = Anchor(pixels)
+        self._anchor = ReferenceImage(pixels)
         self._learned = None
         self._model.begin(pixels)
 
@@ -229,7 +229,7 @@ class BackgroundDetector:
         return np.stack([np.take(tables[:, c], pixels[:, :, c]) for c in range(3)], axis=2)
 
     def _remark(self, frame: Frame, kind: str, text: str) -> None:
-        self.remarks.setdefault(kind, f"Frame {frame.index}: {text}.")
+        self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
 class _Mixture:
@@ -238,7 +238,7 @@ class _Mixture:
     def __init__(self, method: str, config: BackgroundConfig) -> None:
         cv2 = _opencv()
         if cv2 is None:
-            raise LimitError(
+            raise MissingDependencyError(
                 f"The background {method} needs OpenCV; install it with: pip install "
                 f"'motes[opencv]', or take gaussian."
             )

@@ -27,7 +27,7 @@ LASTS = 50
 """A picture is kept for so many frames: what creeps more slowly, a background can follow."""
 
 
-class Anchor:
+class ReferenceImage:
     """Keeps a picture of what the camera should see.
 
     The misfit of two pictures is their median difference, so that neither what moves before the
@@ -37,7 +37,7 @@ class Anchor:
     def __init__(self, pixels: NDArray[np.uint8]) -> None:
         self._kept, self._age = _reduced(pixels), 0
 
-    def slipped(self, pixels: NDArray[np.uint8]) -> bool:
+    def has_moved(self, pixels: NDArray[np.uint8]) -> bool:
         """Return whether a picture of the same size is shifted against the one that is kept."""
         picture, margin = _reduced(pixels), max(SHIFTS)
         self._age += 1

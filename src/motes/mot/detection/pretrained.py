@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.detection import Detection
-from motes.core.errors import LimitError, SourceError
+from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 
@@ -32,7 +32,7 @@ class FacesConfig(Config, frozen=True, tag="faces"):
     threshold: float = 0.0
 
     def detector(self) -> FaceDetector:
-        """Return a detector that is set so; raise a LimitError if dlib is missing."""
+        """Return a detector that is set so; raise a MissingDependencyError if dlib is missing."""
         return FaceDetector(self)
 
 
@@ -48,7 +48,7 @@ class FaceDetector:
 
     Raises
     ------
-    LimitError
+    MissingDependencyError
         If dlib is not installed.
     """
 
@@ -56,7 +56,7 @@ class FaceDetector:
         try:
             import dlib
         except ImportError:
-            raise LimitError(
+            raise MissingDependencyError(
                 "Finding faces needs dlib; install it with: pip install 'motes[faces]'."
             ) from None
         self._find = dlib.get_frontal_face_detector()
@@ -91,7 +91,7 @@ class PeopleConfig(Config, frozen=True, tag="people"):
     scale: Annotated[float, Meta(gt=1)] = 1.05
 
     def detector(self) -> PeopleDetector:
-        """Return a detector that is set so; raise a LimitError if OpenCV is missing."""
+        """Return a detector that is set so; raise a MissingDependencyError if OpenCV is missing."""
         return PeopleDetector(self)
 
 
@@ -107,7 +107,7 @@ class PeopleDetector:
 
     Raises
     ------
-    LimitError
+    MissingDependencyError
         If OpenCV is not installed.
     """
 
@@ -115,7 +115,7 @@ class PeopleDetector:
         try:
             import cv2
         except ImportError:
-            raise LimitError(
+            raise MissingDependencyError(
                 "Finding people needs OpenCV; install it with: pip install 'motes[opencv]'."
             ) from None
         self._find = cv2.HOGDescriptor()

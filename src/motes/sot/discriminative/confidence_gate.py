@@ -10,36 +10,36 @@ from typing import NamedTuple
 from motes.core.config import Config, Count, Share
 from motes.core.track import Status
 
-CALM = 10
+REFERENCE_FRAMES = 10
 """Frames from the start whose mean certainty is the reference."""
 
 
-class Standing(NamedTuple):
+class TargetStatus(NamedTuple):
     """How a tracker stands with its target.
 
     Attributes
     ----------
     status
         Where the tracker is.
-    missed
+    frames_missed
         Frames since one in which it was believed to be there.
-    agreed
+    confirmations
         Frames in a row that were certain.
-    against
+    contradictions
         Frames in a row that speak against the status.
     reference, seen
         Mean certainty of the first frames, and of how many.
     """
 
     status: Status = Status.TRACKING
-    missed: int = 0
-    agreed: int = 0
-    against: int = 0
+    frames_missed: int = 0
+    confirmations: int = 0
+    contradictions: int = 0
     reference: float = 0.0
     seen: int = 0
 
 
-class Trust(Config, frozen=True):
+class ConfidenceGate(Config, frozen=True):
     """How certain the tracker must be, from 0 to 1.
 
     Each holds for targets that are easily told from everything else; others ask for a share of
@@ -62,7 +62,7 @@ class Trust(Config, frozen=True):
     frames
         A target is lost after so many frames in a row that do not keep it, and found after as many
         that do.
-    of_first, find_of_first
+    relative_to_start, find_relative_to_start
         See above, for `learn`, `keep` and `follow`, and for `find`.
     """
 
@@ -72,33 +72,33 @@ class Trust(Config, frozen=True):
     find: Share = 0.33
     follow: Share = 0.2
     frames: Count = 3
-    of_first: Share = 0.6
-    find_of_first: Share = 0.8
+    relative_to_start: Share = 0.6
+    find_relative_to_start: Share = 0.8
 
-    def learns(self, certainty: float, reference: float) -> bool:
+    def may_update(self, certainty: float, reference: float) -> bool:
         """Return whether a certainty is enough to learn."""
-        return certainty >= min(self.learn, self.of_first * reference)
+        return certainty >= min(self.learn, self.relative_to_start * reference)
 
-    def keeps(self, certainty: float, reference: float) -> bool:
+    def is_present(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to keep a target where it is, and not to search for it."""
-        return certainty >= min(self.keep, self.of_first * reference)
+        return certainty >= min(self.keep, self.relative_to_start * reference)
 
-    def trusts(self, standing: Standing) -> bool:
+    def was_present(self, standing: TargetStatus) -> bool:
         """Return whether the target was believed to be there of late."""
-        return standing.missed < self.frames
+        return standing.frames_missed < self.frames
 
-    def follows(self, certainty: float, standing: Standing) -> bool:
+    def may_move(self, certainty: float, standing: TargetStatus) -> bool:
         """Return whether a certainty is enough to move: any is in the first frames of doubt."""
-        low = min(self.follow, self.of_first * standing.reference)
-        return self.trusts(standing) or certainty >= low
+        low = min(self.follow, self.relative_to_start * standing.reference)
+        return self.was_present(standing) or certainty >= low
 
-    def finds(self, certainty: float, reference: float) -> bool:
+    def accepts_redetection(self, certainty: float, reference: float) -> bool:
         """Return whether it is enough to believe that a target is somewhere else."""
-        return certainty >= min(self.find, self.find_of_first * reference)
+        return certainty >= min(self.find, self.find_relative_to_start * reference)
 
-    def judge(
-        self, before: Standing, certainty: float, response: float, *, jumped: bool
-    ) -> tuple[Standing, bool, bool]:
+    def update(
+        self, before: TargetStatus, certainty: float, response: float, *, jumped: bool
+    ) -> tuple[TargetStatus, bool, bool]:
         """Return how a tracker stands after a frame, whether the target is there, and is learned.
 
         A target that was missed for some frames is believed to be there after as many in a row that
@@ -114,11 +114,11 @@ class Trust(Config, frozen=True):
             Whether the search has led there in this frame.
         """
         status, missed, agreed, against, reference, seen = before
-        trusted, tracking = self.trusts(before), status is Status.TRACKING
-        if trusted and seen < CALM:
+        trusted, tracking = self.was_present(before), status is Status.TRACKING
+        if trusted and seen < REFERENCE_FRAMES:
             seen, reference = seen + 1, (reference * seen + certainty) / (seen + 1)
-        there = (self.finds if jumped else self.keeps)(certainty, reference)
-        responds = response >= self.respond and self.keeps(2 * certainty, reference)
+        there = (self.accepts_redetection if jumped else self.is_present)(certainty, reference)
+        responds = response >= self.respond and self.is_present(2 * certainty, reference)
         kept = there or (responds and not jumped)
         if jumped:
             agreed = against = 0
@@ -130,5 +130,5 @@ class Trust(Config, frozen=True):
             against, status = 0, Status.LOST if tracking else Status.TRACKING
         elif not tracking:
             status = Status.SEARCHING
-        learned = believed and self.learns(certainty, reference)
-        return Standing(status, missed, agreed, against, reference, seen), there, learned
+        learned = believed and self.may_update(certainty, reference)
+        return TargetStatus(status, missed, agreed, against, reference, seen), there, learned

@@ -13,17 +13,23 @@ from motes import kernels
 from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues.color_posterior import CORE, Posterior, PosteriorModel, contrast
-from motes.cues.correlation_filter import FINE, Correlation, CorrelationModel, at, best_near
+from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
+from motes.cues.correlation_filter import (
+    UPSAMPLING,
+    Correlation,
+    CorrelationModel,
+    peak_near,
+    sample_response,
+)
 from motes.cues.fourier_ridge import Spectra
-from motes.cues.search_window import CELL, Singles
+from motes.cues.search_window import CELL_SIZE, Singles
 from motes.sot.filtering.resampling import Resampling, Weights
-from motes.sot.filtering.sample_size import Budget
+from motes.sot.filtering.sample_size import KldSampling
 
 Floats = NDArray[np.float64]
 
 
-class Known(msgspec.Struct, frozen=True, eq=False):
+class TargetModels(msgspec.Struct, frozen=True, eq=False):
     """What a look goes by.
 
     Attributes
@@ -40,19 +46,19 @@ class Known(msgspec.Struct, frozen=True, eq=False):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class WindowEstimate:
     """What one window says.
 
     Attributes
     ----------
-    place
+    window_pose
         The window is around this ellipse.
     window, spectra, integral
         Its samples; the transform of its features; the posterior's sums.
     centers, weights
         (N, 2), (N,) the particles.
-    found
-        Their mean, with the size and turn of `place`.
+    pose
+        Their mean, with the size and turn of `window_pose`.
     box
         (4,) the same as the window has it: x and y off its center and half sides, in samples.
     contrast
@@ -66,20 +72,20 @@ class Look:
         That of the filter, there.
     """
 
-    place: Ellipse
+    window_pose: Ellipse
     window: Singles
     spectra: Spectra
     integral: Floats
     centers: Floats
     weights: Weights
-    found: Ellipse
+    pose: Ellipse
     box: Floats
     contrast: float
     certainty: float
     response: float
 
 
-class Looking(Config, frozen=True):
+class Localizer(Config, frozen=True):
     """How a window is looked at.
 
     Attributes
@@ -99,14 +105,16 @@ class Looking(Config, frozen=True):
     """
 
     particles: Particles = 400
-    budget: Budget = Budget(least=100, most=400, bin=0.25)
+    budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
     correlation: Correlation = Correlation(sharpness=1 / 12)
     posterior: Posterior = Posterior()
     color_gain: NonNegative = 1.0
     sigma: Positive = 0.02
     resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
 
-    def look(self, rng: np.random.Generator, known: Known, frame: Frame, place: Ellipse) -> Look:
+    def localize(
+        self, rng: np.random.Generator, known: TargetModels, frame: Frame, place: Ellipse
+    ) -> WindowEstimate:
         """Weigh particles by what the window around a place says, and take their mean.
 
         Half of them are spread over the window, the others around the response's maximum; they
@@ -114,20 +122,24 @@ class Looking(Config, frozen=True):
         """
         samples = known.correlation.grid
         half = np.array(samples.half)
-        window = samples.cut(frame, place)
+        window = samples.sample_window(frame, place)
         spectra = self.correlation.spectra(samples, window)
         plane, first = self.correlation.responses(known.correlation, spectra)
         integral = self.posterior.integral(known.posterior, window)
-        share = self.color_share(known)
-        core = CORE * samples.half[0], CORE * samples.half[1]
+        share = self.color_weight(known)
+        core = CORE_FRACTION * samples.half[0], CORE_FRACTION * samples.half[1]
 
         def weights(points: Floats) -> Weights:
-            pool = at(plane, points)
+            pool = sample_response(plane, points)
             kernels.bilinear.pool(integral, core, share, points, pool)
             return Weights.from_log(pool / self.sigma)
 
         row, column = divmod(int(np.argmax(plane)), plane.shape[1])
-        peak = np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2]) * CELL / FINE
+        peak = (
+            np.array([column - plane.shape[1] // 2, row - plane.shape[0] // 2])
+            * CELL_SIZE
+            / UPSAMPLING
+        )
         narrow = self.correlation.sharpness * math.sqrt(samples.width * samples.height)
         noise = rng.standard_normal((3, self.particles, 2))
         points = noise[0]
@@ -145,14 +157,14 @@ class Looking(Config, frozen=True):
         x, y = (weighed.values @ centers).tolist()
         box = np.append(samples.offsets(place, np.array((x, y))), half)
         stands_out = contrast(integral, box)
-        alike = min(best_near(first, box[0], box[1]), 1.0)
+        alike = min(peak_near(first, box[0], box[1]), 1.0)
         certainty = math.sqrt(alike * max(stands_out, 0.0))
         found = place._replace(x=x, y=y)
-        response = float(at(plane, box[None, :2])[0])
+        response = float(sample_response(plane, box[None, :2])[0])
         seen, said = (window, spectra, integral), (stands_out, certainty, response)
-        return Look(place, *seen, centers, weighed, found, box, *said)
+        return WindowEstimate(place, *seen, centers, weighed, found, box, *said)
 
-    def color_share(self, known: Known) -> float:
+    def color_weight(self, known: TargetModels) -> float:
         """Return color's share in the pool: more, the more the target stands out by it."""
         counts = self.color_gain * max(known.contrast, 0.0)
         return counts / (1 + counts)

@@ -25,15 +25,15 @@ from motes.sot.filtering.resampling import Resampling, Weights
 
 Floats = NDArray[np.float64]
 
-SMALLEST = 2.0
+MIN_HALF_AXIS = 2.0
 """Half-axis in pixels."""
-FRESH = 4
+RESTART_EVERY = 4
 """Of so many searchers one starts anew in each frame."""
-DIRECTIONS = Hog(bins=16, turned=False)
+DIRECTIONS = Hog(bins=16, rotation_normalized=False)
 """Of gradients, over a whole turn: a target that is turned has the same ones, all turned alike."""
 
 
-class LooksModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
+class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
     """The histograms of the target's first region; those of directions, of a circle there."""
 
     color: ColorModel
@@ -41,7 +41,7 @@ class LooksModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
     directions: HogModel
 
 
-class Search(Config, frozen=True):
+class Redetection(Config, frozen=True):
     """A population of searchers.
 
     Attributes
@@ -68,9 +68,9 @@ class Search(Config, frozen=True):
     growth: NonNegative = 0.4
     turn_sigma: Positive = 0.03
 
-    def learn(self, frame: Frame, ellipse: Ellipse) -> LooksModel:
+    def learn(self, frame: Frame, ellipse: Ellipse) -> RedetectionModel:
         """Return the histograms of the region in `ellipse`."""
-        return LooksModel(
+        return RedetectionModel(
             self.color.learn(frame, ellipse),
             self.edges.learn(frame, ellipse),
             DIRECTIONS.learn(frame, circle(ellipse)),
@@ -79,7 +79,7 @@ class Search(Config, frozen=True):
     def step(
         self,
         rng: np.random.Generator,
-        model: LooksModel,
+        model: RedetectionModel,
         searchers: Floats,
         frame: Frame,
         last: Ellipse,
@@ -107,7 +107,7 @@ class Search(Config, frozen=True):
         low, high = (np.clip(np.array(last[:2]) + way, 0, ends) for way in (-reach, reach))
         moved = searchers.copy()
         moved[:, :2] += rng.standard_normal((len(moved), 2)) * moved[:, 2:4] / 2
-        fresh = moved[::FRESH]
+        fresh = moved[::RESTART_EVERY]
         fresh[:, :2] = low + rng.random((len(fresh), 2)) * (high - low)
         factors = np.exp(self.growth * rng.standard_normal((len(fresh), 1)))
         fresh[:, 2:4] = last[2:4] * np.clip(factors, *limits(last, frame))
@@ -122,7 +122,7 @@ class Search(Config, frozen=True):
         return chosen, [Ellipse(*place) for place in places.tolist()]
 
     def _turn(
-        self, rng: np.random.Generator, model: LooksModel, frame: Frame, place: Ellipse
+        self, rng: np.random.Generator, model: RedetectionModel, frame: Frame, place: Ellipse
     ) -> float:
         """Return by how much a target at a place may be turned since the start, in radians."""
         seen = DIRECTIONS.observe(model.directions, frame, circle(place))
@@ -139,8 +139,8 @@ def circle(ellipse: Ellipse) -> Ellipse:
 
 
 def limits(ellipse: Ellipse, frame: Frame) -> tuple[float, float]:
-    """Return the factors by which a target may shrink and grow: to `SMALLEST`, and to the frame."""
+    """Return the factors by which a target may shrink, to `MIN_HALF_AXIS`, or grow to the frame."""
     half = np.array(ellipse[2:4])
-    least = min(1.0, SMALLEST / half.min())
+    least = min(1.0, MIN_HALF_AXIS / half.min())
     most = max(1.0, (np.array([frame.width, frame.height]) / 2 / half).min())
     return float(least), float(most)

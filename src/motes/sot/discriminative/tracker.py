@@ -25,32 +25,32 @@ from motes.core.track import Status, Track
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
 from motes.cues.fourier_ridge import Spectra
-from motes.cues.scale_filter import SizeModel, Sizes
-from motes.cues.search_window import CELL
-from motes.sot.discriminative.confidence_gate import Standing, Trust
-from motes.sot.discriminative.localization import Known, Look, Looking
-from motes.sot.discriminative.redetection import LooksModel, Search, limits
+from motes.cues.scale_filter import ScaleFilter, ScaleModel
+from motes.cues.search_window import CELL_SIZE
+from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
+from motes.sot.discriminative.localization import Localizer, TargetModels, WindowEstimate
+from motes.sot.discriminative.redetection import Redetection, RedetectionModel, limits
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Weights
-from motes.sot.step_info import Info
+from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
 
-STEADY = 0.05
+RUNNING_MEAN_RATE = 0.05
 """Share of a frame in the running means of contrast and borders."""
-TURNED = 1.15
+TURN_GAIN = 1.15
 """A target is seen as turned only if that is so many times as certain: else noise would turn it."""
-NEAR = CELL
+CENTERED = CELL_SIZE
 """A target so many samples off the middle of the window is seen well enough."""
-NOBODY = np.empty((0, 5))
+NO_PARTICLES = np.empty((0, 5))
 """No searchers."""
-UNSEEN = 0.15
+DRIFT_SIGMA = 0.15
 """Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
 answers for what it has learned, which may have drifted from the target's middle."""
 
 
-class DiscriminativeState(Known, frozen=True, eq=False):
+class DiscriminativeState(TargetModels, frozen=True, eq=False):
     """What the next step needs, beside what a look goes by.
 
     Attributes
@@ -61,57 +61,57 @@ class DiscriminativeState(Known, frozen=True, eq=False):
         The last estimate: the box as an ellipse, turned by as much as the target since the start.
     shape
         The first region; what is reported is this, moved and scaled.
-    sizes, looks
+    scale, appearance
         The models of its size, and what the search goes by.
     border
         (2,) running mean of the posterior just inside and outside of the target's border.
-    searchers
+    search_particles
         (N, 5) the particles that search, none while the target is tracked.
-    sizing
+    scale_due
         Whether the next frame is one in which the target is sized; in the others it is looked at
         turned. Each in every other frame is enough, and what is seldom sized jitters less.
     factors
         (N,) particles of its size, when it was last sized, as factors of the size before.
-    standing
+    target
         Whether the target is tracked, and how surely it was.
     """
 
     time: Annotated[float, SAME]
     ellipse: Ellipse
     shape: Ellipse
-    sizes: SizeModel
-    looks: LooksModel
+    scale: ScaleModel
+    appearance: RedetectionModel
     border: Floats
-    searchers: Annotated[Floats, ELLIPSES]
-    sizing: bool
+    search_particles: Annotated[Floats, ELLIPSES]
+    scale_due: bool
     factors: Annotated[Floats, Array(least=1e-6)]
-    standing: Standing
+    target: TargetStatus
 
 
-class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
+class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
     """The default tracker; as many particles as look at a window search for a missed target.
 
     Attributes
     ----------
-    sizes
+    scale
         The cue for the size.
-    search
+    redetection
         How a target is searched for.
     border_gain
         How much the posterior across the border counts, beside the sizes' filter, for the size.
     turn
         In radians, by which a target is turned to see whether that makes it certain.
-    trust
+    gate
         How certain it must be to learn, and not to be lost.
     calibration
         From 1 - certainty to the confidence.
     """
 
-    sizes: Sizes = Sizes()
-    search: Search = Search()
+    scale: ScaleFilter = ScaleFilter()
+    redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
     turn: Positive = 0.25
-    trust: Trust = Trust()
+    gate: ConfidenceGate = ConfidenceGate()
     calibration: Calibration = Calibration(middle=0.73, width=0.05)
 
     @cached_property
@@ -121,12 +121,12 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, Info]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Learn the target in the box around `region` and start tracking it."""
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
         posterior = self.posterior.learn(frame, box)
-        integral = self.posterior.integral(posterior, posterior.grid.cut(frame, box))
+        integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         state = DiscriminativeState(
             time=frame.time,
@@ -134,53 +134,57 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
             shape=region,
             correlation=correlation,
             posterior=posterior,
-            sizes=self.sizes.learn(frame, box),
-            looks=self.search.learn(frame, box),
+            scale=self.scale.learn(frame, box),
+            appearance=self.redetection.learn(frame, box),
             contrast=contrast(integral, middle),
             border=borders(integral, middle[None])[0],
-            searchers=NOBODY,
-            sizing=True,
+            search_particles=NO_PARTICLES,
+            scale_due=True,
             factors=np.ones(1),
-            standing=Standing(),
+            target=TargetStatus(),
         )
         return state, self._put(state, frame)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
-    ) -> tuple[DiscriminativeState, Info]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
-        look = self.look(rng, state, frame, state.ellipse)
-        doubted = look.certainty < self.trust.of_first * state.standing.reference
-        turning = doubted and not state.sizing
+        look = self.localize(rng, state, frame, state.ellipse)
+        doubted = look.certainty < self.gate.relative_to_start * state.target.reference
+        turning = doubted and not state.scale_due
         if turning:
             look = self._turn(rng, state, frame, look)
-        missed = not self.trust.keeps(look.certainty, state.standing.reference)
+        missed = not self.gate.is_present(look.certainty, state.target.reference)
         elsewhere = None
-        if missed and not (turning and state.standing.missed):
+        if missed and not (turning and state.target.frames_missed):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         look = elsewhere or look
-        place, spectra = look.found, None
-        if state.sizing and elsewhere is None and self.trust.trusts(state.standing):
+        place, spectra = look.pose, None
+        if state.scale_due and elsewhere is None and self.gate.was_present(state.target):
             state, place, spectra = self._sized(rng, state, frame, look)
-        if place != look.found or math.hypot(*look.box[:2].tolist()) > NEAR:
-            look, spectra = self.look(rng, state, frame, place), None
+        if place != look.pose or math.hypot(*look.box[:2].tolist()) > CENTERED:
+            look, spectra = self.localize(rng, state, frame, place), None
         after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
-        if learned and state.sizing:
+        if learned and state.scale_due:
             if spectra is None:
-                spectra = self.sizes.spectra(state.sizes, frame, after.ellipse)
-            after = replace(after, sizes=self.sizes.taught(state.sizes, spectra, self.sizes.rate))
-        return replace(after, sizing=not state.sizing), info
+                spectra = self.scale.spectra(state.scale, frame, after.ellipse)
+            after = replace(
+                after, scale=self.scale.updated(state.scale, spectra, self.scale.learning_rate)
+            )
+        return replace(after, scale_due=not state.scale_due), info
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, Info]:
+    ) -> tuple[DiscriminativeState, StepInfo]:
         """Put the target at `region` of the current frame; what was learned is kept."""
         state = replace(
             state,
             ellipse=Ellipse.from_box(region.box),
             shape=region,
-            searchers=NOBODY,
-            standing=state.standing._replace(status=Status.TRACKING, missed=0, agreed=0, against=0),
+            search_particles=NO_PARTICLES,
+            target=state.target._replace(
+                status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
+            ),
         )
         return state, self._put(state, frame)
 
@@ -188,23 +192,37 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
         fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
-        searchers = rows(np.zeros(5), state.searchers) if len(state.searchers) else NOBODY
+        searchers = (
+            rows(np.zeros(5), state.search_particles)
+            if len(state.search_particles)
+            else NO_PARTICLES
+        )
         factors = rows(1.0, state.factors)
-        check(state, replace(fresh, searchers=searchers, factors=factors), "state")
+        check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
 
     def _turn(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
-    ) -> Look:
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
+    ) -> WindowEstimate:
         """Return a look, or a surer one at the same place turned to either side."""
         looks = [
-            self.look(rng, state, frame, look.place._replace(theta=look.place.theta + turn))
+            self.localize(
+                rng, state, frame, look.window_pose._replace(theta=look.window_pose.theta + turn)
+            )
             for turn in (-self.turn, self.turn)
         ]
         best = max(looks, key=lambda look: look.certainty)
-        return best if best.certainty > TURNED * look.certainty else look
+        return best if best.certainty > TURN_GAIN * look.certainty else look
 
     def _sized(
-        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, look: Look
+        self,
+        rng: np.random.Generator,
+        state: DiscriminativeState,
+        frame: Frame,
+        look: WindowEstimate,
     ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
         """Return the state with particles of its size, the likeliest one, and what was seen.
 
@@ -212,9 +230,9 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         outside of its border is what it was. The likeliest one is taken, not the mean: what is
         nearer to the last size than half a step is no change, so that noise does not add up.
         """
-        model, sizes = state.sizes, self.sizes
-        factors = np.clip(sizes.factors, *limits(look.found, frame))
-        spectra = sizes.spectra(model, frame, look.found)
+        model, sizes = state.scale, self.scale
+        factors = np.clip(sizes.factors, *limits(look.pose, frame))
+        spectra = sizes.spectra(model, frame, look.pose)
         pool = sizes.response(model, spectra).astype(np.float64)
         boxes = np.tile(look.box, (sizes.count, 1))
         boxes[:, 2:] *= factors[:, None]
@@ -223,12 +241,12 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         weights = Weights.from_log(pool / self.sigma)
         chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
         likeliest = float(factors[np.argmax(pool)])
-        place = look.found._replace(a=likeliest * look.found.a, b=likeliest * look.found.b)
+        place = look.pose._replace(a=likeliest * look.pose.a, b=likeliest * look.pose.b)
         return replace(state, factors=chosen), place, spectra
 
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
-    ) -> tuple[DiscriminativeState, Look | None]:
+    ) -> tuple[DiscriminativeState, WindowEstimate | None]:
         """Return a look at where else the target is, if anywhere.
 
         Parameters
@@ -236,40 +254,40 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         here
             How certain it is where it was.
         """
-        searchers = state.searchers
+        searchers = state.search_particles
         if not len(searchers):
             searchers = np.tile(np.array(state.ellipse), (self.particles, 1))
-        searchers, places = self.search.step(
-            rng, state.looks, searchers, frame, state.ellipse, state.standing.missed + 1
+        searchers, places = self.redetection.step(
+            rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
         )
-        looks = [self.look(rng, state, frame, place) for place in places]
+        looks = [self.localize(rng, state, frame, place) for place in places]
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
-        there &= self.trust.finds(best.certainty, state.standing.reference)
-        return replace(state, searchers=searchers), best if there else None
+        there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
+        return replace(state, search_particles=searchers), best if there else None
 
     def _observe(
         self,
         state: DiscriminativeState,
         frame: Frame,
-        look: Look,
+        look: WindowEstimate,
         *,
         jumped: bool,
-    ) -> tuple[DiscriminativeState, Info, bool]:
+    ) -> tuple[DiscriminativeState, StepInfo, bool]:
         """Judge and learn what was seen at last."""
-        standing, there, learned = self.trust.judge(
-            state.standing, look.certainty, look.response, jumped=jumped
+        standing, there, learned = self.gate.update(
+            state.target, look.certainty, look.response, jumped=jumped
         )
-        followed = there or self.trust.follows(look.certainty, state.standing)
-        found = look.found if followed else state.ellipse
+        followed = there or self.gate.may_move(look.certainty, state.target)
+        found = look.pose if followed else state.ellipse
         if not learned and not jumped:  # a size seen by one who is not sure is none
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
             state,
             time=frame.time,
             ellipse=found,
-            standing=standing,
-            searchers=state.searchers if standing.missed else NOBODY,
+            target=standing,
+            search_particles=state.search_particles if standing.frames_missed else NO_PARTICLES,
         )
         if learned:
             after = self._learned(after, look)
@@ -280,13 +298,13 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
             # The size is the likeliest one; the particles say how sure that is.
             ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
         else:
-            ellipses = state.searchers
+            ellipses = state.search_particles
             if not len(ellipses):  # the first look was certain, the second was not
                 ellipses = np.tile(np.array(found), (self.particles, 1))
             weights = Weights.uniform(len(ellipses))
         return after, self._told(after, frame, ellipses, weights, look.certainty), learned
 
-    def _put(self, state: DiscriminativeState, frame: Frame) -> Info:
+    def _put(self, state: DiscriminativeState, frame: Frame) -> StepInfo:
         """Return what there is to say of a target that somebody else has found."""
         ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
         return self._told(state, frame, ellipses, Weights.uniform(self.particles), 1.0)
@@ -298,7 +316,7 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         ellipses: Floats,
         weights: Weights,
         certainty: float,
-    ) -> Info:
+    ) -> StepInfo:
         """Return the estimate in the form of the first region, and the particles."""
         size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
         shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
@@ -316,37 +334,41 @@ class Discriminative(Looking, frozen=True, dict=True, tag="discriminative"):
         covariance = mean_ellipse(shaped, weights.values)[1]
         if certainty < 1:
             side = 2 * math.sqrt(state.ellipse.a * state.ellipse.b)
-            covariance[[0, 1], [0, 1]] += (UNSEEN * side) ** 2
+            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * side) ** 2
         track = Track(
             frame=frame.index,
             time=frame.time,
             ellipse=found,
             covariance=covariance,
             confidence=self.calibration.probability(1 - certainty),
-            status=state.standing.status,
+            status=state.target.status,
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self.color_share(state)
-        return Info(
+        share = self.color_weight(state)
+        return StepInfo(
             track,
             shaped,
             weights.values,
             np.full(len(shaped), 1 - certainty),
-            len(shaped) if state.standing.missed == 0 else 0,
+            len(shaped) if state.target.frames_missed == 0 else 0,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
 
-    def _learned(self, state: DiscriminativeState, look: Look) -> DiscriminativeState:
+    def _learned(self, state: DiscriminativeState, look: WindowEstimate) -> DiscriminativeState:
         """Return the state after a frame of which the tracker is certain."""
         x, y = look.box[:2].tolist()
         border = borders(look.integral, look.box[None])[0]
         correlation, posterior = self.correlation, self.posterior
         return replace(
             state,
-            correlation=correlation.taught(state.correlation, look.spectra, correlation.rate, x, y),
-            posterior=posterior.taught(state.posterior, look.window, posterior.rate, x, y),
-            contrast=(1 - STEADY) * state.contrast + STEADY * look.contrast,
-            border=(1 - STEADY) * state.border + STEADY * border,
+            correlation=correlation.updated(
+                state.correlation, look.spectra, correlation.learning_rate, x, y
+            ),
+            posterior=posterior.updated(
+                state.posterior, look.window, posterior.learning_rate, x, y
+            ),
+            contrast=(1 - RUNNING_MEAN_RATE) * state.contrast + RUNNING_MEAN_RATE * look.contrast,
+            border=(1 - RUNNING_MEAN_RATE) * state.border + RUNNING_MEAN_RATE * border,
         )

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Background:
+class BackgroundStatistics:
     """How well the background resembles a target: mean and standard deviation of rho."""
 
     mean: float
@@ -45,26 +45,26 @@ class AppearanceRule(Config, frozen=True):
         The rule also asks for this share of the way from mu to a perfect match, 1. Particles gather
         where the background resembles the target most, which mu + 2 sigma, a statement about places
         chosen blindly, does not foresee; 0 is the paper's rule.
-    ceiling
+    max_threshold
         The rule never asks for a larger rho than this. Where the background is as like the target
         as in gray or dim film, mu + 2 sigma may lie above 1, where no target could fulfill it.
-    step
+    stride
         The background is looked at every so many pixels in x and y; 1 is every pixel.
-    places
-        It is looked at around no more places than this; in a larger frame, `step` is larger.
+    max_positions
+        It is looked at around no more places than this; in a larger frame, `stride` is larger.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
     frames: Count = 5
     deviations: NonNegative = 2.0
     margin: Share = 0.0
-    ceiling: Share = 0.9
-    step: Count = 1
-    places: Count = 400_000
+    max_threshold: Share = 0.9
+    stride: Count = 1
+    max_positions: Count = 400_000
 
     def background(
         self, cue: Cue, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
-    ) -> Background:
+    ) -> BackgroundStatistics:
         """Return mean and standard deviation of rho over every pixel (equations 11 and 12).
 
         Parameters
@@ -79,7 +79,9 @@ class AppearanceRule(Config, frozen=True):
             Whether the frame shows the target in `region`; pixels where the moved region would
             overlap it are then left out, unless there are no others.
         """
-        step = max(self.step, math.ceil(math.sqrt(frame.width * frame.height / self.places)))
+        step = max(
+            self.stride, math.ceil(math.sqrt(frame.width * frame.height / self.max_positions))
+        )
         y, x = np.mgrid[: frame.height : step, : frame.width : step]
         moved = np.empty((x.size, 5))
         moved[:, 0], moved[:, 1], moved[:, 2:] = x.ravel(), y.ravel(), region[2:]
@@ -94,15 +96,15 @@ class AppearanceRule(Config, frozen=True):
         with ThreadPoolExecutor(cores()) as pool:
             parts = pool.map(partial(cue.distances, model, frame), np.array_split(moved, cores()))
             rho = 1 - np.concatenate(list(parts)) ** 2
-        return Background(float(rho.mean()), float(rho.std()))
+        return BackgroundStatistics(float(rho.mean()), float(rho.std()))
 
-    def threshold(self, background: Background) -> float:
+    def threshold(self, background: BackgroundStatistics) -> float:
         """Return the rho above which a particle shows the target (equation 13)."""
         threshold = max(
             background.mean + self.deviations * background.deviation,
             background.mean + self.margin * (1 - background.mean),
         )
-        return min(threshold, self.ceiling)
+        return min(threshold, self.max_threshold)
 
     def next_status(self, before: Status, there: bool, missed: int) -> tuple[Status, int]:
         """Return the status after a frame, and for how many frames in a row the rule has failed.

@@ -59,10 +59,10 @@ class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
     squares: NotNegative
 
 
-Memory = KalmanMemory | GaussianMemory
+UpdaterState = KalmanMemory | GaussianMemory
 
 
-class Lesson(NamedTuple):
+class UpdateDiagnostics(NamedTuple):
     """What a strategy made of a frame.
 
     Attributes
@@ -81,12 +81,12 @@ class Lesson(NamedTuple):
     accepted: float
 
 
-class Learned(NamedTuple):
+class UpdateResult(NamedTuple):
     """A model's next histogram, with what the strategy remembers, and what it says, if anything."""
 
     histogram: Floats
-    memory: Memory | None = None
-    lesson: Lesson | None = None
+    memory: UpdaterState | None = None
+    diagnostics: UpdateDiagnostics | None = None
 
 
 class Strategy(Config, frozen=True):
@@ -99,8 +99,8 @@ class Strategy(Config, frozen=True):
 
     @abstractmethod
     def learn(
-        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
-    ) -> Learned:
+        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> UpdateResult:
         """Return what becomes of a model.
 
         Parameters
@@ -112,32 +112,32 @@ class Strategy(Config, frozen=True):
         """
 
 
-class Forgetting(Strategy, frozen=True, tag="forgetting"):
+class ExponentialForgetting(Strategy, frozen=True, tag="forgetting"):
     """The model moves by a fixed share; Nummiaro et al. name such models in sections IV and VIII.
 
     Attributes
     ----------
-    rate
+    learning_rate
         Share of each frame's estimate that enters the model; 0 keeps the model fixed.
     anchor
         Share of the first frame's model that is kept for good: what enters is taken from it by this
         share.
     """
 
-    rate: Share = 0.0
+    learning_rate: Share = 0.0
     anchor: Share = 0.0
 
     @property
     def learns(self) -> bool:
         """Whether the rate is above 0."""
-        return self.rate > 0
+        return self.learning_rate > 0
 
     def learn(
-        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
-    ) -> Learned:
+        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> UpdateResult:
         """Return the model moved towards what is seen; remembers nothing."""
         entering = self.anchor * first + (1 - self.anchor) * seen
-        return Learned((1 - self.rate) * histogram + self.rate * entering)
+        return UpdateResult((1 - self.learning_rate) * histogram + self.learning_rate * entering)
 
 
 class KalmanBins(Strategy, frozen=True, tag="kalman"):
@@ -166,8 +166,8 @@ class KalmanBins(Strategy, frozen=True, tag="kalman"):
     alpha: Annotated[float, Meta(ge=1e-6, le=0.5)] = 0.1
 
     def learn(
-        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
-    ) -> Learned:
+        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> UpdateResult:
         """Return the filtered model, or the same one if the test refuses the frame."""
         before = memory if isinstance(memory, KalmanMemory) else KalmanMemory()
         residuals = seen - histogram  # 8
@@ -181,15 +181,19 @@ class KalmanBins(Strategy, frozen=True, tag="kalman"):
         elif len(squares) == self.frames:
             noise = variance = 0.5 * usual  # 11
         else:
-            return Learned(histogram, KalmanMemory(squares), Lesson(residuals, 0.0, 1.0))
+            return UpdateResult(
+                histogram, KalmanMemory(squares), UpdateDiagnostics(residuals, 0.0, 1.0)
+            )
         predicted = variance + drift  # 4
         if self._refuses(samples, mean - usual):  # the model stays (15): nothing was measured
             memory = KalmanMemory(squares, noise, predicted)
-            return Learned(histogram, memory, Lesson(residuals, 0.0, 0.0))
+            return UpdateResult(histogram, memory, UpdateDiagnostics(residuals, 0.0, 0.0))
         total = predicted + noise
         gain = predicted / total if total > 0 else 0.0  # 5; without any residual there is no noise
         memory = KalmanMemory(squares, noise, (1 - gain) * predicted)  # 7
-        return Learned(histogram + gain * residuals, memory, Lesson(residuals, gain, 1.0))  # 6
+        return UpdateResult(
+            histogram + gain * residuals, memory, UpdateDiagnostics(residuals, gain, 1.0)
+        )  # 6
 
     def _refuses(self, samples: Floats, excess: float) -> bool:
         """Tell whether samples whose mean is so far above the usual one are too large (14)."""
@@ -219,8 +223,8 @@ class GaussianBins(Strategy, frozen=True, tag="gaussian"):
     deviations: NonNegative = 3.0
 
     def learn(
-        self, memory: Memory | None, histogram: Floats, first: Floats, seen: Floats
-    ) -> Learned:
+        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+    ) -> UpdateResult:
         """Return the model moved towards the mean."""
         if not isinstance(memory, GaussianMemory):
             memory = GaussianMemory(1, first, np.zeros_like(first))
@@ -230,14 +234,14 @@ class GaussianBins(Strategy, frozen=True, tag="gaussian"):
         near = np.abs(histogram - mean) <= self.deviations * np.sqrt(squares / frames)
         moved = np.where(near, self.beta * mean + (1 - self.beta) * histogram, mean)
         moved /= moved.sum()
-        lesson = Lesson(seen - histogram, self.beta, float(near.mean()))
-        return Learned(moved, GaussianMemory(frames, mean, squares), lesson)
+        lesson = UpdateDiagnostics(seen - histogram, self.beta, float(near.mean()))
+        return UpdateResult(moved, GaussianMemory(frames, mean, squares), lesson)
 
 
-AnyStrategy = Forgetting | KalmanBins | GaussianBins
+AnyStrategy = ExponentialForgetting | KalmanBins | GaussianBins
 
 
-class ByCue(Config, frozen=True, tag="by_cue"):
+class PerCue(Config, frozen=True, tag="per_cue"):
     """A strategy for each cue.
 
     Attributes
@@ -249,7 +253,7 @@ class ByCue(Config, frozen=True, tag="by_cue"):
     cues: dict[str, AnyStrategy] = {}  # noqa: RUF012  (msgspec copies it)
 
 
-Adaptation = AnyStrategy | ByCue
+Adaptation = AnyStrategy | PerCue
 
 
 @lru_cache(maxsize=64)

@@ -20,7 +20,7 @@ QUANTILE = 2.326
 """Of the normal distribution, at 99 %."""
 
 
-class Budget(Config, frozen=True):
+class KldSampling(Config, frozen=True):
     """KLD sampling: more particles where the target may be in more places, and fewer where not.
 
     Fox, KLD-sampling: adaptive particle filters, NIPS 2001, equation 7: with n samples the
@@ -30,7 +30,7 @@ class Budget(Config, frozen=True):
 
     Attributes
     ----------
-    least, most
+    min, max
         The number of particles is never outside this range.
     error
         The divergence that is allowed.
@@ -39,15 +39,15 @@ class Budget(Config, frozen=True):
         logarithms for its size.
     """
 
-    least: Particles = 50
-    most: Particles = 500
+    min: Particles = 50
+    max: Particles = 500
     error: Annotated[float, Meta(gt=0, le=10)] = 0.2
     bin: Annotated[float, Meta(ge=1e-3, le=100)] = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.least > self.most:
-            raise ConfigError(f"least is {self.least}, and most is {self.most}; exchange them.")
+        if self.min > self.max:
+            raise ConfigError(f"least is {self.min}, and most is {self.max}; exchange them.")
 
     def count(self, ellipses: Floats, first: Ellipse) -> int:
         """Return how many particles the spread of ellipses (N, 5) asks for."""
@@ -61,7 +61,7 @@ class Budget(Config, frozen=True):
         """Return how many particles the spread of places (N, d) asks for, in the units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
         k = len(np.unique(bins @ [1 << 20 * axis for axis in range(bins.shape[1])]))
-        return min(max(self._needed(k), self.least), self.most)
+        return min(max(self._needed(k), self.min), self.max)
 
     def _needed(self, bins: int) -> int:
         """Return n for k bins; one bin needs no more than one particle."""
@@ -72,7 +72,7 @@ class Budget(Config, frozen=True):
         return math.ceil((bins - 1) / (2 * self.error) * shape)
 
 
-class Pace:
+class SpeedBudget:
     """Learns from the time that steps take how many particles a rate of frames allows.
 
     Parameters
@@ -92,7 +92,7 @@ class Pace:
         self._costs.append(seconds / particles)
 
     @property
-    def affordable(self) -> int | None:
+    def max_particles(self) -> int | None:
         """So many particles can be afforded; None before anything is known."""
         if not self._costs:
             return None

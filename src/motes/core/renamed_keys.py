@@ -1,0 +1,32 @@
+"""Keys of configurations that had another name, which users may still have in a file or script."""
+
+RENAMED = {
+    "alone": "max_time_without_detection",
+    "ceiling": "max_threshold",
+    "confirm": "min_hits",
+    "covered": "occlusion_overlap",
+    "double": "duplicate_overlap",
+    "doubt": "min_score_quantile",
+    "farewell": "max_age_at_border",
+    "find_of_first": "find_relative_to_start",
+    "inertia": "velocity_smoothing",
+    "kept": "kept_fraction",
+    "larger": "merged_blob_ratio",
+    "least": "min",
+    "least_patience": "min_max_age",
+    "most": "max",
+    "of_first": "relative_to_start",
+    "patience": "max_age",
+    "places": "max_positions",
+    "rate": "learning_rate",
+    "reach": "gate_radius",
+    "search": "redetection",
+    "sizes": "scale",
+    "spread": "gate_growth",
+    "steadiness": "size_smoothing",
+    "step": "stride",
+    "trust": "gate",
+    "turned": "rotation_normalized",
+    "within": "containment",
+}
+"""The last part of a key, old to new."""
