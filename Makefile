@@ -22,7 +22,7 @@ demo: $(READY)
 	$(BIN)/motes demo --out demo --overwrite
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -150,7 +150,7 @@ def test_values_that_cannot_be_are_refused(
     "data",
     [
         b"\x91" * 100_000,
-        msgspec.msgpack.encode({"motes": 2, "config": {}, "seed": 0}),
+        msgspec.msgpack.encode({"motes": 3, "config": {}, "seed": 0}),
         msgspec.msgpack.encode([2]),
         changed(example("nummiaro", "started"), ("random",), "[" * 100_000),
         changed(example("nummiaro", "started"), ("random",), "{}"),

@@ -45,9 +45,8 @@ def tracker_config(
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    settings = as_keys(settings)
     check_settings(command, to_dict(base), settings)
-    return presets.configure(base, settings)
+    return presets.configure(base, as_keys(settings))
 
 
 def as_keys(settings: dict[str, Any]) -> dict[str, Any]:
@@ -69,7 +68,7 @@ def check_settings(
         With the nearest known key or option.
     """
     known = list(known)
-    unknown = [key for key in settings if key not in known]
+    unknown = [key for key in settings if key.replace("-", "_") not in known]
     if unknown and "type" not in settings:
         raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
 

@@ -246,9 +246,8 @@ def _watch_config(
         config = laid_over(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = laid_over(config, {"detector": detector_values(detector)})
-    settings = as_keys(settings)
     check_settings(watch, to_dict(config), settings)
-    return laid_over(config, settings)
+    return laid_over(config, as_keys(settings))
 
 
 def _places(
