@@ -4,11 +4,13 @@
     python benchmarks/hazards.py memory SECONDS COMMAND ...
     python benchmarks/hazards.py damage FOLDER empty|half|garbage|flips
     python benchmarks/hazards.py returns TIMES
+    python benchmarks/hazards.py signals SIGINT TIMES SECONDS
 
 `film` renders the demo's clip at 320x240, to and fro. `memory` runs a command and prints, every
 so many seconds, the memory of its process and of its children in MB, and their open handles.
 `damage` damages all kernels that a folder keeps. `returns` is about a camera that goes away and
-comes back.
+comes back. `signals` sends a signal at a random moment of the first so many seconds of a run, and
+counts exit codes and messages that are no summary.
 """
 
 from __future__ import annotations
@@ -16,15 +18,19 @@ from __future__ import annotations
 import multiprocessing
 import os
 import random
+import signal
 import subprocess
 import sys
+import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+TESTS = Path(__file__).resolve().parents[1] / "tests"
+sys.path += [str(TESTS), str(TESTS / "mot")]
 
 PICTURES = 15
 """Between two absences of the camera."""
@@ -40,6 +46,37 @@ def film(path: str, frames: str) -> None:
     with VideoWriter(path, 30) as writer:
         for index in range(int(frames)):
             writer.write(around[index % len(around)])
+
+
+def signals(name: str, times: str, seconds: str) -> None:
+    """Interrupt runs at random moments."""
+    number, rng, ends = signal.Signals[name], random.Random(0), Counter[tuple[int, bool]]()
+    run = "import sys; from motes.cli import main; print(flush=True); sys.exit(main())"
+    with tempfile.TemporaryDirectory() as folder:
+        film(f"{folder}/film.mp4", "3000")
+        line = ["track", f"{folder}/film.mp4", "--init", "31,161,34,27", "--overwrite"]
+        for _ in range(int(times)):
+            program = subprocess.Popen(
+                [sys.executable, "-c", run, *line, "-o", f"{folder}/rows.csv"],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+            assert program.stdout is not None
+            program.stdout.readline()
+            time.sleep(rng.uniform(0, float(seconds)))
+            program.send_signal(number)
+            _, error = program.communicate()
+            odd = [text for text in error.splitlines() if _is_odd(text)]
+            ends[program.returncode, bool(odd)] += 1
+            print(*odd, sep="\n", end="\n" if odd else "")
+    for (code, strange), count in sorted(ends.items()):
+        print(count, "times exit code", code, "with other messages" * strange)
+
+
+def _is_odd(message: str) -> bool:
+    """Return whether a line is not one of what a run says when it is interrupted."""
+    return not message.startswith(("motes: ", "Compiling")) or "error:" in message
 
 
 def memory(seconds: str, *command: str) -> None:
@@ -142,7 +179,13 @@ def _serve(pipe: Connection, away: Event) -> None:
 
 
 if __name__ == "__main__":
-    actions = {"film": film, "memory": memory, "damage": damage, "returns": returns}
+    actions = {
+        "film": film,
+        "memory": memory,
+        "damage": damage,
+        "returns": returns,
+        "signals": signals,
+    }
     if len(sys.argv) < 3 or sys.argv[1] not in actions:
         sys.exit(__doc__)
     actions[sys.argv[1]](*sys.argv[2:])  # type: ignore[operator]

@@ -87,7 +87,7 @@ def test_the_overlay_shows_all_estimates_and_particles_but_of_mean_shift(folder:
         assert (change[..., 2] > 50).sum() > 150  # the outline, blue and white
         pink.append(int((change[..., 2] - change[..., 1] > 60).sum()))
         assert np.abs(change).max(axis=2).mean() < 80  # the rest is as it was
-    assert min(pink[:2]) > 2 * pink[2]
+    assert min(pink[:2]) > 1.5 * pink[2]  # which has outlines in these colors alone
 
 
 def test_a_short_clip_still_has_a_strip(folder: Path) -> None:
