@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import termios
+import threading
 import time
 from collections.abc import Callable, Iterator
 from fcntl import ioctl
@@ -22,6 +23,7 @@ from motes import open_source
 from motes.core import interrupts
 from motes.core.interrupts import SIGNALS, Interrupt, check, deferred, raised
 from motes.evaluation import synthetic
+from motes.video.prefetch import prefetch
 from motes.video.writer import VideoWriter
 
 PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
@@ -265,3 +267,24 @@ def test_ignored_signals_stay_ignored() -> None:
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_while_a_thread_begins_leaves_none_behind(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Interrupted(threading.Thread):
+        def start(self) -> None:
+            super().start()
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def endless() -> Iterator[int]:
+        while True:
+            time.sleep(0.001)
+            yield 0
+
+    items, before = endless(), threading.active_count()
+    monkeypatch.setattr(threading, "Thread", Interrupted)
+    with pytest.raises(Interrupt), raised(), prefetch(items):
+        pass
+    assert threading.active_count() == before
+    items.close()  # type: ignore[attr-defined]  # which a thread in it would not allow

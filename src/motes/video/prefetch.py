@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
+from motes.core.interrupts import deferred
+
 T = TypeVar("T")
 AHEAD = 4
 """So many frames are decoded before they are asked for; more would only need more memory."""
@@ -42,18 +44,19 @@ def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
             raise item.error
 
     thread = threading.Thread(target=get, name="prefetch", daemon=True)
-    thread.start()
     try:
+        with deferred():  # else an interrupt may leave a thread behind that nobody ends
+            thread.start()
         yield hand_over()
     finally:
-        stopped.set()
-        while thread.is_alive():  # make room, in case it waits to hand over
-            with contextlib.suppress(queue.Empty):
-                ready.get(timeout=0.01)
-        thread.join()
-        while not ready.empty():
-            ready.get()
-        ready.put(_End(None))
+        with deferred():
+            stopped.set()
+            while thread.is_alive():  # make room, in case it waits to hand over
+                with contextlib.suppress(queue.Empty):
+                    ready.get(timeout=0.01)
+            while not ready.empty():
+                ready.get()
+            ready.put(_End(None))
 
 
 @dataclass(frozen=True, slots=True)
