@@ -44,7 +44,7 @@ def _lacks_memory(error: Exception) -> bool:
 
 
 def _unknown_option(error: MissingArgumentError) -> str | None:
-    """Return what to say of an option without a value that is no key of the configuration.
+    """Return the message for an option without a value that is no key of the configuration.
 
     The parser takes every unknown option for a key.
     """

@@ -87,7 +87,7 @@ def no_such_option(command: Callable[..., object], flag: str, known: Iterable[st
 
 @contextlib.contextmanager
 def error_context(where: Path | str) -> Iterator[None]:
-    """Say of a configuration's error which file or option it is in."""
+    """Add the file or option to the message of a configuration's error."""
     try:
         yield
     except ConfigError as error:

@@ -14,7 +14,7 @@ from motes.core.geometry import Box
 from motes.mot.pairs import Floats, Integers, meeting
 
 MARGIN = 1.0
-"""Candidates are looked for so many pixels farther than they may be: rounding must lose none."""
+"""Pixels by which the search for candidates reaches farther, so that rounding loses none."""
 
 
 class DetectionOutcome(StrEnum):

@@ -39,7 +39,7 @@ DIGITS = 9
 """Of results after the point: enough to be read back as they were, but for rounding."""
 
 AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
-"""What is said of rows that must have an area."""
+"""The word in the error for rows that must have an area."""
 
 _NEEDED = 7
 

@@ -1,4 +1,4 @@
-"""What a tracker said of a sequence, frame by frame, in memory and in a file."""
+"""The output of a tracker on a sequence, frame by frame, in memory and in a file."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ NOWHERE = Ellipse(*[float("nan")] * 5)
 
 
 def trace_of(rows: list[Row]) -> TrackerOutput:
-    """Return what rows say, as arrays."""
+    """Return rows as arrays."""
     frames, ellipses, confidence, lost, seconds, events, covariances = zip(*rows, strict=True)
     return TrackerOutput(
         np.array(frames, np.int64),

@@ -48,7 +48,7 @@ class CameraProcess:
         """When it is started again; None while it runs, and after its end."""
         self._args = camera, seed, origin
         self._told = self._frames = self._identities = 0
-        """How many frames it has told of, and the first numbers that no frame and nobody has."""
+        """The number of reported frames, and the first free numbers of a frame and of an identity."""
         self._ended: float | None = None
         self._failed_at, self._pause = -1, CAMERA_TIMEOUT
         self._start()
@@ -131,7 +131,7 @@ def _renumbered(sighting: ObjectReport, offset: int) -> ObjectReport:
 
 
 def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
-    """Watch a camera until it ends, and tell what it sees."""
+    """Watch a camera until it ends, and send a report for each frame."""
     os.dup2(2, 1)  # standard output is for rows
     parent = multiprocessing.parent_process()
     assert parent is not None
