@@ -48,7 +48,7 @@ class CameraProcess:
         """When it is started again; None while it runs, and after its end."""
         self._args = camera, seed, origin
         self._told = self._frames = self._identities = 0
-        """The number of reported frames, and the first free numbers of a frame and of an identity."""
+        """The number of reported frames, and the first free numbers of frames and identities."""
         self._ended: float | None = None
         self._failed_at, self._pause = -1, CAMERA_TIMEOUT
         self._start()
