@@ -17,7 +17,6 @@ import pytest
 
 import arena
 from arena import tracks, wait_for
-from motes import Tracker
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
@@ -40,8 +39,6 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "empty").mkdir()
     (folder / "mine.py").write_text(arena.TRACKERS)
     (folder / "my.toml").write_text("particles = 30\n")
-    frame, truths = clip[0]
-    Tracker("nummiaro").init(frame, truths[0].ellipse)  # compiles, so no command says it does
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr(sys, "path", sys.path[:])

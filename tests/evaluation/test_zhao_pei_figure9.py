@@ -13,7 +13,7 @@ import pytest
 import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.cli import experiment, main
+from motes.cli import main
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -182,7 +182,6 @@ def test_bad_input_is_answered_in_one_line(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(experiment, "announce_compiling", lambda: None)
     for name in "ab":
         write_crowd(tmp_path / name)
     (tmp_path / "empty" / "gt").mkdir(parents=True)

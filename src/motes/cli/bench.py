@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_output import Out, Output, show
 from motes.cli.input_checks import check_counts, read_text
-from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling
+from motes.cli.options import OUTPUT, RUN, Overwrite
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
@@ -66,7 +66,6 @@ def bench(
     tables = (*TABLES, *["against"] * (stored is not None))
     folder = out or (Path("bench") if plot else None)
     output = Output("bench", tables, folder, overwrite, plot=plot)
-    announce_compiling()
     return show(_measured(frames, rounds, stored, plot), output)
 
 

@@ -20,14 +20,12 @@ from motes.cli.options import (
     FirstPixel,
     Overwrite,
     Workers,
-    announce_compiling,
     log,
 )
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, SourceError
 from motes.core.interrupts import check
 from motes.evaluation import mot_scores, runner
-from motes.evaluation.adapters.mot import SCENE
 from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
 from motes.evaluation.adapters.sot import Own
 from motes.evaluation.aggregate import Evaluation
@@ -216,8 +214,6 @@ def evaluate(
     now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
-    if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
-        announce_compiling()
     errors: dict[Pass, str] = {}
     interrupted: KeyboardInterrupt | None = None
     try:

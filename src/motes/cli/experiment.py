@@ -14,7 +14,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.experiment_output import Out, Output, show
 from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
-from motes.cli.options import RUN, FirstPixel, Overwrite, Workers, announce_compiling
+from motes.cli.options import RUN, FirstPixel, Overwrite, Workers
 from motes.core.errors import ConfigError, SourceError
 
 if TYPE_CHECKING:
@@ -81,7 +81,6 @@ def ng_delp_table1(
 
     from motes.evaluation.papers import ng_delp_table1, sample_regions
 
-    announce_compiling()
     found = (
         sample_regions.followed(source, box, preset, seeds)
         if source and box
@@ -144,7 +143,6 @@ def two_rooms(
 
     from motes.evaluation.papers import two_rooms as rooms
 
-    announce_compiling()
     return show(rooms.two_rooms(seeds, frames), output)
 
 
@@ -169,7 +167,6 @@ def nummiaro_figure9(
 
     from motes.evaluation.papers import nummiaro_figure9, sample_regions
 
-    announce_compiling()
     found = (
         sample_regions.followed(source, box, "nummiaro", 1)
         if source and box
@@ -344,7 +341,6 @@ def zhao_figure9(
     if has_crowds(sequence):
         crowds, problems = load_crowds(sequence)
         _refuse_none(sequence, crowds, problems)
-        announce_compiling()
     else:
         films, problems = _films(sequence, first_pixel)
         crowds = [zhao_pei_figure9.crowd_of(film) for film in films]
@@ -382,7 +378,6 @@ def occlusions(
 
     from motes.evaluation.papers import occlusions as experiment
 
-    announce_compiling()
     return show(experiment.occlusions(lengths, counts, least), output)
 
 
@@ -404,7 +399,6 @@ def _on_clips(
 ) -> int:
     """Do an experiment on rendered clips, one for each scenery."""
     check_counts(seeds=seeds, clips=clips)
-    announce_compiling()
     return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
 
 
@@ -413,7 +407,6 @@ def _films(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film]
 
     films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
     _refuse_none(dataset, films, problems)
-    announce_compiling()
     return films, problems
 
 

@@ -20,7 +20,6 @@ from motes.cli.options import (
     Overwrite,
     Preset,
     Settings,
-    announce_compiling,
     log,
 )
 from motes.core.errors import ConfigError
@@ -72,7 +71,6 @@ def histogram(
     with open_source(source, start=frame, end=frame + 1) as film:
         picture = next(film)
     place = region_within(region, picture.width, picture.height)
-    announce_compiling()
     target = Target.learn(color, picture, place)
     target.save(output)
     log(

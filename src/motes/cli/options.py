@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -151,20 +150,3 @@ Overwrite = Annotated[
 def log(message: str) -> None:
     """Print a line for people."""
     print(f"motes: {clear(message)}", file=sys.stderr)
-
-
-def announce_compiling() -> None:
-    """Tell the user why a start takes long, if kernels must be compiled in it."""
-    from motes.kernels import compiling
-
-    folder = compiling.FOLDER
-    writable = folder is not None and os.access(folder, os.W_OK)
-    kept = "once for this machine; later starts are quick."
-    lost = "there is no folder to keep them in (see motes doctor)."
-    why = kept if writable else lost
-    compiling.when_compiling(lambda: log(f"Compiling kernels, {why}"))
-    if writable:
-        advice = "make room there, or every start compiles."
-        compiling.when_unkept(
-            lambda error: log(f"{folder} cannot keep them: {error.strerror}; {advice}")
-        )

@@ -33,7 +33,6 @@ from motes.cli.options import (
     Overwrite,
     Preset,
     Settings,
-    announce_compiling,
     log,
 )
 from motes.core import interrupts
@@ -265,7 +264,6 @@ def _run(
     from motes.cli.track_loop import follow
     from motes.sot.particle_filter import ParticleFilter
 
-    announce_compiling()
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     tally = RunStatistics(budget=chooses)
     steps = partial(follow, tracker, begin)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import run
-from motes.cli.options import announce_compiling, log
+from motes.cli.options import log
 from motes.cli.watch_outputs import Form, FrameResult, Output, Overlay, objects_output
 from motes.core import interrupts
 from motes.core.errors import MotesError
@@ -46,7 +46,6 @@ def track_several(
     outputs: Sequence[Output],
 ) -> int:
     """Follow the objects in regions of the first frame; their identities count from 1."""
-    announce_compiling()
     tally = Tally(len(regions))
 
     def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:

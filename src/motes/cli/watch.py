@@ -29,7 +29,6 @@ from motes.cli.options import (
     Label,
     Overwrite,
     Settings,
-    announce_compiling,
     log,
 )
 from motes.core import interrupts
@@ -298,7 +297,6 @@ def _run(film: Source, scene: Scene, counting: EventCounter, outputs: Sequence[O
     from motes.cli.frame_loop import run
     from motes.cli.watch_outputs import FrameResult
 
-    announce_compiling()
     frames, said = 0, set[str]()
 
     def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
