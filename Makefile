@@ -1,8 +1,11 @@
-# `make demo` and `make test` set everything up in .venv; they need python3 (3.11+) with venv.
+# `make demo` and `make test` set everything up in .venv; they need python3 (3.11+) with venv, its
+# header files, and a C++ compiler.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
+KERNELS := $(VENV)/kernels
 # What `make accuracy` measures, and on what: sequences in OTB's layout.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C+O-SS-ROH \
@@ -18,33 +21,33 @@ SEED := 0
 
 .PHONY: demo test lint bench accuracy fuzz kills clean
 
-demo: $(READY)
+demo: $(KERNELS)
 	$(BIN)/motes demo --out demo --overwrite
 
 test: lint
 	$(BIN)/python -m pytest -n auto
 
-lint: $(READY)
+lint: $(KERNELS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: $(READY)
+bench: $(KERNELS)
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
 	$(BIN)/motes bench --against docs/performance.md
 
-accuracy: $(READY)
+accuracy: $(KERNELS)
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
-fuzz: $(READY)
+fuzz: $(KERNELS)
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seconds $(SECONDS) --seed $(SEED)
 
-kills: $(READY)
+kills: $(KERNELS)
 	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
 
 # TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
-$(READY): pyproject.toml
+$(READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
@@ -52,5 +55,10 @@ $(READY): pyproject.toml
 	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@
 
+# The installation has compiled the kernels; here they are compiled anew when their sources change.
+$(KERNELS): $(READY) $(SOURCES)
+	$(BIN)/python setup.py --quiet build_ext --inplace
+	touch $@
+
 clean:
-	rm -rf $(VENV) demo accuracy fuzz
+	rm -rf $(VENV) build demo accuracy fuzz src/motes/kernels/*.so

@@ -20,6 +20,7 @@ from motes.core.saved_state import NotNegative
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 Floats = NDArray[np.float64]
 
@@ -99,9 +100,7 @@ class Edges(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             histograms,
         )
         return histograms

@@ -24,6 +24,7 @@ from motes.core.saved_state import NotNegative
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 Floats = NDArray[np.float64]
 Taps = NDArray[np.float32]
@@ -164,7 +165,7 @@ class Orientation(Config, frozen=True):
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
-            self.sampling.lattice, self.sampling.grid,
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES["uniform"]),
         )  # fmt: skip
         below = int((1 - self.kept_fraction) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
@@ -184,9 +185,7 @@ class Orientation(Config, frozen=True):
             plane.column,
             plane.row,
             plane.in_blocks(ellipses),
-            self.sampling.lattice,
-            self.sampling.grid,
-            PROFILES[self.kernel],
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]),
             threshold,
             shifts,
             histograms,

@@ -121,7 +121,7 @@ def ours(config: TrackerConfig, film: Film) -> Run:
     """Return a run of one of our trackers over a film's target; it has been started already."""
     tracker = Tracker(config)
     tracker.init(film.frames[0], film.regions[0])
-    copy.copy(tracker).update(film.frames[1])  # compiles what is not compiled yet
+    copy.copy(tracker).update(film.frames[1])  # imports what it needs
     return lambda: timed(copy.copy(tracker).update, film.frames[1:])
 
 

@@ -100,4 +100,4 @@ class SpeedBudget:
 
 
 RECENT = 15
-"""Steps whose median counts: a single slow one, as that which compiles kernels, does not matter."""
+"""Steps whose median counts: a single slow one does not matter."""
