@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
-from xml.sax.saxutils import escape, quoteattr
 
 import msgspec
 import numpy as np
@@ -109,6 +108,8 @@ def cvat(journal: Journal) -> Iterator[bytes]:
     Every box is a keyframe. In the first frame without the object a box that is `outside` ends it,
     as CVAT would draw it on otherwise.
     """
+    from xml.sax.saxutils import escape  # which imports all that talks over networks
+
     head, end = journal.head, 0
     spans: dict[int, tuple[int, int]] = {}
     for offset, picture in journal.pictures():
@@ -143,6 +144,8 @@ def cvat(journal: Journal) -> Iterator[bytes]:
 
 def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[bytes]:
     """Yield the track of an object that is in pictures from one offset to another."""
+    from xml.sax.saxutils import quoteattr
+
     begun, hidden = False, False
     shown: Corners | None = None
     for offset, picture in journal.pictures(first):

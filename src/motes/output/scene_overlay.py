@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
 
 from motes.core.frame import as_rgb
 from motes.core.track import Status
@@ -48,6 +47,8 @@ def draw_scene(
     places
         Lines and zones.
     """
+    from PIL import Image, ImageDraw
+
     image = Image.fromarray(as_rgb(pixels))
     pen = ImageDraw.Draw(image, "RGBA")
     line = max(1, round(min(image.size) / 240))
