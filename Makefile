@@ -19,31 +19,32 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: demo test lint bench accuracy fuzz kills clean
+.PHONY: ready demo test lint bench accuracy fuzz kills clean
 
-demo: $(KERNELS)
+demo: ready
 	$(BIN)/motes demo --out demo --overwrite
 
 test: lint
 	$(BIN)/python -m pytest -n auto
 
-lint: $(KERNELS)
+lint: ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror $(SOURCES)
 
-bench: $(KERNELS)
+bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
 	$(BIN)/motes bench --against docs/performance.md
 
-accuracy: $(KERNELS)
+accuracy: ready
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
-fuzz: $(KERNELS)
+fuzz: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seconds $(SECONDS) --seed $(SEED)
 
-kills: $(KERNELS)
+kills: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
 
 # TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
@@ -53,10 +54,14 @@ $(READY): pyproject.toml setup.py
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[all,dev]'
 	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
-	touch $@
+	touch $@ $(KERNELS)
 
-# The installation has compiled the kernels; here they are compiled anew when their sources change.
-$(KERNELS): $(READY) $(SOURCES)
+# The installation has compiled the kernels; they are compiled again when their sources change. A make
+# of its own looks at the times of files after the installation.
+ready: $(READY)
+	@$(MAKE) --no-print-directory $(KERNELS)
+
+$(KERNELS): $(SOURCES)
 	$(BIN)/python setup.py --quiet build_ext --inplace
 	touch $@
 

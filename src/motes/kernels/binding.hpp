@@ -41,10 +41,14 @@ constexpr char kind() {
 template <typename T>
 std::string type_name() {
     switch (kind<T>()) {
-        case 'c': return "complex" + std::to_string(8 * sizeof(T));
-        case 'f': return "float" + std::to_string(8 * sizeof(T));
-        case 'i': return "int" + std::to_string(8 * sizeof(T));
-        default: return "uint" + std::to_string(8 * sizeof(T));
+        case 'c':
+            return "complex" + std::to_string(8 * sizeof(T));
+        case 'f':
+            return "float" + std::to_string(8 * sizeof(T));
+        case 'i':
+            return "int" + std::to_string(8 * sizeof(T));
+        default:
+            return "uint" + std::to_string(8 * sizeof(T));
     }
 }
 
@@ -160,9 +164,15 @@ template <>
 struct Reader<Pair> : TupleReader<Pair, double, double> {};
 
 // Makes a Python object of what a kernel returns.
-inline PyObject* object_of(bool value) { return PyBool_FromLong(value); }
-inline PyObject* object_of(Index value) { return PyLong_FromSsize_t(value); }
-inline PyObject* object_of(double value) { return PyFloat_FromDouble(value); }
+inline PyObject* object_of(bool value) {
+    return PyBool_FromLong(value);
+}
+inline PyObject* object_of(Index value) {
+    return PyLong_FromSsize_t(value);
+}
+inline PyObject* object_of(double value) {
+    return PyFloat_FromDouble(value);
+}
 
 inline PyObject* object_of(const std::vector<float>& values) {
     npy_intp size = npy_intp(values.size());
@@ -274,10 +284,10 @@ PyMethodDef brief(const char* name) {
 }
 
 // Adds a module of kernels and numbers to a package.
-inline bool add(PyObject* package, const char* name, std::vector<PyMethodDef> kernels,
+inline bool add(PyObject* package, const char* name, std::initializer_list<PyMethodDef> kernels,
                 std::initializer_list<std::pair<const char*, long>> numbers = {}) {
-    kernels.push_back({nullptr, nullptr, 0, nullptr});
-    auto* kept = new std::vector<PyMethodDef>(std::move(kernels));  // as long as the process
+    auto* kept = new std::vector<PyMethodDef>(kernels);  // as long as the process
+    kept->push_back({nullptr, nullptr, 0, nullptr});
     PyObject* module = PyModule_New(name);
     if (module == nullptr || PyModule_AddFunctions(module, kept->data()) < 0) return false;
     for (const auto& [key, value] : numbers)

@@ -45,7 +45,8 @@ std::uint32_t hsv_bin(std::uint32_t color, const Bins& bins) {
     const float n0 = float(std::int32_t(bins.n0)), n1 = float(std::int32_t(bins.n1));
     const auto i0 = std::int32_t(hue * n0 / (gray ? 1.0f : 6.0f * spread));
     const auto i1 = std::int32_t(spread * n1 / (gray ? 1.0f : high));
-    const std::uint32_t pair = std::uint32_t(i0) * bins.n1 + std::min(std::uint32_t(i1), bins.n1 - 1);
+    const std::uint32_t pair =
+        std::uint32_t(i0) * bins.n1 + std::min(std::uint32_t(i1), bins.n1 - 1);
     const std::uint32_t i2 = (std::uint32_t(std::int32_t(high)) * bins.n2) >> 8;
     if constexpr (space == HSV) return pair * bins.n2 + i2;
     const bool colored = (10.0f * spread > high) & (high > 51.0f);
@@ -78,8 +79,8 @@ void each(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
     histograms::each(window, ellipses, reading, sampling::PICTURE, size, slots.data, keys, write);
 }
 
-// Writes each ellipse's normalized histogram (Nummiaro et al., equation 3): in bin u, the sum of the
-// weights of the pixels whose color is in it. Zeros where an ellipse sees no pixel.
+// Writes each ellipse's normalized histogram (Nummiaro et al., equation 3): in bin u, the sum of
+// the weights of the pixels whose color is in it. Zeros where an ellipse sees no pixel.
 inline void histograms(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
                        Row<const std::uint32_t> slots, Bins bins, Histograms out) {
     each(picture, ellipses, reading, slots, bins, out.columns,
@@ -106,11 +107,12 @@ inline void mean_shift(Picture picture, Floats ellipse, Plane<const float> latti
                        Bins bins, Row<double> center) {
     const sampling::Window window{0, 0, picture.width, picture.height};
     const sampling::Reading reading{lattice, grid, sampling::EPANECHNIKOV};
-    const Index room = sampling::capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
+    const Index room =
+        sampling::capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room), colors(room);
     Scratch<double> weights(room);
-    const Index count = sampling::pixels_within(window, ellipse.data, reading, sampling::PICTURE,
-                                                offsets, weights);
+    const Index count =
+        sampling::pixels_within(window, ellipse.data, reading, sampling::PICTURE, offsets, weights);
     sampling::colors_at(picture, offsets, count, colors);
     to_bins(colors, count, bins);
     double total = 0.0, sum_x = 0.0, sum_y = 0.0;

@@ -59,7 +59,8 @@ inline void color_integral(Samples samples, Row<const float> inside, Row<const f
         out[i + 1][0] = 0.0;
         for (Index j = 0; j < samples.columns; ++j) {
             const Index color = color32(samples, i, j);
-            total += (double(inside[color]) + 1e-6) / (double(inside[color] + outside[color]) + 2e-6);
+            total +=
+                (double(inside[color]) + 1e-6) / (double(inside[color] + outside[color]) + 2e-6);
             out[i + 1][j + 1] = out[i][j + 1] + total;
         }
     }

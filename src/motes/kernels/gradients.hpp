@@ -31,9 +31,11 @@ inline Index within(Index value, Index least, Index most) {
 }
 
 // Writes the luma of a region's pixels.
-inline void gray_values(Picture picture, Index left, Index top, Plane<float> gray) {
+[[gnu::noinline]] inline void gray_values(Picture picture, Index left, Index top,
+                                          Plane<float> gray) {
     const Index width = picture.width;
-    const Index first = within(left, 0, width - 1), last = std::max(std::min(left + gray.columns, width), Index(1));
+    const Index first = within(left, 0, width - 1);
+    const Index last = within(left + gray.columns, 1, width);
     const Index count = 3 * (last - first) - 2;
     Scratch<std::uint16_t> line(count);
     for (Index i = 0; i < gray.rows; ++i) {
@@ -44,9 +46,11 @@ inline void gray_values(Picture picture, Index left, Index top, Plane<float> gra
 }
 
 // Writes the mean luma of blocks of step x step pixels.
-inline void gray_blocks(Picture picture, Index left, Index top, Index step, Plane<float> gray) {
+[[gnu::noinline]] inline void gray_blocks(Picture picture, Index left, Index top, Index step,
+                                          Plane<float> gray) {
     const Index width = picture.width, across = gray.columns * step;
-    const Index first = within(left, 0, width - 1), last = std::max(std::min(left + across, width), Index(1));
+    const Index first = within(left, 0, width - 1);
+    const Index last = within(left + across, 1, width);
     const Index count = 3 * (last - first) - 2;
     Scratch<std::uint16_t> line(count);
     Scratch<std::uint32_t> sums(count);
@@ -68,7 +72,8 @@ inline void gray_blocks(Picture picture, Index left, Index top, Index step, Plan
 }
 
 // Writes the rows of `source` filtered by taps at 0 … r, at -k `sign` times those at k.
-inline void along_rows(Plane<const float> source, Taps taps, float sign, Plane<float> out) {
+[[gnu::noinline]] inline void along_rows(Plane<const float> source, Taps taps, float sign,
+                                         Plane<float> out) {
     const Index r = taps.size - 1;
     for (Index y = 0; y < out.rows; ++y) {
         float* __restrict line = out[y];
@@ -83,7 +88,8 @@ inline void along_rows(Plane<const float> source, Taps taps, float sign, Plane<f
 }
 
 // Writes the columns of `source` filtered, as `along_rows` does with rows.
-inline void along_columns(Plane<const float> source, Taps taps, float sign, Plane<float> out) {
+[[gnu::noinline]] inline void along_columns(Plane<const float> source, Taps taps, float sign,
+                                            Plane<float> out) {
     const Index r = taps.size - 1;
     for (Index y = 0; y < out.rows; ++y) {
         float* __restrict line = out[y];
@@ -103,8 +109,9 @@ Plane<const T> read_only(Plane<T> plane) {
 }
 
 // Writes the two derivatives of a region's gray values, in blocks of step x step pixels.
-inline void derivatives(Picture picture, Index left, Index top, Index step, Taps smooth,
-                        Taps derivative, Plane<float> gx, Plane<float> gy) {
+[[gnu::noinline]] inline void derivatives(Picture picture, Index left, Index top, Index step,
+                                          Taps smooth, Taps derivative, Plane<float> gx,
+                                          Plane<float> gy) {
     const Index height = gx.rows, width = gx.columns, margin = smooth.size - 1;
     ScratchPlane<float> gray(height + 2 * margin, width + 2 * margin);
     if (step == 1)
@@ -122,9 +129,13 @@ inline void derivatives(Picture picture, Index left, Index top, Index step, Taps
 class DerivativesAt {
 public:
     DerivativesAt(Picture picture, Taps smooth, Taps derivative, Index room)
-        : picture_(picture), smooth_(smooth), derivative_(derivative),
-          columns_(2 * smooth.size - 1, room), rows_(2 * smooth.size - 1, room),
-          offsets_(room), colors_(room) {}
+        : picture_(picture),
+          smooth_(smooth),
+          derivative_(derivative),
+          columns_(2 * smooth.size - 1, room),
+          rows_(2 * smooth.size - 1, room),
+          offsets_(room),
+          colors_(room) {}
 
     void operator()(const std::uint32_t* places, Index count, float* __restrict gx,
                     float* __restrict gy) const {
@@ -140,7 +151,8 @@ public:
         for (Index k = 0; k <= 2 * r; ++k) {
             if (k == r) continue;
             const auto off = std::int32_t(k - r);
-            std::int32_t *__restrict to_row = rows_[k], *__restrict to_column = columns_[k];
+            std::int32_t* __restrict to_row = rows_[k];
+            std::int32_t* __restrict to_column = columns_[k];
             for (Index i = 0; i < count; ++i) {
                 to_row[i] = std::min(std::max(row[i] + off, 0), bottom) * line;
                 to_column[i] = std::min(std::max(column[i] + off, 0), last) * 3;
@@ -161,7 +173,8 @@ private:
         const float to_y = sign(dy) * derivative_[down] * smooth_[across] * share;
         if (to_x == 0.0f && to_y == 0.0f) return;
         const std::int32_t *x = columns_[dx + r], *y = rows_[dy + r];
-        std::uint32_t *__restrict offsets = offsets_, *__restrict colors = colors_;
+        std::uint32_t* __restrict offsets = offsets_;
+        std::uint32_t* __restrict colors = colors_;
         for (Index i = 0; i < count; ++i) offsets[i] = std::uint32_t(x[i] + y[i]);
         sampling::colors_at(picture_, offsets, count, colors);
         for (Index i = 0; i < count; ++i) {
@@ -188,7 +201,8 @@ inline float turn(float y, float x) {
     const float most = std::max(across, up);
     const float t = std::min(across, up) / (most > 0.0f ? most : 1.0f);
     const float s = t * t;
-    float angle = t * (0.9998660f + s * (-0.3302995f + s * (0.1801410f + s * (-0.0851330f + s * 0.0208351f))));
+    float angle = t * (0.9998660f +
+                       s * (-0.3302995f + s * (0.1801410f + s * (-0.0851330f + s * 0.0208351f))));
     angle *= float(0.5 / 3.14159265358979323846);
     angle = up > across ? 0.25f - angle : angle;
     angle = x < 0.0f ? 0.5f - angle : angle;

@@ -67,8 +67,8 @@ inline void normalize(Floats values, double* out) {
     for (Index i = 0; i < values.size; ++i) out[i] = total > 0.0 ? values[i] / total : 0.0;
 }
 
-// Returns the Bhattacharyya coefficient rho = sum sqrt(p q) of a model, by its square roots sqrt(q),
-// with a histogram p that is not normalized (Nummiaro et al., equation 6).
+// Returns the Bhattacharyya coefficient rho = sum sqrt(p q) of a model, by its square roots
+// sqrt(q), with a histogram p that is not normalized (Nummiaro et al., equation 6).
 //
 // The histogram may go on behind the model's last bin; the coefficient is 0 if it is empty. Four
 // sums side by side, added up in the end, become vector code.
@@ -89,7 +89,9 @@ inline double coefficient(Floats roots, Floats histogram) {
 }
 
 // Returns the distance sqrt(1 - rho) for a coefficient (equation 7).
-inline double distance(double rho) { return std::sqrt(std::max(0.0, 1.0 - rho)); }
+inline double distance(double rho) {
+    return std::sqrt(std::max(0.0, 1.0 - rho));
+}
 
 // Writes the distances of histograms (N, m) to a model, by its square roots.
 inline void bhattacharyya(Plane<const double> histograms, Floats roots, Row<double> distances) {

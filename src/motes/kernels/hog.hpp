@@ -111,9 +111,8 @@ void each(sampling::Window window, Ellipses ellipses, const sampling::Reading& r
         }
         return found;
     };
-    histograms::each(
-        window, ellipses, reading, sampling::PLANE, out.columns, histograms::Same(), keys,
-        [&](Index n, Floats filled) { by_cell(filled, count, turned, out[n]); });
+    histograms::each(window, ellipses, reading, sampling::PLANE, out.columns, histograms::Same(),
+                     keys, [&](Index n, Floats filled) { by_cell(filled, count, turned, out[n]); });
 }
 
 // Writes each ellipse's histogram of gradients, as `by_cell`; zeros where there is none.

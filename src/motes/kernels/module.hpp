@@ -1,8 +1,8 @@
 // All kernels, each in a module with the name of its file: what an extension holds.
 #pragma once
 
-#include "binding.hpp"
 #include "bilinear.hpp"
+#include "binding.hpp"  // first, as Python wants it
 #include "color.hpp"
 #include "color_posterior.hpp"
 #include "fourier_ridge.hpp"

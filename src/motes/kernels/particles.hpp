@@ -15,8 +15,8 @@ constexpr double PI = 3.14159265358979323846;
 //
 // A column takes its normal number times its deviation, and `steps` times the new value of its
 // change. Of a change the share `kept` is left; half-axes keep `kept_size` of their distance, in
-// logarithms, to the first ones `a` and `b`, and are then scaled by a common factor, whose logarithm
-// is the last normal number times `size_deviation`. They stay at one pixel or more.
+// logarithms, to the first ones `a` and `b`, and are then scaled by a common factor, whose
+// logarithm is the last normal number times `size_deviation`. They stay at one pixel or more.
 inline void walk(Table<const double> states, Plane<const double> normal, Floats deviations,
                  double steps, double kept, double a, double b, double kept_size,
                  double size_deviation, Plane<double> out) {

@@ -1,4 +1,7 @@
 // Which pixels of an ellipse are read, and how much each counts.
+//
+// What takes microseconds and is called by many is not inlined: that would only take compilers
+// longer.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +29,8 @@ struct Grid {
     Index across, down;
 };
 
-// How ellipses are read: at the points of `lattice`, (2, n) in the unit disk, or, where it is empty,
-// at those of `grid`; and by which `profile` a pixel's weight falls with its distance.
+// How ellipses are read: at the points of `lattice`, (2, n) in the unit disk, or, where it is
+// empty, at those of `grid`; and by which `profile` a pixel's weight falls with its distance.
 struct Reading {
     Plane<const float> lattice;
     Grid grid;
@@ -77,9 +80,10 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 }
 
 // As `pixels_within`, at the points of a lattice.
-inline Index on_lattice(Window window, const double* ellipse, const Reading& reading,
-                        Index channels, std::uint32_t* __restrict offsets,
-                        double* __restrict weights) {
+[[gnu::noinline]] inline Index on_lattice(Window window, const double* ellipse,
+                                          const Reading& reading, Index channels,
+                                          std::uint32_t* __restrict offsets,
+                                          double* __restrict weights) {
     const auto [left, top, width, height] = window;
     const auto [across, down] = extent(ellipse);
     const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
@@ -95,7 +99,8 @@ inline Index on_lattice(Window window, const double* ellipse, const Reading& rea
     const Index column = Index(corner_x) - left, row = Index(corner_y) - top;
     const auto corner = std::uint32_t(channels * (row * width + column));
     const auto pixel = std::uint32_t(channels), line = std::uint32_t(channels * width);
-    const float *__restrict us = reading.lattice[0], *__restrict vs = reading.lattice[1];
+    const float* __restrict us = reading.lattice[0];
+    const float* __restrict vs = reading.lattice[1];
     const Index points = reading.lattice.columns;
     for (Index i = 0; i < points; ++i) {  // without branches, so that it becomes vector code
         const float u = us[i], v = vs[i];
@@ -120,8 +125,8 @@ inline Index on_lattice(Window window, const double* ellipse, const Reading& rea
 }
 
 // As `pixels_within`, at the pixels of a grid.
-inline Index on_grid(Window window, const double* ellipse, const Reading& reading, Index channels,
-                     std::uint32_t* offsets, double* weights) {
+[[gnu::noinline]] inline Index on_grid(Window window, const double* ellipse, const Reading& reading,
+                                       Index channels, std::uint32_t* offsets, double* weights) {
     const auto [left, top, width, height] = window;
     const auto [across, down] = extent(ellipse);
     const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
@@ -170,8 +175,8 @@ inline Index pixels_within(Window window, const double* ellipse, const Reading& 
 // Writes the colors at places in a flat image, each as r + 256 g + 65536 b.
 //
 // Four bytes are read at once, which is quicker than three; the last pixel has only three.
-inline void colors_at(Picture picture, const std::uint32_t* __restrict offsets, Index count,
-                      std::uint32_t* __restrict colors) {
+[[gnu::noinline]] inline void colors_at(Picture picture, const std::uint32_t* __restrict offsets,
+                                        Index count, std::uint32_t* __restrict colors) {
     const auto color = [](const std::uint8_t* at) {
         return std::uint32_t(at[0]) | std::uint32_t(at[1]) << 8 | std::uint32_t(at[2]) << 16;
     };

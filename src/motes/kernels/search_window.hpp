@@ -73,7 +73,8 @@ public:
     // `count` samples from `start`, `step` pixels apart, of `limit` pixels.
     Line(double start, double step, Index count, Index limit)
         : taps(step < 1.0 ? 2 : std::min(Index(step + 0.5), Index(4))),
-          places(count, taps), shares(count, taps) {
+          places(count, taps),
+          shares(count, taps) {
         for (Index i = 0; i < count; ++i) {
             if (step < 1.0) {
                 const double x = inside(start + double(i) * step, limit);
@@ -191,7 +192,8 @@ inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
         }
         const double y = (double(i) + 0.5) / double(cell) + 0.5;
         const auto low = double(float(y - double(Index(y))));
-        float *__restrict upper = votes[Index(y)], *__restrict lower = votes[Index(y) + 1];
+        float* __restrict upper = votes[Index(y)];
+        float* __restrict lower = votes[Index(y) + 1];
         for (Index k = 0; k < votes.columns; ++k) {
             upper[k] = float(double(upper[k]) + (1 - low) * double(line[k]));
             lower[k] += float(low) * line[k];
@@ -252,7 +254,8 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
     energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
     ScratchPlane<float> norms(4, columns);
     Scratch<float> scratch(columns);
-    float *__restrict line = scratch, *n0 = norms[0], *n1 = norms[1], *n2 = norms[2], *n3 = norms[3];
+    float* __restrict line = scratch, *n0 = norms[0], *n1 = norms[1], *n2 = norms[2],
+                      *n3 = norms[3];
     for (Index i = 0; i < rows; ++i) {
         const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
         for (Index j = 0; j < columns; ++j) {

@@ -33,7 +33,8 @@ inline void sobel(Picture picture, Index left, Index top, double threshold, int 
     ScratchPlane<float> gray(height + 2, width + 2);
     gradients::gray_values(picture, left - 1, top - 1, gray);
     Scratch<float> across(width), down(width);
-    float *__restrict gx = across, *__restrict gy = down;
+    float* __restrict gx = across;
+    float* __restrict gy = down;
     for (Index i = 0; i < height; ++i) {
         const float *above = gray[i], *here = gray[i + 1], *below = gray[i + 2];
         for (Index j = 0; j < width; ++j) {
@@ -52,7 +53,8 @@ inline void sobel(Picture picture, Index left, Index top, double threshold, int 
 inline void strong(Floats filled, double* histogram) {
     const Index count = filled.size - 1;
     histograms::normalize({filled.data, count}, histogram);
-    const bool none = std::all_of(filled.begin(), filled.end() - 1, [](double v) { return v == 0.0; });
+    const bool none =
+        std::all_of(filled.begin(), filled.end() - 1, [](double v) { return v == 0.0; });
     histogram[count] = none && filled[count] > 0.0 ? 1.0 : 0.0;
 }
 
@@ -77,13 +79,13 @@ inline void histograms_at(Picture picture, Ellipses ellipses, Plane<const float>
     const auto found = [&](Index, histograms::Points points) -> const std::uint32_t* {
         derivatives(points.offsets, points.count, gx, gy);
         edge_bins(gx, gy, points.count, threshold, std::int32_t(out.columns - 1), bins);
-        std::copy_n(static_cast<std::uint8_t*>(bins), points.count, static_cast<std::uint32_t*>(keys));
+        std::copy_n(static_cast<std::uint8_t*>(bins), points.count,
+                    static_cast<std::uint32_t*>(keys));
         return keys;
     };
-    histograms::each({0, 0, picture.width, picture.height}, ellipses,
-                            {lattice, {1, 1}, profile}, sampling::PLANE, out.columns,
-                            histograms::Same(), found,
-                            [&](Index n, Floats filled) { strong(filled, out[n]); });
+    histograms::each({0, 0, picture.width, picture.height}, ellipses, {lattice, {1, 1}, profile},
+                     sampling::PLANE, out.columns, histograms::Same(), found,
+                     [&](Index n, Floats filled) { strong(filled, out[n]); });
 }
 
 }  // namespace motes::sobel

@@ -84,10 +84,9 @@ inline void histograms(Plane<const float> certainty, Plane<const std::uint8_t> b
         }
         return points.offsets;
     };
-    histograms::each(
-        {left, top, certainty.columns, certainty.rows}, ellipses, reading, sampling::PLANE,
-        out.columns, bins.data, sure,
-        [&](Index n, Floats filled) { turned_back(filled, shifts[n], out[n]); });
+    histograms::each({left, top, certainty.columns, certainty.rows}, ellipses, reading,
+                     sampling::PLANE, out.columns, bins.data, sure,
+                     [&](Index n, Floats filled) { turned_back(filled, shifts[n], out[n]); });
 }
 
 }  // namespace motes::structure_tensor
