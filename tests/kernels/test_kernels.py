@@ -56,11 +56,11 @@ def calls(compiled: Any) -> dict[str, Any]:
         compiled.color.distances(PIXELS, ELLIPSES, LATTICE, SLOTS % 38, roots, bins, distances)
     edges = found["sobel"] = np.empty((60, 80), np.uint8)
     compiled.sobel.sobel(PIXELS, 0, 0, 100.0, 8, edges)
-    certainty, bins = np.empty((60, 80), np.float32), np.empty((60, 80), np.uint8)
+    certainty, orientation = np.empty((60, 80), np.float32), np.empty((60, 80), np.uint8)
     compiled.structure_tensor.structure_tensor(
-        PIXELS, 0, 0, 1, SMOOTH, DERIVATIVE, SMOOTH, certainty, bins, 18
+        PIXELS, 0, 0, 1, SMOOTH, DERIVATIVE, SMOOTH, certainty, orientation, 18
     )
-    found["certainty"], found["orientation"] = certainty, bins
+    found["certainty"], found["orientation"] = certainty, orientation
     hog = found["hog"] = np.empty((len(ELLIPSES), 72))
     compiled.hog.histograms_at(
         PIXELS, ELLIPSES, LATTICE.lattice, LATTICE.profile, 3, True, SMOOTH, DERIVATIVE, hog

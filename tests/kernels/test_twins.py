@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +15,8 @@ Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
 
 
-def close(found: object, expected: object, rtol: float = 1e-12) -> None:
-    np.testing.assert_allclose(found, expected, rtol=rtol, atol=rtol)  # type: ignore[arg-type]
+def close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
+    np.testing.assert_allclose(found, expected, rtol=rtol, atol=rtol)
 
 
 @pytest.mark.parametrize("orders", [0, 1, 2])
@@ -114,7 +115,8 @@ def test_colors_in_a_box_and_outside_of_another() -> None:
 
     def box(left: float, top: float, right: float, bottom: float) -> NDArray[np.bool_]:
         inside: NDArray[np.bool_] = (columns >= left) & (columns < right) & (rows >= top)
-        return inside & (rows < bottom)
+        inside &= rows < bottom
+        return inside
 
     inner, outer = (10.5, 5.0, 20.0, 14.2), (8.0, 3.0, 23.0, 17.0)
     inside, outside = np.zeros((2, 32**3), np.float32)
