@@ -208,7 +208,7 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --reference gone.csv", 3, "gone.csv cannot be read"),
         ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
-        ("data --peer cv2:kcf", 2, "--peer cv2:kcf takes no part; give --tracker cv2:kcf"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
         ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
         ("data --folds 1", 2, "--folds is 1; give 2 or more"),
         ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),

@@ -13,7 +13,7 @@ import pytest
 import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.cli import experiment, main
+from motes.cli import main
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -158,7 +158,7 @@ def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFix
     assert main(["experiment", "zhao-figure9", str(tmp_path / "beetle")]) == 0
     out, error = capfd.readouterr()
     assert "Objects detected over objects there, beetle" in out
-    assert "plot is drawn into the folder of --out" in error
+    assert "For the plot, give a folder with --out" in error
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_bad_input_is_answered_in_one_line(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(experiment, "announce_compiling", lambda: None)
+    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda _: None)
     for name in "ab":
         write_crowd(tmp_path / name)
     (tmp_path / "empty" / "gt").mkdir(parents=True)

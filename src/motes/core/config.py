@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 import msgspec
 from msgspec import Meta
 
-from motes.core.config_keys import NAME, all_paths, alternatives, keys
+from motes.core.config_keys import NAME, all_keys, alternatives, keys
 from motes.core.errors import ConfigError
 from motes.core.renamed_keys import RENAMED
 
@@ -106,10 +106,11 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{message}{got}{words}.") from None
         name = unknown[1]
-        paths = (path.rpartition(".")[2] for path in all_paths(keys(kind)))
-        known = sorted({*paths} - {name, NAME})  # the name may be known elsewhere
+        paths = [key.path.rpartition(".") for key in all_keys(keys(kind))]
+        known = sorted({key for *_, key in paths} - {name, NAME})  # it may be known elsewhere
+        here = sorted({key for before, _, key in paths if before == where} - {name}) or known
         near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
+        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(here)}."
         if RENAMED.get(name) in known:
             hint = f"it is {RENAMED[name]!r} now."
         raise ConfigError(

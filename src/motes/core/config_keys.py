@@ -105,14 +105,21 @@ def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
     return tuple(found.values())
 
 
-def all_paths(keys: Iterable[Key]) -> Iterator[str]:
-    """Yield the paths of keys and of all keys inside them, those of every choice included."""
+def all_keys(keys: Iterable[Key]) -> Iterator[Key]:
+    """Yield keys and all keys inside them, those of every choice included."""
     for key in keys:
-        yield key.path
+        yield key
         if len(key.choices) > 1:
-            yield f"{key.path}.type"
+            yield type_key(key)
         for choice in key.choices:
-            yield from all_paths(choice.keys)
+            yield from all_keys(choice.keys)
+
+
+def type_key(key: Key) -> Key:
+    """Return the key `type` of a key with several choices, which names the choice."""
+    tags = [f'"{choice.tag}"' for choice in key.choices]
+    chosen = next((f'"{choice.tag}"' for choice in key.choices if choice.chosen), None)
+    return Key(f"{key.path}.type", ", ".join(tags), chosen, key.required, key.meaning)
 
 
 @cache
