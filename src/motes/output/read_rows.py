@@ -7,7 +7,7 @@ import io
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, overload
 
 import msgspec
 import numpy as np
@@ -30,6 +30,14 @@ TYPES: dict[str, type] = {
     **dict.fromkeys(TEXT, np.str_),
     **dict.fromkeys(NUMBERS, np.float64),
 }
+
+
+@overload
+def read_track(path: str | Path, *, pandas: Literal[False] = False) -> NDArray[np.void]: ...
+
+
+@overload
+def read_track(path: str | Path, *, pandas: Literal[True]) -> Any: ...
 
 
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
