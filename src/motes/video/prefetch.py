@@ -17,7 +17,7 @@ QUEUE_SIZE = 4
 
 
 @contextlib.contextmanager
-def prefetch(items: Iterable[T], size: int = QUEUE_SIZE) -> Iterator[Iterator[T]]:
+def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T]]:
     """Iterate over items that a thread gets in advance: decoding and tracking overlap.
 
     An error raised in the thread is raised by the iterator after the items before it. When the
@@ -28,10 +28,10 @@ def prefetch(items: Iterable[T], size: int = QUEUE_SIZE) -> Iterator[Iterator[T]
     ----------
     items
         What to iterate over, in the thread.
-    size
-        Largest number of items that wait.
+    ahead
+        Largest number of items that wait to be used.
     """
-    ready: queue.Queue[T | _End] = queue.Queue(size)
+    ready: queue.Queue[T | _End] = queue.Queue(ahead)
     stopped = threading.Event()
 
     def produce() -> None:

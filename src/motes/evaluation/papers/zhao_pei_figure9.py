@@ -123,7 +123,7 @@ def _draw(name: str, counts: list[tuple[int, int, int]]) -> Figure:
     there[there == 0] = np.nan  # where nothing is there is no ratio
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
-    charts.plain(axes, name, "frame", "over objects there")
+    charts.style_axes(axes, name, "frame", "over objects there")
     axes.axhline(1, color=charts.INK, linewidth=0.8)
     for label, values, color in (
         ("followed", followed, charts.ORANGE), ("detected accurately", right, charts.BLUE)
