@@ -34,7 +34,7 @@ from motes.mot.association import (
 )
 from motes.mot.detection.background import BackgroundDetector, Method
 from motes.mot.scene import Scene
-from motes.mot.scene_config import scene_config
+from motes.mot.scene_config import Termination, scene_config
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
@@ -99,7 +99,7 @@ def test_birth_takes_three_frames_and_death_a_while() -> None:
 
 def test_one_that_another_one_covers_is_waited_for_twice_as_long() -> None:
     for covered in (False, True):
-        stage = Stage(config=replace(scene_config(), max_age=1.0))
+        stage = Stage(config=replace(scene_config(), termination=Termination(max_age=1.0)))
         small, large = Box(60, 40, 16, 30), Box(56, 36, 30, 40)
         statuses = []
         for i in range(110):

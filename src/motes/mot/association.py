@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Annotated
 
 import numpy as np
+from msgspec import Meta
 
 from motes.core.config import Config, NonNegative, Share
 from motes.core.detection import Detection
@@ -66,6 +68,8 @@ class Association(Config, frozen=True):
         How far from where it should be a hidden object may come up, in its own mean half-sizes.
     gate_growth
         How much farther for every second that it was hidden.
+    merged_blob_ratio
+        A detection with several objects in it is more than this many times larger than each.
     """
 
     overlap: Share = 0.2
@@ -73,6 +77,7 @@ class Association(Config, frozen=True):
     appearance: NonNegative = 0.5
     gate_radius: NonNegative = 1.5
     gate_growth: NonNegative = 2.0
+    merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
 
     def costs(self, overlaps: Floats, distances: Floats) -> Floats:
         """Return the costs (k,) of objects that were just seen; infinite where ruled out.

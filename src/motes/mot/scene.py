@@ -87,8 +87,8 @@ class Scene:
         self._objects: list[TrackedObject] = []
         birth = (
             self.config.association.overlap,
-            self.config.min_hits,
-            self.config.min_score_quantile,
+            self.config.initiation.min_hits,
+            self.config.initiation.min_score_quantile,
         )
         self._births = TrackInitiation(*birth)
         self._last: Frame | None = None
@@ -199,7 +199,7 @@ class Scene:
                 self.detection_log.append(LoggedDetection(each, DetectionOutcome.USELESS))
             else:
                 useful.append(each)
-        limit = self.config.limit
+        limit = self.config.detections.limit
         if len(useful) > limit:
             text = f"there are {len(useful)} detections; only the {limit} surest are taken"
             self._own.setdefault("limit", f"Frame {frame.index}: {text}.")
@@ -207,7 +207,8 @@ class Scene:
             LoggedDetection(each, DetectionOutcome.SURPLUS) for each in useful[limit:]
         ]
         useful = useful[:limit]
-        kept = singles(as_rows(each.box for each in useful), self.config.duplicate_overlap)
+        overlap = self.config.detections.duplicate_overlap
+        kept = singles(as_rows(each.box for each in useful), overlap)
         doubles = np.delete(np.arange(len(useful)), kept).tolist()
         self.detection_log += [LoggedDetection(useful[i], DetectionOutcome.DOUBLE) for i in doubles]
         sifted = [useful[i] for i in kept]
@@ -221,7 +222,8 @@ class Scene:
             return found
         places = as_rows(thing.predicted.box for thing in things)
         boxes = as_rows(each.box for each in found)
-        blobs = holding(places, boxes, self.config.containment, self.config.merged_blob_ratio)
+        larger = self.config.association.merged_blob_ratio
+        blobs = holding(places, boxes, self.config.containment, larger)
         taken, held = set(blobs), [i for mine in blobs.values() for i in mine]
         for j, mine in blobs.items():
             self.detection_log.append(LoggedDetection(found[j], DetectionOutcome.SEVERAL))
@@ -245,8 +247,8 @@ class Scene:
 
     def _see(self, thing: TrackedObject, box: Box, frame: Frame, dt: float) -> None:
         """Put an object that was just seen where it is now, and learn how fast it is."""
-        thing.detect(box, frame.time, self.config.size_smoothing)
-        thing.update_velocity(self.config.velocity_smoothing, dt)
+        thing.detect(box, frame.time, self.config.smoothing.size)
+        thing.update_velocity(self.config.smoothing.velocity, dt)
 
     def _update(self, frame: Frame, dt: float) -> None:
         """Look for the objects that were just seen, around where they are detected or should be.
@@ -273,14 +275,14 @@ class Scene:
         boxes = as_rows(thing.track.box for thing in near)
         rows, columns = occlusion_candidates(boxes)
         covered = (
-            intersection_over_first(boxes[rows], boxes[columns]) > self.config.occlusion_overlap
+            intersection_over_first(boxes[rows], boxes[columns]) > self.config.occlusion.overlap
         )
         covers = _grouped(rows[covered], columns[covered])
         for i, thing in enumerate(near):
             if thing.detected:
                 continue
             thing.occluded_by = _hider(thing, [near[j] for j in covers.get(i, ())])
-            alone = frame.time - thing.last_time > self.config.max_time_without_detection
+            alone = frame.time - thing.last_time > self.config.occlusion.max_time_without_detection
             if thing.occluded_by is not None or not thing.recognized or alone:
                 thing.hide()
                 thing.occluder_candidate = thing.occluded_by
@@ -350,7 +352,7 @@ class Scene:
         for each, sightings in zip(free, self._births.update(frame.time, free), strict=True):
             if sightings is None:
                 self.detection_log.append(LoggedDetection(each, DetectionOutcome.DOUBTFUL))
-            elif len(sightings) < self.config.min_hits:
+            elif len(sightings) < self.config.initiation.min_hits:
                 self.detection_log.append(LoggedDetection(each, DetectionOutcome.CANDIDATE))
             else:
                 self.created += 1
@@ -370,11 +372,11 @@ class Scene:
         for thing in self._objects:
             unseen = frame.time - thing.last_time
             leaving = not _within(thing.track.box, frame)
-            known = max(thing.last_time - thing.first_time, self.config.min_max_age)
-            patience = min(self.config.max_age, known)
+            known = max(thing.last_time - thing.first_time, self.config.termination.min_max_age)
+            patience = min(self.config.termination.max_age, known)
             covered = any(not other.hidden for other in covers.get(thing.identity, []))
             patience *= COVERED_AGE_FACTOR if covered else 1
-            if unseen > (self.config.max_age_at_border if leaving else patience):
+            if unseen > (self.config.termination.max_age_at_border if leaving else patience):
                 thing.terminate()
                 self.terminated += 1
             else:
