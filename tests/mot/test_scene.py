@@ -341,8 +341,9 @@ def test_frames_must_fit() -> None:
         scene.update(Frame(4, 1.1, GROUND[:50]))
     with pytest.raises(ConfigError, match="particle filters: nummiaro"):
         Scene(lambda _: [], "mean_shift")
-    with pytest.raises(ConfigError, match="seed"):
-        Scene(lambda _: [], seed=-1)
+    for seed in (-1, 1 << 64, 1.5):
+        with pytest.raises(ConfigError, match=r"seed is a whole number from 0 to 2\*\*64 - 1; got"):
+            Scene(lambda _: [], seed=seed)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("name", ["maggio", "ng_delp", "nummiaro"])

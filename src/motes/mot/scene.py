@@ -17,9 +17,10 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection, Detector, best
-from motes.core.errors import ConfigError, SourceError
+from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
+from motes.core.seed import checked_seed
 from motes.mot.assignment import assign_pairs
 from motes.mot.association import (
     DetectionOutcome,
@@ -81,9 +82,7 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        if not isinstance(seed, int | np.integer) or seed < 0:
-            raise ConfigError(f"A seed is a whole number from 0 up; got {seed!r}.")
-        self._detector, self._seed = detector, int(seed)
+        self._detector, self._seed = detector, checked_seed(seed)
         self._objects: list[TrackedObject] = []
         birth = (
             self.config.association.overlap,

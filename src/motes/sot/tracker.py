@@ -23,6 +23,7 @@ from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST
+from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.sot.discriminative.tracker import Discriminative, DiscriminativeState
 from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
@@ -76,8 +77,6 @@ class Tracker:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
-        if not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
-            raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
         self._pace: SpeedBudget | None = None
         if fps_target is not None:
             self._pace = SpeedBudget(fps_target)
@@ -85,7 +84,7 @@ class Tracker:
                 raise ConfigError("Only a particle filter can choose how many particles it has.")
             if self.config.budget is None:
                 self.config = replace(self.config, budget=KldSampling())
-        self._seed = int(seed)
+        self._seed = checked_seed(seed)
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: State | None = None
         self._frame: Frame | None = None
