@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.mot.association import DetectionOutcome
+from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
@@ -124,8 +124,8 @@ def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> 
 
 def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
     """The surest come first, so that the last ones alone would let too many pass."""
-    births, count = TrackInitiation(0.2, 3, 0.25), 4 * SCORES
+    births, count = TrackInitiation(), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
-    births.note(scored)
-    doubtful = [each is None for each in births.update(0.0, scored)]
+    _, hits = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
+    doubtful = [each is None for each in hits]
     assert doubtful == [i >= 0.75 * count for i in range(count)]
