@@ -104,12 +104,13 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             words = f"; known are {', '.join(choices)}" if choices else ""
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{message}{got}{words}.") from None
-        name = unknown[1]
-        known = [key for key in _keys(kind) if key != name]  # it may well be one elsewhere
+        name, paths = unknown[1], _paths(kind)
+        known = sorted({path.rpartition(".")[2] for path in paths} - {name})  # may be one elsewhere
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
-        if RENAMED.get(name) in known:
-            hint = f"it is {RENAMED[name]!r} now."
+        renamed = RENAMED.get(name, "")
+        if re.sub(r"\[.*?\]", "", f"{where}.{renamed}").lstrip(".") in paths:
+            hint = f"it is {renamed!r} now."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
         ) from None
@@ -145,15 +146,15 @@ def _item(values: Any, key: str) -> Any:
     return values[int(key)] if isinstance(values, list | tuple) else values
 
 
-def _keys(kind: Any) -> list[str]:
-    """Return the names of all fields in a configuration type and the types inside it."""
-    keys: set[str] = set()
-    for part in getattr(kind, "__args__", ()) or (kind,):
+def _paths(kind: Any, above: str = "") -> set[str]:
+    """Return the dotted paths of all fields in a configuration type and the types inside it."""
+    paths: set[str] = set()
+    for part in get_args(kind) or (kind,):
         if isinstance(part, type) and issubclass(part, Config):
             for field in msgspec.structs.fields(part):
-                keys.add(field.name)
-                keys.update(_keys(field.type))
-    return sorted(keys)
+                path = f"{above}{field.name}"
+                paths |= {path} | _paths(field.type, f"{path}.")
+    return paths
 
 
 def from_toml(text: str, name: str) -> dict[str, Any]:

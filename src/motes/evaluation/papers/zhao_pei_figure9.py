@@ -19,7 +19,7 @@ from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
-from motes.mot.association import assign
+from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.output import charts

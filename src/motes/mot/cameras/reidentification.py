@@ -20,7 +20,7 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.histogram_cue import bhattacharyya
-from motes.mot.association import assign
+from motes.mot.assignment import assign
 from motes.sot.known_target import Place
 
 Floats = NDArray[np.float64]
