@@ -228,8 +228,8 @@ def break_down(name: str) -> Breakdown:
             for frame in map(copy.deepcopy, frames[1:]):
                 spent.clear()
                 again.update(frame)
+                assert isinstance(again.info, FilterInfo)
                 info = again.info
-                assert isinstance(info, FilterInfo)
                 seconds = dict(spent)
                 seconds |= color_steps(config, frame, info)
                 if frame.cache:

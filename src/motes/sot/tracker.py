@@ -22,6 +22,7 @@ from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST
+from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.cues.color import Color
 from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
@@ -67,8 +68,6 @@ class Tracker:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
-        if not isinstance(seed, int | np.integer) or not 0 <= seed < 1 << 64:
-            raise ConfigError(f"A seed is a whole number from 0 to 2**64 - 1; got {seed!r}.")
         self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
         if fps_target is not None:
             pace = SpeedBudget(fps_target)
@@ -77,7 +76,7 @@ class Tracker:
             self.config = self.config.with_budget()
             self._paced = self.config, pace
         self._algorithm: Algorithm[Any, StepInfo] = self.config
-        self._seed = int(seed)
+        self._seed = checked_seed(seed)
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: Any = None
         self._frame: Frame | None = None
