@@ -19,7 +19,7 @@ from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report import sections as report_sections
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.evaluation.runner import Pass
 from motes.evaluation.scores import Outcome
 from motes.output import charts
@@ -177,7 +177,7 @@ def _means(standing: Standing, columns: dict[str, str]) -> Table:
     rows: list[Row] = []
     for column, tracker in columns.items():
         (od, lost), known = standing.score(tracker), paper(column)
-        theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NOTHING),) * 2
+        theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NO_VALUE),) * 2
         rows.append((Cell(column), number(od), number(lost, 1), *theirs))
     count = len(standing.sequences)
     head = ("features", "mean OD", f"tracks lost of {count}", "the paper's OD", "its lost of 7")

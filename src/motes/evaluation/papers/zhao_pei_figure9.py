@@ -18,7 +18,7 @@ from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.mot.association import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
@@ -114,7 +114,7 @@ def _count(truth: Rows, said: Rows) -> tuple[int, int, int]:
 def _cells(counts: NDArray[np.int64]) -> Row:
     """Return sums over frames (n, 3), and the share of the first one that is the last one."""
     there, followed, right = counts.sum(axis=0).tolist()
-    ratio = number(right / there) if there else Cell(NOTHING)
+    ratio = number(right / there) if there else Cell(NO_VALUE)
     return *(number(each, 0) for each in (there, followed, right)), ratio
 
 

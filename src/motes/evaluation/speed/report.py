@@ -13,7 +13,7 @@ import numpy as np
 
 from motes.core.errors import SourceError
 from motes.evaluation.adapters.opencv import PEERS
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number, percent, three_digits
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number, percent, three_digits
 from motes.evaluation.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Job, Step
 
 RATIOS = ("cv2:mosse", "cv2:csrt")
@@ -133,7 +133,7 @@ def against(table: Table, stored: Mapping[Ratio, float]) -> Table:
     rows: list[Row] = []
     slower = 0
     for ratio, now in found.items():
-        before, change, mark = Cell(NOTHING), Cell(NOTHING), ""
+        before, change, mark = Cell(NO_VALUE), Cell(NO_VALUE), ""
         if ratio in stored:
             grown = now / stored[ratio] - 1
             before, change = three_digits(stored[ratio]), Cell(f"{grown:+.0%}", grown)
