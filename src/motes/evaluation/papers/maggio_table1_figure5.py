@@ -37,9 +37,9 @@ COLUMNS = {
     "C+O(A&SS) FOH": "maggio:C+O-A&SS-FOH",
     "C+O(A&SS) ROH": "maggio:C+O-A&SS-ROH",
 }
-"""Those of table 1, and our presets."""
+"""The columns of table 1, and the presets of motes."""
 FIXED_SCALE = {"C+O(A) FOH": "maggio:C+O-A-FOH", "C+O(A) ROH": "maggio:C+O-A-ROH"}
-"""What figure 5a compares in addition."""
+"""Additional variants in figure 5a."""
 
 LT = "(LT)"
 PAPER = {
@@ -62,7 +62,7 @@ class Score(NamedTuple):
     od
         Mean over the sequences.
     lost
-        How many of the tracks were lost.
+        Number of lost tracks.
     """
 
     od: Mean
@@ -70,7 +70,7 @@ class Score(NamedTuple):
 
 
 def paper(column: str) -> Score | None:
-    """Return the paper's score of a column of `COLUMNS`; None for what it only draws."""
+    """Return the paper's score of a column of `COLUMNS`; None for a variant that is only drawn."""
     if column not in COLUMNS:
         return None
     cells = [row.split()[list(COLUMNS).index(column)] for row in PAPER.values()]
@@ -79,18 +79,18 @@ def paper(column: str) -> Score | None:
 
 
 class Standing(NamedTuple):
-    """What is known after a job.
+    """The results after a job.
 
     Attributes
     ----------
     evaluation
-        All that is over.
+        All results so far.
     sequences
-        Those that every tracker has finished: only on these can they be compared.
+        The sequences that every tracker has finished, on which they can be compared.
     problems
-        What went wrong.
+        Failures so far.
     progress
-        How many jobs are over, for people.
+        Number of finished jobs, as text.
     """
 
     evaluation: Evaluation
@@ -108,7 +108,7 @@ class Standing(NamedTuple):
 def evaluated(
     trackers: Sequence[str], films: Sequence[Film], seeds: int, workers: int
 ) -> Iterator[Standing]:
-    """Run trackers over sequences in worker processes and yield where they stand after each.
+    """Run trackers over sequences in worker processes and yield the results after each job.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _standing(
 
 
 def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
-    """Yield table 1 over the sequences so far, and its means beside the paper's."""
+    """Yield table 1 for the sequences so far, and its means beside the paper's."""
     for standing in evaluated([*COLUMNS.values()], films, seeds, workers):
         tables = {}
         if standing.sequences:
@@ -159,7 +159,7 @@ def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
 
 
 def _sequences(standing: Standing) -> Table:
-    """Return the paper's table: each OD, and LT where most of a tracker's runs lost the track."""
+    """Return the paper's table: each OD, with LT if most runs of a tracker lost the track."""
     rows: list[Row] = []
     for name in standing.sequences:
         cells = []
@@ -206,7 +206,7 @@ def _draw(standing: Standing, columns: dict[str, str]) -> Figure:
 
 
 def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) -> None:
-    """Draw ours as bars and the paper's as dashes; what has no orientation is the same in both."""
+    """Draw motes as bars and the paper as dashes; without orientation, both bars are the same."""
     charts.style_axes(axes, title, "", "")
     width = 0.38
     for shift, form, color in ((-0.5, "FOH", charts.BLUE), (0.5, "ROH", charts.VERMILION)):

@@ -1,4 +1,4 @@
-"""What was found about speed, as a plot."""
+"""The plot of measured speeds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def figure(seconds: Mapping[Job, list[float]], growths: Sequence[Growth]) -> Figure:
-    """Draw trackers beside peers on the main target and, below, how their time grows."""
+    """Draw trackers and peers on the main target and, below, the growth of their times."""
     drawn = charts.new_figure(4.2 + 3.4 * bool(growths))
     below = [growth.what for growth in growths]
     rows: list[Any] = [["bars"] * max(1, len(below)), below]
@@ -52,7 +52,7 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
 
 
 def _lines(axes: Axes, growth: Growth) -> None:
-    """Draw time against number, both logarithmic, and a line of times in proportion."""
+    """Draw time against number on logarithmic axes, with a line of proportional growth."""
     charts.style_axes(axes, growth.title, growth.what, "milliseconds")
     colors = (charts.BLUE, charts.VERMILION)
     for (line, medians), color in zip(growth.medians.items(), colors, strict=False):
