@@ -14,19 +14,18 @@ from motes.core.track import Status
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
 from motes.output.charts import SURFACE_STEPS, Edges, Series, Surface
-from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
-from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 
+APPEARING = "appearing.png"
 FIGURES = (
     "rho_surface.png",
     "time_per_frame.png",
-    "appearing.png",
+    APPEARING,
     "size_and_displacement.png",
 )
-"""The files that `Recorder.save` writes for every tracker."""
+"""The files that `Recorder.save` writes; `APPEARING` only for trackers with the appearance rule."""
 CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 """The files for a tracker with several cues, and for one with the cue `orientation`."""
 DPI = 110
@@ -62,7 +61,7 @@ class Recorder:
             ) from None
         self._config = config
         self._numbers = array("d")
-        self._tracked = 0
+        self._tracked = self._samples = 0
         self._kept: tuple[Frame, StepInfo] | None = None
 
     def add(
@@ -81,9 +80,9 @@ class Recorder:
         """
         track, tracking = info.track, info.track.status is Status.TRACKING
         shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
-        self._numbers.extend(
-            (frame.index, *track.ellipse[:4], info.n_supporting, tracking, seconds, shift)
-        )
+        appearing = np.nan if info.n_supporting is None else info.n_supporting
+        self._samples = self._samples or len(info.weights)  # a budget may change it later
+        self._numbers.extend((frame.index, *track.ellipse[:4], appearing, tracking, seconds, shift))
         self._numbers.extend(info.cue_weights.values())
         self._tracked += tracking
         if tracking and self._tracked.bit_count() == 1:
@@ -101,7 +100,8 @@ class Recorder:
         """The names of the files that `save` may write."""
         cues = self._config.cues
         more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
-        return FIGURES + more
+        rule = self._config.presence is not None
+        return tuple(name for name in FIGURES if rule or name != APPEARING) + more
 
     def surface(self) -> Surface | None:
         """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
@@ -167,12 +167,13 @@ class Recorder:
         series, surface, edges = self.series, self.surface(), self.edges()
         if not series.frame.size:
             return []
+        rule = self._config.presence
         figures = {
             "rho_surface.png": charts.rho_surface(surface) if surface else None,
             "time_per_frame.png": charts.time_per_frame(series, self._name)
             if series.frame.size > 1
             else None,
-            "appearing.png": charts.appearing(series, *self._rule),
+            APPEARING: charts.appearing(series, self._samples, rule.fraction) if rule else None,
             "size_and_displacement.png": charts.size_and_displacement(series),
             CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues)),
             ORIENTATION: charts.orientation_histograms(edges) if edges else None,
@@ -195,11 +196,3 @@ class Recorder:
     @property
     def _name(self) -> str:
         return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
-
-    @property
-    def _rule(self) -> tuple[int, float]:
-        """Number of samples N and fraction f of the appearance rule."""
-        if isinstance(self._config, Discriminative):
-            return self._config.particles, 0.0  # either all samples or none fulfill it
-        samples = self._config.particles if isinstance(self._config, ParticleFilter) else 1
-        return samples, self._config.presence.fraction

@@ -214,7 +214,7 @@ def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) 
         places = np.arange(len(groups)) + shift * width
         axes.bar(places, [ods[name] for name in names], width, color=color, label=form)
         theirs = [known.od.mean if (known := paper(name)) else np.nan for name in names]
-        label = "the paper's" if form == "ROH" else "_"  # named once in the legend
+        label = "the paper's" if form == "ROH" else "_"  # only one of the two is in the legend
         low, high = places - width / 2, places + width / 2
         axes.hlines(theirs, low, high, color=charts.INK, linewidth=2, label=label)
     axes.set_xticks(np.arange(len(groups)), groups)

@@ -143,7 +143,7 @@ def _table(name: str, samples: Sequence[Sample], where: str) -> Table:
     head = ("pixels read", "rho", "distance", "likelihood", "µs", "against all")
     note = (
         "Likelihood with sigma 0.15. Median processor time of a histogram, measured in turn"
-        + ", Sobel's operator, the same for all, left out" * (name == "edges")
+        + ", without Sobel's operator, which is the same for all" * (name == "edges")
         + "."
     )
     return Table(f"Histograms of {name}: {where}", head, rows, note=note)

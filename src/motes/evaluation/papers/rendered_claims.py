@@ -97,8 +97,8 @@ def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experime
         rows: list[Row] = []
         for each, values in runs.items():
             overlap, *shares = map(over, zip(*values, strict=True))
-            said, count = Cell(NUMMIARO.get(each, "")), number(len(values), 0)
-            rows.append((Cell(each), count, number(overlap, 2), *map(percent, shares), said))
+            claim, count = Cell(NUMMIARO.get(each, "")), number(len(values), 0)
+            rows.append((Cell(each), count, number(overlap, 2), *map(percent, shares), claim))
         head = ("tracker", "runs", "mean IoU", "frames on target", "leap frames", "the paper")
         note = f"On target: IoU above {MISS_IOU}."
         table = Table("Regions that do not overlap", head, rows, note=note)

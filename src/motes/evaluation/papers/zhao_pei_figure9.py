@@ -19,7 +19,7 @@ from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
-from motes.mot.association import assign
+from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.output import charts
@@ -120,7 +120,7 @@ def _cells(counts: NDArray[np.int64]) -> Row:
 
 def _draw(name: str, counts: list[tuple[int, int, int]]) -> Figure:
     present, followed, accurate = np.array(counts, np.float64).T
-    present[present == 0] = np.nan  # where nothing is present is no ratio
+    present[present == 0] = np.nan  # no ratio without objects
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
     charts.style_axes(axes, name, "frame", "over objects present")

@@ -121,7 +121,7 @@ def ours(config: TrackerConfig, film: Film) -> Run:
     """Return a run of one tracker of motes on a film's target; the tracker is already started."""
     tracker = Tracker(config)
     tracker.init(film.frames[0], film.regions[0])
-    copy.copy(tracker).update(film.frames[1])  # compiles what is not compiled yet
+    copy.copy(tracker).update(film.frames[1])  # the first call compiles kernels
     return lambda: timed(copy.copy(tracker).update, film.frames[1:])
 
 

@@ -37,15 +37,15 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
     main = {name: times for (name, target), times in seconds.items() if target == MAIN}
     medians = {name: 1e3 * statistics.median(times) for name, times in main.items()}
     names = sorted(medians, key=medians.__getitem__)
-    for label, color, whose in (("motes", charts.BLUE, OURS), ("OpenCV", charts.ORANGE, PEERS)):
-        places = [place for place, name in enumerate(names) if name in whose]
+    for label, color, group in (("motes", charts.BLUE, OURS), ("OpenCV", charts.ORANGE, PEERS)):
+        places = [place for place, name in enumerate(names) if name in group]
         widths = [medians[names[place]] for place in places]
         bars = axes.barh(places, widths, color=color, label=label)
         axes.bar_label(bars, fmt="{:#.3g}", padding=3, fontsize=9, color=charts.INK)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xscale("log")
-    axes.margins(x=0.08)  # for the numbers behind the bars
+    axes.margins(x=0.08)  # room for the numbers at the bars
     axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(visible=False)
     axes.legend(loc="upper right", frameon=False)

@@ -123,7 +123,7 @@ def _ratios(lines: Sequence[Sequence[str]]) -> dict[Ratio, float]:
         for title, cell in zip(head, row, strict=False):
             peer = title.removeprefix(TIMES)
             if peer in PEERS and row[0] not in PEERS:
-                with contextlib.suppress(ValueError):  # the line under the head, and gaps
+                with contextlib.suppress(ValueError):  # the line under the head, and empty cells
                     if 0 < (ratio := float(cell)) < math.inf:
                         found[row[0], row[1], peer] = ratio
     return found

@@ -65,9 +65,9 @@ def paint(
 
     whole = np.array([2 * REACH * ellipse.a, 2 * REACH * ellipse.b])
     wide, high = np.rint(texture.size / whole).astype(int).clip(1).tolist()
-    texture = texture.reduce((wide, high))  # else its stripes would shimmer in small targets
-    # From this part of the picture to the texture, in Pillow's coordinates, which start at the
-    # corner of the first pixel.
+    texture = texture.reduce((wide, high))  # otherwise the stripes of small targets would shimmer
+    # The map from this part of the picture to the texture, in Pillow's coordinates, whose origin is
+    # the corner of the first pixel.
     cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
     turn = np.array([[cos, sin], [-sin, cos]])
     linear = turn * (texture.size / whole)[:, None]
@@ -105,7 +105,7 @@ def texture_of(rng: np.random.Generator, target: Target) -> Callable[[int], Imag
         picture = lit(upper)
         return lambda index: picture
     lower = skin(target.belly)
-    around = np.arcsin(np.clip(u, -1, 1))  # by row: the angle from the middle of the upper side
+    around = np.arcsin(np.clip(u, -1, 1))  # angle of each row from the middle of the upper side
 
     def rolled(index: int) -> Image.Image:
         turned = around + roll[index]

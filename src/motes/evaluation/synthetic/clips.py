@@ -144,7 +144,7 @@ def jumping(
     flight, pause = span / (leap * b), 16
     turn, phase = np.divmod(np.arange(frames), math.ceil(flight) + pause)
     s = np.clip((phase - pause / 2) / flight, 0, 1)
-    s -= np.sin(2 * math.pi * s) / (2 * math.pi)  # how far, 0 to 1, starting and ending at rest
+    s -= np.sin(2 * math.pi * s) / (2 * math.pi)  # position from 0 to 1; at rest at both ends
     x = _center(size)[0] + span * np.where(turn % 2, 0.5 - s, s - 0.5)
     y = size[1] * 0.7 - 160 * scale * s * (1 - s)
     return Clip(size, (Target(_states(x, y, a, b, -math.pi / 2)),), seed=seed)
@@ -191,8 +191,8 @@ def occluded(
     scale = scale_of(size)
     a, speed = 24 * scale, 5 * scale
     stem = Stem(_center(size)[0], 2 * a + speed * length)
-    # The target turns back `half` frames from the stem's middle; an even number of hidden frames
-    # lies around that middle at half-integers, an odd one at integers.
+    # The target turns back `half` frames from the stem's middle. With an even number of hidden
+    # frames, that middle lies between two frames; with an odd number, on a frame.
     half = math.floor((size[0] / 2 - 2 * a) / speed) - (length + 1) % 2 / 2
     if speed * half < stem.width / 2 + 2 * a:
         raise ConfigError(

@@ -56,7 +56,7 @@ def backdrop(
         _add_stem(rng, ground, cover, *stem)
     coarse = 4 * rng.standard_normal((height + SHIFTS, width + SHIFTS, 1), np.float32)
     fine = coarse + 2 * rng.standard_normal((*coarse.shape[:2], 3), np.float32)
-    # Negative grain wraps to 256 less: added in uint8, it subtracts, and fast.
+    # Negative grain wraps around in uint8, so that adding it subtracts; this is fast.
     grain = np.rint(fine).clip(-GRAIN, GRAIN).astype(np.int8).view(np.uint8)
     return to_bytes(ground), cover, grain
 
