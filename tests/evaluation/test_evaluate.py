@@ -695,7 +695,7 @@ def test_resuming_something_else_is_refused(
     prepare(out, now)
     other = {
         "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
-        "sequence a, whose truth": note(dataset, sequences={"a": "0"}),
+        "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),
     }

@@ -116,7 +116,7 @@ def stored_ratios(text: str, where: Path) -> dict[Ratio, float]:
 
 
 def _ratios(lines: Sequence[Sequence[str]]) -> dict[Ratio, float]:
-    """Return the ratios of motes's trackers to peers in a table's lines; the first is the head."""
+    """Return the ratios of motes to its peers in a table's lines; the first is the head."""
     found: dict[Ratio, float] = {}
     head, *rows = lines
     for row in rows:
