@@ -93,7 +93,7 @@ def evaluate(
         Parameter(
             group=RUN,
             negative=(),
-            help="One pass, perturbed starts, perturbed times, started anew after failures, "
+            help="One pass, perturbed starts, perturbed times, restarted after failures, "
             "24 views; again for each; else ope.",
         ),
     ] = None,

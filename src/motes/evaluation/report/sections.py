@@ -301,15 +301,26 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
         columns |= {"AUC": ("auc", 3), "precision at 20 px": ("precision_20", 3)}
         columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (lost_track, 2)}
     columns |= {"F1 of lost": ("lost_f1", 2), "ECE": ("ece", 3), "ms": ("ms_median", 2)}
+
+    def cells(tracker: str, sequence: str) -> Iterable[Cell]:
+        for name, digits in columns.values():
+            yield number(evaluation.mean(tracker, protocol, name, [sequence]), digits)
+
+    return by_tracker_and_sequence(evaluation, protocol, columns, cells)
+
+
+def by_tracker_and_sequence(
+    evaluation: Passes[Any],
+    protocol: str,
+    columns: Iterable[str],
+    cells: Callable[[str, str], Iterable[Cell]],
+) -> Table:
+    """Return a table with a row for each tracker on each sequence that it finished.
+
+    `cells` gives the cells of the columns from the names of tracker and sequence.
+    """
     rows = [
-        (
-            Cell(tracker),
-            Cell(sequence),
-            *(
-                number(evaluation.mean(tracker, protocol, name, [sequence]), digits)
-                for name, digits in columns.values()
-            ),
-        )
+        (Cell(tracker), Cell(sequence), *cells(tracker, sequence))
         for tracker in evaluation.trackers
         for sequence in evaluation.finished(tracker, protocol)
     ]

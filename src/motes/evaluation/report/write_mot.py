@@ -138,21 +138,11 @@ def details(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker on each sequence."""
     names = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
     names |= {title: (name, digits) for title, (name, digits, _) in MEASURES.items()}
-    rows = [
-        (
-            Cell(tracker),
-            Cell(sequence),
-            *(_number(evaluation, tracker, *column, [sequence]) for column in names.values()),
-        )
-        for tracker in evaluation.trackers
-        for sequence in evaluation.finished(tracker, MOT)
-    ]
-    return Table(
-        "Each tracker on each sequence",
-        ("tracker", "sequence", *names),
-        rows,
-        note="Mean ± standard deviation over seeds. More is in results.csv.",
-    )
+
+    def cells(tracker: str, sequence: str) -> Iterable[Cell]:
+        return (_number(evaluation, tracker, *column, [sequence]) for column in names.values())
+
+    return report_sections.by_tracker_and_sequence(evaluation, MOT, names, cells)
 
 
 def _plots(evaluation: MotEvaluation) -> str:
