@@ -262,7 +262,7 @@ def test_references(tmp_path: Path, text: str) -> None:
         ("sequence,MIL\n", "no sequence after"),
         ("sequence,MIL\nDavid,0.1,0.2\n", "line 2 has 3 columns"),
         ("sequence,MIL\nDavid,0.1\ndavid,0.2\n", "line 3 must name another sequence"),
-        ("sequence,MIL\n,0.2\n", "line 2 must name a sequence"),
+        ("sequence,MIL\n,0.2\n", "line 2 must name another sequence"),
         ("sequence,MIL\nDavid,good\n", "line 2, column MIL: 'good' is not a number"),
         ("sequence,MIL\nDavid,38.4\n", "from 0 to 1, not 38.4"),
         ("sequence,MIL\nDavid,inf\n", "from 0 to 1, not inf"),
