@@ -5,10 +5,9 @@ from __future__ import annotations
 from enum import StrEnum
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Box, Ellipse
+from motes.core.types import Floats
 
 
 class Status(StrEnum):
@@ -49,7 +48,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     frame: int
     time: float
     ellipse: Ellipse
-    covariance: NDArray[np.float64]
+    covariance: Floats
     confidence: float
     status: Status
     distance: float

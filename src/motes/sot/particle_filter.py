@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import msgspec
 import numpy as np
@@ -26,17 +26,18 @@ from motes.core.saved_state import (
     Array,
     check,
     check_numbers,
+    in_types_of,
     middle_of,
     rows,
 )
 from motes.core.track import Status, Track
-from motes.cues import AdaptableCue, Cue
-from motes.cues.color import Color, ColorModel
-from motes.cues.color_posterior import Posterior, PosteriorModel
-from motes.cues.correlation_filter import Correlation, CorrelationModel
-from motes.cues.edge_histogram import Edges, EdgesModel
-from motes.cues.hog import Hog, HogModel
-from motes.cues.structure_tensor import Orientation, OrientationModel
+from motes.cues.base import CUES, AdaptableCue, Cue
+from motes.cues.color import Color
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
+from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
@@ -46,16 +47,16 @@ from motes.sot.filtering.model_update import (
     PerCue,
     Strategy,
     UpdateDiagnostics,
-    UpdaterState,
 )
 from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
+from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
+Model: TypeAlias = Any
+"""A target model; its type is the cue's own affair."""
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
@@ -87,7 +88,7 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     states: Floats
     weights: Weights
     models: dict[str, Model]
-    memories: dict[str, UpdaterState]
+    memories: dict[str, Any]
     backgrounds: dict[str, BackgroundStatistics]
     reference_size: Ellipse
     search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
@@ -108,6 +109,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How the target moves.
     color, orientation, edges, hog, correlation, posterior
         The cues: what pixels say about an ellipse. At least one.
+    extra_cues
+        Cues of other packages by name. In files and options they stand among the other keys.
     fusion
         How several cues become one.
     likelihood
@@ -124,13 +127,14 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     """
 
     particles: Particles = 100
-    motion: AnyMotion = ConstantVelocity()
+    motion: Motion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
     edges: Edges | None = None
     hog: Hog | None = None
     correlation: Correlation | None = None
     posterior: Posterior | None = None
+    extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
     fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
@@ -139,13 +143,15 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     adaptation: Adaptation = ExponentialForgetting()
     budget: KldSampling | None = None
 
+    open_field: ClassVar[str | None] = "extra_cues"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError(
-                "A particle filter needs a cue: color, orientation, edges, hog, correlation or "
-                "posterior."
-            )
+            raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
+        for name in self.extra_cues:
+            if name in self.__struct_fields__:
+                raise ConfigError(f"extra_cues names {name!r}, which is a key of its own.")
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
@@ -160,28 +166,19 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
                         f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
                     )
                 if key == "adaptation.cues" and name not in self.strategies:
-                    raise ConfigError(f"{key} names {name!r}, which learns at {name}.rate.")
+                    raise ConfigError(f"{key} names {name!r}, which learns at a rate of its own.")
 
     @cached_property
     def cues(self) -> dict[str, Cue]:
         """The cues in use, by name."""
-        cues: dict[str, Cue | None] = {
-            "color": self.color,
-            "orientation": self.orientation,
-            "edges": self.edges,
-            "hog": self.hog,
-            "correlation": self.correlation,
-            "posterior": self.posterior,
-        }
-        return {name: cue for name, cue in cues.items() if cue is not None}
+        fields = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {n: cue for n, cue in fields.items() if isinstance(cue, Cue)} | self.extra_cues
 
     @cached_property
     def strategies(self) -> dict[str, Strategy]:
         """How the models that are histograms learn, by their cue's name."""
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
-        if isinstance(self.adaptation, PerCue):
-            return {name: self.adaptation.cues.get(name, ExponentialForgetting()) for name in names}
-        return dict.fromkeys(names, self.adaptation)
+        return {name: self.adaptation.strategy(name) for name in names}
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -262,16 +259,27 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         state = replace(state, status=Status.TRACKING, frames_missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
 
-    def check(self, state: FilterState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: FilterState, frame: Frame) -> FilterState:
+        """Return a saved state with models and memories in their types, which the cues know.
+
+        Raises
+        ------
+        ValueError
+            If no frame leaves such a state; see `motes.core.saved_state`.
+        """
         middle = middle_of(frame, *state.reference_size[2:4])
         models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
-        memories = dict[str, UpdaterState]()
+        memories = dict[str, Any]()
         for name in filter(self.strategies.get, state.memories):
             flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
             memory = self.strategies[name].learn(None, flat, flat, flat).memory
             if memory is not None:
                 memories[name] = memory
+        state = replace(
+            state,
+            models=in_types_of(models, state.models, "state.models"),
+            memories=in_types_of(memories, state.memories, "state.memories"),
+        )
         [start] = self.motion.initial(np.array([middle]))
         states = rows(start, state.states)
         zeros = rows(0.0, states)
@@ -295,6 +303,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         with np.errstate(all="ignore"):
             ellipses = self.motion.ellipses(state.states)
         check_numbers(ellipses, "state.states", ELLIPSES)
+        return state
 
     def _count(self, state: FilterState, max_particles: int | None) -> int:
         """Return how many particles the next frame gets."""
@@ -404,7 +413,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def _learned(
         self, state: FilterState, frame: Frame, estimate: Ellipse
-    ) -> tuple[dict[str, Model], dict[str, UpdaterState], dict[str, UpdateDiagnostics]]:
+    ) -> tuple[dict[str, Model], dict[str, Any], dict[str, UpdateDiagnostics]]:
         """Return models, memories and lessons after a frame in which the target is there."""
         models, memories, lessons = (
             dict[str, Model](),

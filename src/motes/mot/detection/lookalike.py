@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.cues.color import Color, ColorModel
@@ -33,7 +33,7 @@ LIMIT = 100
 """At most so many are found in a frame."""
 
 
-class LookalikeConfig(Config, frozen=True, tag="like"):
+class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
     """Whom a `LookalikeDetector` looks for, and how.
 
     Attributes

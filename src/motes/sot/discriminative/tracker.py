@@ -22,9 +22,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array, check, middle_of, rows
 from motes.core.track import Status, Track
+from motes.core.types import Spectra
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
-from motes.cues.fourier_ridge import Spectra
 from motes.cues.scale_filter import ScaleFilter, ScaleModel
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
@@ -188,8 +188,8 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         )
         return state, self._put(state, frame)
 
-    def check(self, state: DiscriminativeState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
+        """Return a saved state; raise a ValueError if no frame leaves such a one."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
         fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
         searchers = (
@@ -199,6 +199,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         )
         factors = rows(1.0, state.factors)
         check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
+        return state
 
     def _turn(
         self,
