@@ -5,6 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
@@ -61,6 +64,18 @@ class AdaptableCue(Cue):
 
         It holds zeros where nothing is seen, as outside the frame.
         """
+
+
+def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:
+    """Return which ellipses (N, 5) may see a pixel: finite, of a size, not outside the frame."""
+    with np.errstate(invalid="ignore", over="ignore"):  # of those that are none
+        x, y, a, b, theta = ellipses.T
+        wide = np.hypot(a * np.cos(theta), b * np.sin(theta))
+        high = np.hypot(a * np.sin(theta), b * np.cos(theta))
+        across = (x + wide > -0.5) & (x - wide < frame.width - 0.5)
+        down = (y + high > -0.5) & (y - high < frame.height - 0.5)
+    seen: NDArray[np.bool_] = np.isfinite(ellipses).all(axis=1) & (a > 0) & (b > 0) & across & down
+    return seen
 
 
 CUES = Registry[Cue](

@@ -19,6 +19,7 @@ from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes, Floats, Singles
+from motes.cues.base import visible
 
 CELL_SIZE = 4
 """Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
@@ -123,19 +124,6 @@ class Grid:
         turns = place.theta + TURN * steps[:, 4]
         for row, mine in zip(np.column_stack([centers, halves, turns]).tolist(), own, strict=True):
             yield Ellipse(*row), rows[mine]
-
-
-def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:
-    """Return which ellipses (N, 5) may see a pixel: finite, of a size, not outside the frame."""
-    x, y, a, b, theta = ellipses.T
-    sound = np.isfinite(ellipses).all(axis=1) & (a > 0) & (b > 0)
-    with np.errstate(invalid="ignore"):
-        cosine, sine = np.cos(theta), np.sin(theta)
-        wide, high = np.hypot(a * cosine, b * sine), np.hypot(a * sine, b * cosine)
-        across = (x + wide > -0.5) & (x - wide < frame.width - 0.5)
-        down = (y + high > -0.5) & (y - high < frame.height - 0.5)
-    seen: NDArray[np.bool_] = sound & across & down
-    return seen
 
 
 def _hann(cells: int, side: float) -> Floats:

@@ -120,9 +120,11 @@ class LookalikeDetector:
 
     def _grid(self, frame: Frame) -> Floats:
         """Return the ellipses (N, 5) that are looked at."""
-        grids = []
+        grids = [np.empty((0, 5))]
         for size in SIZES:
             a, b = size * self._box.width / 2, size * self._box.height / 2
+            if 2 * a > frame.width or 2 * b > frame.height:
+                continue
             y, x = np.mgrid[
                 b : frame.height - b : 2 * b / STEPS, a : frame.width - a : 2 * a / STEPS
             ]
