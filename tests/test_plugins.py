@@ -20,7 +20,8 @@ import pytest
 
 from motes.cli import main
 from motes.core import registry
-from motes.core.config import from_dict, from_toml, keys, to_dict, to_toml
+from motes.core.config import from_dict, from_toml, to_dict, to_toml
+from motes.core.config_keys import names
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
@@ -116,8 +117,8 @@ def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     check_cue(CUES.resolve("hue")())
     check_motion(MOTIONS.resolve("drift")())
     check_detector(DETECTORS.resolve("bright")())
-    assert {"hue", "color"} <= set(keys(TrackerConfig))
-    assert "extra_cues" not in keys(TrackerConfig)
+    assert {"hue", "color"} <= set(names(TrackerConfig))
+    assert "extra_cues" not in names(TrackerConfig)
 
 
 def test_options_reach_them(go: Go) -> None:

@@ -71,25 +71,28 @@ def check_settings(
     ConfigError
         With the nearest known key or option.
     """
-    from motes.core.config import keys
+    from motes.core.config_keys import names
     from motes.cues.base import CUES
 
-    names = {key.replace("-", "_"): key for key in settings}
+    given = {key.replace("-", "_"): key for key in settings}
     declared = config.__struct_fields__
-    unknown = [name for name in names if name not in declared and name not in CUES]
+    unknown = [name for name in given if name not in declared and name not in CUES]
     if unknown and "type" not in settings:
-        raise ConfigError(no_such_option(command, f"--{names[unknown[0]]}", keys(type(config))))
+        raise ConfigError(no_such_option(command, f"--{given[unknown[0]]}", names(type(config))))
 
 
 def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
     """Return that a command has no such option, with the nearest of its own and of known keys."""
     known = list(known)
-    renamed = RENAMED.get(flag.lstrip("-").replace("-", "_"))
-    if renamed in known:
-        return f"There is no option {flag}; it is --{renamed} now."
+    renamed = {old: new for old, new in RENAMED.items() if new.partition(".")[0] in known}
+    name = flag.lstrip("-").replace("-", "_")
+    if name in renamed:
+        return f"There is no option {flag}; it is --{renamed[name]} now."
     options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
-    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
-    hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options, *renamed], n=1)
+    hint = f"see motes {command.__name__} --help."
+    if near:
+        hint = f"did you mean --{renamed.get(near[0], near[0])}?"
     return f"There is no option {flag} with this preset; {hint}"
 
 

@@ -15,7 +15,7 @@ import importlib
 from collections.abc import Mapping
 from functools import cache
 from importlib import metadata
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, get_args
 
 import msgspec
 
@@ -138,6 +138,18 @@ def registry_of(kind: object) -> Registry[Any] | None:
     """Return the registry of an interface, or of a narrower one; None for any other type."""
     bases = kind.__mro__ if isinstance(kind, type) and not issubclass(kind, msgspec.Struct) else ()
     return next((_REGISTRIES[base] for base in bases if base in _REGISTRIES), None)
+
+
+def open_registry(kind: type) -> tuple[str, Registry[Any] | None]:
+    """Return the open field of a configuration's type and the registry of what it holds.
+
+    See `motes.core.config.Config.open_field`; the registry is None without such a field.
+    """
+    name: str | None = getattr(kind, "open_field", None)
+    for field in msgspec.structs.fields(kind) if name is not None else ():
+        if field.name == name:
+            return name, registry_of(get_args(field.type)[1])
+    return "", None
 
 
 def tag_of(kind: type) -> str | int | None:

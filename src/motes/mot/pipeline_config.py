@@ -28,7 +28,13 @@ DETECTORS = Registry[DetectorConfig](
 
 
 class WatchConfig(SceneConfig, frozen=True):
-    """A scene, and what finds objects in it."""
+    """A scene, and the detector of its objects.
+
+    Attributes
+    ----------
+    detector
+        The detector of objects, and its settings.
+    """
 
     detector: DetectorConfig = BackgroundConfig()
 
