@@ -18,7 +18,7 @@ ORDER = [
     {"video"},
     {"cues"},
     {"sot"},
-    {"mot"},
+    {"mot", "testing"},
     {"output"},
     {"evaluation"},
     {"cli"},

@@ -7,10 +7,9 @@ from enum import StrEnum
 from typing import Any
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Box, Ellipse
+from motes.core.types import Floats
 
 
 class Status(StrEnum):
@@ -51,7 +50,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     frame: int
     time: float
     ellipse: Ellipse
-    covariance: NDArray[np.float64]
+    covariance: Floats
     confidence: float
     status: Status
     distance: float

@@ -52,8 +52,14 @@ class Algorithm(Protocol[S, I_co]):
         """Put the target at `region` of the current frame; the target model is kept."""
         ...
 
-    def check(self, state: S, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: S, frame: Frame) -> S:
+        """Return a saved state in the types of this algorithm's parts.
+
+        Raises
+        ------
+        ValueError
+            If no frame leaves such a state; see `motes.core.saved_state`.
+        """
         ...
 
 
