@@ -76,12 +76,15 @@ def check_settings(
 def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
     """Return that a command has no such option, with the nearest of its own and of known keys."""
     known = list(known)
-    renamed = RENAMED.get(flag.lstrip("-").replace("-", "_"))
-    if renamed in known:
-        return f"There is no option {flag}; it is --{renamed} now."
+    renamed = {old: new for old, new in RENAMED.items() if new.partition(".")[0] in known}
+    name = flag.lstrip("-").replace("-", "_")
+    if name in renamed:
+        return f"There is no option {flag}; it is --{renamed[name]} now."
     options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
-    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options], n=1)
-    hint = f"did you mean --{near[0]}?" if near else f"see motes {command.__name__} --help."
+    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options, *renamed], n=1)
+    hint = f"see motes {command.__name__} --help."
+    if near:
+        hint = f"did you mean --{renamed.get(near[0], near[0])}?"
     return f"There is no option {flag} with this preset; {hint}"
 
 

@@ -151,7 +151,7 @@ def watch(
     terminal. The end says what was counted in each minute.
 
     Every key of the configuration is an option too, laid over the file of --config, as
-    --min-hits 3, --association.overlap 0.2, --tracker.particles 100, --detector.least 0.001 or
+    --initiation.min-hits 3, --tracker.particles 100, --detector.least 0.001 or
     --detector.history 200; --dump-config shows all of them, as a file for --config.
 
     Parameters

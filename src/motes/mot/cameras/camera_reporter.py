@@ -12,7 +12,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.color import Color
-from motes.mot.association import intersection_over_first
+from motes.mot.boxes import intersection_over_first
 from motes.mot.cameras.reidentification import Camera, CameraReport, ObjectReport
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack

@@ -20,7 +20,7 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.histogram_cue import bhattacharyya
-from motes.mot.association import assign
+from motes.mot.assignment import assign
 from motes.sot.known_target import Place
 
 Floats = NDArray[np.float64]
@@ -124,7 +124,17 @@ class Overlap(Config, frozen=True):
 
 
 class Rig(Config, frozen=True):
-    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]]."""
+    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]].
+
+    Attributes
+    ----------
+    camera
+        The cameras; at least one.
+    passage
+        The ways between places of two cameras.
+    overlap
+        The pairs of cameras that see the same ground.
+    """
 
     camera: tuple[Camera, ...]
     passage: tuple[CameraLink, ...] = ()
