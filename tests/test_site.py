@@ -10,6 +10,14 @@ from pathlib import Path
 
 import pytest
 
+import motes
+from motes.cli.app import app
+from motes.core.config_keys import all_paths, keys
+from motes.mot.pipeline_config import WatchConfig
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.mean_shift import MeanShift
+from motes.sot.particle_filter import ParticleFilter
+
 ROOT = Path(__file__).parent.parent
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
 """Elements of which a browser loads what they name; of links, the canonical address is none."""
@@ -59,9 +67,6 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
 
 
 def test_reference_is_complete(site: Path) -> None:
-    import motes
-    from motes.cli.app import app
-
     api = (site / "reference/api.html").read_text(encoding="utf-8")
     for name in motes.__all__:
         assert f'id="motes.{name}"' in api, name
@@ -69,9 +74,10 @@ def test_reference_is_complete(site: Path) -> None:
     for name in ("track", "watch", "evaluate", "experiment", "demo", "bench", "doctor"):
         assert name in app
         assert f'id="motes-{name}"' in commands, name
-    keys = (site / "reference/configuration.html").read_text(encoding="utf-8")
-    for key in ("particles", "learning_rate", "kept_fraction", "min_hits", "history"):
-        assert f"<code>{key}</code>" in keys, key
+    text = (site / "reference/configuration.html").read_text(encoding="utf-8")
+    for kind in (ParticleFilter, Discriminative, MeanShift, WatchConfig):
+        for path in all_paths(keys(kind)):
+            assert f">{path}" in text, path
 
 
 def test_pictures_of_the_gallery_are_small() -> None:
