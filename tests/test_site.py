@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -17,8 +18,13 @@ from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import configure, preset
+from pages import blocks
 
 ROOT = Path(__file__).parent.parent
+KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
+CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}
+"""Methods, not keys."""
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
 """Elements of which a browser loads what they name; of links, the canonical address is none."""
 
@@ -75,7 +81,7 @@ def test_reference_is_complete(site: Path) -> None:
         assert name in app
         assert f'id="motes-{name}"' in commands, name
     text = (site / "reference/configuration.html").read_text(encoding="utf-8")
-    for kind in (ParticleFilter, Discriminative, MeanShift, WatchConfig):
+    for kind in KINDS:
         for path in all_paths(keys(kind)):
             assert f">{path}" in text, path
 
@@ -87,3 +93,26 @@ def test_pictures_of_the_gallery_are_small() -> None:
         ROOT / "docs" / name for name in re.findall(r"\((images/gallery/.+?)\)", page)
     } == pictures
     assert sum(picture.stat().st_size for picture in pictures) < 300_000
+
+
+def test_named_configuration_keys_exist() -> None:
+    paths = {path for kind in KINDS for path in all_paths(keys(kind))}
+    tables = {path.rpartition(".")[0] for path in paths}
+    roots = {path.partition(".")[0] for path in paths}
+    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"`(?:--)?([a-z_]+(?:\.[a-z_-]+)+)(?: [^`]*)?`", text):
+            key = name.replace("-", "_")
+            if key.partition(".")[0] in roots and not key.endswith(".py"):
+                assert key in paths | tables | CALLED, (page, name)
+
+
+def test_configurations_can_be_loaded() -> None:
+    found = 0
+    for page in (ROOT / "docs").rglob("*.md"):
+        for block in blocks(page):
+            if block.language == "toml" and block.text.startswith("preset"):
+                found += 1
+                values = tomllib.loads(block.text)
+                configure(preset(values.pop("preset")), values)
+    assert found >= 2
