@@ -85,7 +85,7 @@ def api_page() -> str:
         assert isinstance(member, griffe.Alias)
         names[member.target_path.split(".")[1]].append(name)
     if unknown := set(names) - set(PACKAGES):
-        raise KeyError(f"docs/generate/pages.py has no heading for names of {unknown}")
+        raise KeyError(f"docs/generate/site_pages.py has no heading for names of {unknown}")
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
