@@ -41,6 +41,14 @@ def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
     assert last_frame(1.0, covered=True) == pytest.approx(2 / 0.04, abs=1)
 
 
+def test_an_occluded_object_that_ends_covers_nothing() -> None:
+    """Neither is visible, so both end in the same frame."""
+    both = [occluded(identity, BEFORE, PLACE, since=3.0) for identity in (1, 2)]
+    tracks, staying = report(both, picture(126), config())
+    assert [each.track.status for each in tracks] == [Status.LOST, Status.LOST]
+    assert staying == []
+
+
 def test_at_the_border_it_ends_soon() -> None:
     assert last_frame(4.0, Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
 
