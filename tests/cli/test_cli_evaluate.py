@@ -102,7 +102,7 @@ def test_what_is_said(whole: str, go: Go) -> None:
     assert code == 0
     assert error == "motes: 16 passes, 0 failed; wrote whole/report.html.\n"
     title, head, first, second, reset, *_ = out.splitlines()
-    assert (title, reset) == ("One pass (OPE):", "Started anew after failures (VOT):")
+    assert (title, reset) == ("One pass (OPE):", "Restarted after failures (VOT):")
     assert head.split()[:3] == ["tracker", "sequences", "AUC"]
     assert re.match(r"  my\.toml +2 of 2  0\.\d{3} ± 0\.\d{3} ", first)
     assert re.match(r"  mine:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
@@ -257,7 +257,7 @@ def test_robust(go: Go) -> None:
     line = "data --sequence a --tracker mean_shift --workers 1 --out views"
     code, out, _ = go(f"{line} --robust --max-frames 6")
     assert code == 0
-    assert out.startswith("Seen otherwise (24 views):\n")
+    assert out.startswith("Perturbed views (24 views):\n")
     rows = table("views")
     assert {row["protocol"] for row in rows} == {"robust"}
     assert len({row["start"] for row in rows}) == len(rows) == 24

@@ -137,7 +137,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     code, out, error = go(f"{line} --out failing")
     assert code == 6
     assert error.splitlines() == [
-        "motes: sequence b: gt/gt.txt, line 2: frame 1 has the identity 1 already in line 1",
+        "motes: sequence b: gt/gt.txt, line 2: frame 1 already has the identity 1, in line 1",
         "motes: tracker nix: There is no tracker of this name for many objects; known are "
         "motes:scene, trackers:sort, trackers:bytetrack.",
         "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
@@ -156,7 +156,7 @@ def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     path.write_text(text)
     assert (code, out) == (5, "")
-    assert "with this sequence b, whose truth or detections were others" in error
+    assert "with this sequence b, which had other truth or detections" in error
 
 
 def test_a_detector(go: Go) -> None:

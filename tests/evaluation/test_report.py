@@ -427,7 +427,7 @@ def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
         "One pass (OPE)",
         "Perturbed starts (SRE)",
         "Perturbed times (TRE)",
-        "Started anew after failures (VOT)",
+        "Restarted after failures (VOT)",
     ]
     heads = [line.removeprefix("## ") for line in summary.splitlines() if line.startswith("## ")]
     assert heads == order

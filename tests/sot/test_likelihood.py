@@ -19,6 +19,7 @@ from motes.sot.filtering.fusion import Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import PRESETS, configure
 from motes.sot.tracker import Tracker
 from oracles import region, scene
@@ -130,6 +131,7 @@ def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, An
     tracker.init(scene(0, (30, 36)), region((30, 36)))
     tracker.update(scene(1, (31, 36)))
     info = tracker.info
+    assert isinstance(info, FilterInfo)
     if len(config.cues) == 1:
         d = info.distances[None]
         expected = Weights.from_log(config.likelihood.log(list(config.cues), d)[0])

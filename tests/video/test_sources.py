@@ -41,6 +41,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
+from motes.video.report import Report
 from motes.video.sources import open_source, read_image
 
 DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[3] / "shared" / "data")) / "video"
@@ -56,7 +57,7 @@ KNOWN = {
 need_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real videos in {DATA}")
 
 
-def read(source: str | Path, **selection: Any) -> tuple[list[Frame], decoder.Report]:
+def read(source: str | Path, **selection: Any) -> tuple[list[Frame], Report]:
     with open_source(source, **selection) as frames:
         return list(frames), frames.report
 

@@ -37,6 +37,7 @@ app.command("motes.cli.watch:watch", name="watch", help="Follow and count all th
 app.command(
     "motes.cli.convert:app", name="convert", help="Make the document of a run that was cut off."
 )
+app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
 app.command("motes.cli.histogram:app", name="histogram", help="Save what a target looks like.")
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
 app.command("motes.cli.experiment:app", name="experiment", help="Reproduce the papers' tables.")

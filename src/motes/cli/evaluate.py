@@ -28,16 +28,16 @@ from motes.core.errors import ConfigError, FormatError, MissingDependencyError, 
 from motes.core.interrupts import check
 from motes.evaluation import mot_scores, runner
 from motes.evaluation.adapters.mot import SCENE
-from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
-from motes.evaluation.adapters.sot import Own
+from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
+from motes.evaluation.adapters.sot import MotesAdapter
 from motes.evaluation.aggregate import Evaluation
-from motes.evaluation.datasets.distractors import solver
-from motes.evaluation.datasets.mot import MotSequence, has_crowds, load_crowds
+from motes.evaluation.datasets.distractors import assignment_solver
+from motes.evaluation.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes.evaluation.datasets.sot import Problem, load_dataset
 from motes.evaluation.datasets.sot import Sequence as Film
-from motes.evaluation.mot_scores import CrowdEvaluation, CrowdOutcome
-from motes.evaluation.protocols.perturbations import LONGEST
-from motes.evaluation.protocols.sot import SHORTEST
+from motes.evaluation.mot_scores import MotEvaluation, MotOutcome
+from motes.evaluation.protocols.perturbations import MAX_FRAMES
+from motes.evaluation.protocols.sot import MIN_FRAMES
 from motes.evaluation.report import plots
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report import write_mot as mot_report
@@ -103,7 +103,7 @@ def evaluate(
     ] = False,
     max_frames: Annotated[
         int, Parameter(group=RUN, help="Of each view of the protocol robust; 5 or more.")
-    ] = LONGEST,
+    ] = MAX_FRAMES,
     seeds: Annotated[int, Parameter(group=RUN, help="Runs of a tracker that draws numbers.")] = 5,
     workers: Workers = None,
     time_limit: Annotated[
@@ -168,8 +168,8 @@ def evaluate(
         video with --annotation.
     """
     check_counts(seeds=seeds)
-    if max_frames < SHORTEST:
-        raise ConfigError(f"--max-frames is {max_frames}; give {SHORTEST} or more.")
+    if max_frames < MIN_FRAMES:
+        raise ConfigError(f"--max-frames is {max_frames}; give {MIN_FRAMES} or more.")
     if robust:
         protocol = [*(protocol or []), "robust"]
     processes = worker_count(workers)
@@ -179,7 +179,7 @@ def evaluate(
         raise MissingDependencyError(
             "The report needs matplotlib; install it: pip install 'motes[report]'."
         )
-    many = has_crowds(dataset)
+    many = has_mot_sequences(dataset)
     single: dict[str, object] = {
         "protocol": protocol,
         "annotation": annotation,
@@ -195,28 +195,28 @@ def evaluate(
 
     films: Sequence[Film | MotSequence]
     if many:
-        films, problems = load_crowds(dataset)
+        films, problems = load_mot_dataset(dataset)
     else:
         films, problems = load_dataset(dataset, first_pixels(first_pixel or []), annotation)
     films, problems = _chosen(films, problems, sequence or ["*"])
-    entries, unusable = resolve(tracker or ["nummiaro"], crowd_entry if many else None)
+    entries, unusable = resolve(tracker or ["nummiaro"], mot_tracker_spec if many else None)
     if not entries:
         raise ConfigError("There is no tracker to run. " + _lines(unusable))
     if detector is not None:
-        entries = detecting(entries, detector)
+        entries = with_detector(entries, detector)
     protocols = ["mot"] if many else list(dict.fromkeys(protocol or ["ope"]))
     jobs, unreadable = runner.plan(entries, films, protocols, seeds, max_frames)
     problems += unreadable
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
-    candidates = tuple(entry.name for entry in entries if entry.make.func is Own)
+    candidates = tuple(entry.name for entry in entries if entry.make.func is MotesAdapter)
     if folds is not None:
         _check_folds(folds, len({job.sequence.name for job in jobs}), candidates)
     now = record(dataset, jobs, entries, protocols, seeds, time_limit, max_frames)
     prepare(out, now, resume=resume, overwrite=overwrite)
 
-    if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
+    if any(entry.make.func is MotesAdapter or entry.name == SCENE for entry in entries):
         announce_compiling()
     errors: dict[Pass, str] = {}
     interrupted: KeyboardInterrupt | None = None
@@ -225,12 +225,12 @@ def evaluate(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     # The first tracker first.
-    jobs = [job for entry in entries for job in jobs if job.entry is entry]
+    jobs = [job for entry in entries for job in jobs if job.spec is entry]
     title = f"Trackers on {dataset.resolve().name}"
-    outcomes: list[Outcome] | list[CrowdOutcome]
+    outcomes: list[Outcome] | list[MotOutcome]
     if many:
-        outcomes = [outcome for job in jobs for outcome in CrowdOutcome.of(job, out, errors)]
-        crowds = CrowdEvaluation(outcomes)
+        outcomes = [outcome for job in jobs for outcome in MotOutcome.of(job, out, errors)]
+        crowds = MotEvaluation(outcomes)
         mot_scores.write_results(out, crowds)
         mot_report.write_report(out, crowds, problems, title)
         tables = {
@@ -271,7 +271,7 @@ def _check_kind(
             "trackers:bytetrack."
         )
     if many:
-        solver()
+        assignment_solver()
 
 
 def _check_folds(folds: int, sequences: int, candidates: Sequence[str]) -> None:

@@ -336,13 +336,13 @@ def zhao_figure9(
     """
     output = Output("zhao-figure9", ("",), out, overwrite, plot=True)
 
-    from motes.evaluation.datasets.mot import has_crowds, load_crowds
+    from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
     from motes.evaluation.papers import zhao_pei_figure9
     from motes.mot.pipeline_config import named_detector
 
     finder = None if detector is None else named_detector(detector)
-    if has_crowds(sequence):
-        crowds, problems = load_crowds(sequence)
+    if has_mot_sequences(sequence):
+        crowds, problems = load_mot_dataset(sequence)
         _refuse_none(sequence, crowds, problems)
         announce_compiling()
     else:

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 import msgspec
 from msgspec import Meta
 
+from motes.core.config_keys import NAME, all_paths, alternatives, keys
 from motes.core.errors import ConfigError
 from motes.core.renamed_keys import RENAMED
 
@@ -104,8 +105,9 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             words = f"; known are {', '.join(choices)}" if choices else ""
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{message}{got}{words}.") from None
-        name, paths = unknown[1], _paths(kind)
-        known = sorted({path.rpartition(".")[2] for path in paths} - {name})  # may be one elsewhere
+        name, paths = unknown[1], {*all_paths(keys(kind))}
+        # The name may be known elsewhere.
+        known = sorted({path.rpartition(".")[2] for path in paths} - {name, NAME})
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
         renamed = RENAMED.get(name, "")
@@ -116,26 +118,19 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         ) from None
 
 
-def keys(kind: Any) -> list[str]:
-    """Return the names of the fields of a configuration type, or of all in a union of them."""
-    parts = get_args(kind) or (kind,)
-    return sorted({field.name for part in parts for field in msgspec.structs.fields(part)})
-
-
 def _choices(kind: Any, path: list[str]) -> list[str]:
     """Return the words that may stand at a path in a configuration type, if it takes words."""
     if not path:
         return [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
-    parts = [part for part in get_args(kind) or (kind,) if isinstance(part, type)]
+    parts = alternatives(kind)
     if path == ["type"]:
-        tags = (part.__struct_config__.tag for part in parts if issubclass(part, Config))
+        tags = (part.__struct_config__.tag for part in parts)
         return [str(tag) for tag in tags if tag is not None]
     found: list[str] = []
     for part in parts:
-        if issubclass(part, Config):
-            for field in msgspec.structs.fields(part):
-                if field.name == path[0]:
-                    found += _choices(field.type, path[1:])
+        for field in msgspec.structs.fields(part):
+            if field.name == path[0]:
+                found += _choices(field.type, path[1:])
     return list(dict.fromkeys(found))
 
 
@@ -144,17 +139,6 @@ def _item(values: Any, key: str) -> Any:
     if isinstance(values, Mapping):
         return values.get(key, values)
     return values[int(key)] if isinstance(values, list | tuple) else values
-
-
-def _paths(kind: Any, above: str = "") -> set[str]:
-    """Return the dotted paths of all fields in a configuration type and the types inside it."""
-    paths: set[str] = set()
-    for part in get_args(kind) or (kind,):
-        if isinstance(part, type) and issubclass(part, Config):
-            for field in msgspec.structs.fields(part):
-                path = f"{above}{field.name}"
-                paths |= {path} | _paths(field.type, f"{path}.")
-    return paths
 
 
 def from_toml(text: str, name: str) -> dict[str, Any]:

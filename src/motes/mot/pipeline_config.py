@@ -18,7 +18,13 @@ DetectorConfig: TypeAlias = (
 
 
 class WatchConfig(SceneConfig, frozen=True):
-    """A scene, and what finds objects in it."""
+    """A scene, and the detector of its objects.
+
+    Attributes
+    ----------
+    detector
+        The detector of objects, and its settings.
+    """
 
     detector: DetectorConfig = BackgroundConfig()
 

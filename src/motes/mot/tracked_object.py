@@ -15,7 +15,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.cues.hog import HogModel
-from motes.sot.particle_filter import FilterState, ParticleFilter, fuse_distances
+from motes.sot.filtering.fusion import fuse_distances
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterState
 
 Floats = NDArray[np.float64]
 

@@ -8,9 +8,11 @@ and Meer (CVPR 2000), for three sizes; optionally from where a Kalman filter exp
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, ClassVar
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
@@ -25,7 +27,6 @@ from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
-from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
 
@@ -94,6 +95,37 @@ class ShiftState:
     frames_missed: int
 
 
+class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
+    """What the mean-shift tracker reports of a step.
+
+    Attributes
+    ----------
+    track
+        The estimate, which is the only hypothesis.
+    n_supporting
+        1 if it fulfills the appearance rule, else 0.
+    models
+        The target model that this frame was compared with, as `color`.
+    cue_weights
+        The weight 1 of `color`.
+    """
+
+    track: Track
+    n_supporting: int
+    models: Mapping[str, ColorModel]
+    cue_weights: Mapping[str, float]
+
+    @property
+    def ellipses(self) -> Floats:
+        """(1, 5) the only hypothesis: x, y, a, b, theta."""
+        return np.array([self.track.ellipse])
+
+    @property
+    def weights(self) -> Floats:
+        """(1,) its probability: 1."""
+        return np.ones(1)
+
+
 class MeanShift(Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
@@ -114,6 +146,8 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         pixel around every pixel of the background would take seconds; fewer places are looked at.
     """
 
+    state_type: ClassVar[type[ShiftState]] = ShiftState
+
     color: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
     prediction: Kalman | None = None
     scale: Share = 0.05
@@ -129,7 +163,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
         model = self.color.learn(frame, region)
         background = self.presence.background(
@@ -139,7 +173,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
         start, mean, covariance = state.ellipse, state.mean, state.covariance
         if self.prediction:
@@ -163,7 +197,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def correct(
         self, state: ShiftState, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         state = replace(
             state,
@@ -204,7 +238,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Judge whether the target is there."""
         distances = self.color.distances(state.model, frame, np.array([ellipse]))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
@@ -219,15 +253,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             distance=float(distances[0]),
             effective_sample_size=1.0,
         )
-        info = StepInfo(
-            track,
-            np.array([ellipse]),
-            np.ones(1),
-            distances,
-            int(appears),
-            {"color": state.model},
-            {"color": 1.0},
-        )
+        info = MeanShiftInfo(track, int(appears), {"color": state.model}, {"color": 1.0})
         return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info
 
 

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Annotated, Any
+from typing import ClassVar, Self
 
-import msgspec
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
@@ -19,80 +18,33 @@ from motes.core.config import Config, Particles
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import (
-    ELLIPSES,
-    LARGEST,
-    SAME,
-    Array,
-    check,
-    check_numbers,
-    middle_of,
-    rows,
-)
 from motes.core.track import Status, Track
 from motes.cues import AdaptableCue, Cue
-from motes.cues.color import Color, ColorModel
-from motes.cues.color_posterior import Posterior, PosteriorModel
-from motes.cues.correlation_filter import Correlation, CorrelationModel
-from motes.cues.edge_histogram import Edges, EdgesModel
-from motes.cues.hog import Hog, HogModel
-from motes.cues.structure_tensor import Orientation, OrientationModel
+from motes.cues.color import Color
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
+from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion
+from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
+    ModelUpdate,
     PerCue,
     Strategy,
-    UpdateDiagnostics,
-    UpdaterState,
+    update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
-from motes.sot.step_info import StepInfo
+from motes.sot.filtering.scatter import scatter
+from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
 
 Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
-
-
-class FilterState(msgspec.Struct, frozen=True, eq=False):
-    """What the next step needs.
-
-    Attributes
-    ----------
-    time
-        Of the last frame, in seconds.
-    states
-        (N, d) the particles, in the motion model's columns.
-    weights
-        Theirs, after the last frame.
-    models
-        The target model of each cue.
-    memories
-        What its strategy of adaptation remembers, for each cue whose does.
-    backgrounds
-        What the appearance rule compares with, for each cue.
-    reference_size
-        The target's first region; all noise is proportional to its size.
-    search_regions
-        (R, 4) boxes over which particles are spread in a search.
-    status, frames_missed
-        Where the tracker is, and for how many frames in a row the appearance rule has failed.
-    """
-
-    time: Annotated[float, SAME]
-    states: Floats
-    weights: Weights
-    models: dict[str, Model]
-    memories: dict[str, UpdaterState]
-    backgrounds: dict[str, BackgroundStatistics]
-    reference_size: Ellipse
-    search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
-    status: Status
-    frames_missed: int
 
 
 class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
@@ -122,6 +74,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How models that are histograms learn, while the appearance rule holds; those of the cues
         `correlation` and `posterior` then learn at the cue's own rate.
     """
+
+    state_type: ClassVar[type[FilterState]] = FilterState
 
     particles: Particles = 100
     motion: AnyMotion = ConstantVelocity()
@@ -185,7 +139,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
         # As the motion model has it: a turned by half a turn, b being the longer half-axis.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
@@ -203,7 +157,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         size: Ellipse,
         places: Floats | None = None,
         background: Frame | None = None,
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         """Start looking for a target whose model is known: initialization by a known histogram.
 
         Parameters
@@ -231,7 +185,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         state: FilterState,
         frame: Frame,
         max_particles: int | None = None,
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
         While the target is searched for, half of the particles go on from where they are, and the
@@ -256,7 +210,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
@@ -264,37 +218,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def check(self, state: FilterState, frame: Frame) -> None:
         """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        middle = middle_of(frame, *state.reference_size[2:4])
-        models = {name: cue.learn(frame, middle) for name, cue in self.cues.items()}
-        memories = dict[str, UpdaterState]()
-        for name in filter(self.strategies.get, state.memories):
-            flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
-            memory = self.strategies[name].learn(None, flat, flat, flat).memory
-            if memory is not None:
-                memories[name] = memory
-        [start] = self.motion.initial(np.array([middle]))
-        states = rows(start, state.states)
-        zeros = rows(0.0, states)
-        fresh = FilterState(
-            time=frame.time,
-            states=states,
-            weights=Weights(zeros, zeros, False),
-            models=models,
-            memories=memories,
-            backgrounds=dict.fromkeys(self.cues, BackgroundStatistics(0.0, 0.0)),
-            reference_size=middle,
-            search_regions=rows(np.zeros(4), state.search_regions),
-            status=Status.TRACKING,
-            frames_missed=0,
-        )
-        check(state, fresh, "state")
-        # A motion model that multiplies two columns would forgive two wrong signs.
-        [corner] = self.motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
-        least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
-        check_numbers(state.states, "state.states", Array(least))
-        with np.errstate(all="ignore"):
-            ellipses = self.motion.ellipses(state.states)
-        check_numbers(ellipses, "state.states", ELLIPSES)
+        check_state(state, frame, self.cues, self.strategies, self.motion)
+
+    def with_budget(self) -> Self:
+        """Return the filter with a budget: its own, or else the default one."""
+        return self if self.budget else replace(self, budget=KldSampling())
 
     def _count(self, state: FilterState, max_particles: int | None) -> int:
         """Return how many particles the next frame gets."""
@@ -325,7 +253,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         first: Ellipse,
         places: Floats,
         status: Status,
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
@@ -342,7 +270,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
-    ) -> tuple[FilterState, StepInfo]:
+    ) -> tuple[FilterState, FilterInfo]:
         """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
@@ -361,9 +289,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
         status, missed = self.presence.next_status(state.status, there, state.frames_missed)
-        models, memories, lessons = state.models, state.memories, dict[str, UpdateDiagnostics]()
-        if there and frame.time > state.time:  # a frame that was learned from has no more to say
-            models, memories, lessons = self._learned(state, frame, estimate)
+        update = ModelUpdate(state.models, state.memories, {})
+        if there and frame.time > state.time:  # a model learns at most once from a frame
+            update = update_models(
+                self.cues, self.strategies, state.models, state.memories, frame, estimate
+            )
         track = Track(
             frame=frame.index,
             time=frame.time,
@@ -374,7 +304,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             distance=distance,
             effective_sample_size=weights.effective_sample_size,
         )
-        info = StepInfo(
+        info = FilterInfo(
             track,
             ellipses,
             weights.values,
@@ -382,15 +312,15 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
             appearing,
             state.models,
             dict(zip(self.cues, shares.tolist(), strict=True)),
-            lessons,
+            update.diagnostics,
         )
         after = replace(
             state,
             time=frame.time,
             states=states,
             weights=weights,
-            models=models,
-            memories=memories,
+            models=update.models,
+            memories=update.memories,
             status=status,
             frames_missed=missed,
         )
@@ -401,45 +331,3 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         return np.array(
             [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
         )
-
-    def _learned(
-        self, state: FilterState, frame: Frame, estimate: Ellipse
-    ) -> tuple[dict[str, Model], dict[str, UpdaterState], dict[str, UpdateDiagnostics]]:
-        """Return models, memories and lessons after a frame in which the target is there."""
-        models, memories, lessons = (
-            dict[str, Model](),
-            dict(state.memories),
-            dict[str, UpdateDiagnostics](),
-        )
-        for name, cue in self.cues.items():
-            model: Any = state.models[name]
-            strategy = self.strategies.get(name)
-            if strategy is not None and strategy.learns and isinstance(cue, AdaptableCue):
-                seen = cue.observe(model, frame, estimate)
-                if seen.any():
-                    memory = state.memories.get(name)
-                    learned = strategy.learn(memory, model.histogram, model.anchor, seen)
-                    model = replace(model, histogram=learned.histogram)
-                    if learned.memory is not None:
-                        memories[name] = learned.memory
-                    if learned.diagnostics is not None:
-                        lessons[name] = learned.diagnostics
-            models[name] = cue.update_reading(model, frame, estimate)
-        return models, memories, lessons
-
-
-def fuse_distances(distances: Floats, shares: Floats) -> Floats:
-    """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
-    out = np.empty(distances.shape[1])
-    kernels.particles.combine(distances, shares, out)
-    return out
-
-
-def scatter(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
-    """Return n ellipses (n, 5) of one size, centers uniform over the boxes `places` (R, 4)."""
-    area = places[:, 2] * places[:, 3]
-    chosen = places[rng.choice(len(places), n, p=area / area.sum())]
-    ellipses = np.empty((n, 5))
-    ellipses[:, :2] = chosen[:, :2] - 0.5 + rng.random((n, 2)) * chosen[:, 2:]
-    ellipses[:, 2:] = size[2:]
-    return ellipses

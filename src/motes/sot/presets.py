@@ -173,6 +173,33 @@ PRESETS: dict[str, TrackerConfig] = {
     ),
 }
 
+DESCRIPTIONS = {
+    "default": "Correlation filters, a color posterior and particles that search a lost target.",
+    "nummiaro": "Nummiaro et al.: a particle filter with a color histogram.",
+    "nummiaro:adaptive": "The same with a target model that is updated.",
+    "mean_shift": "Mean shift on a color histogram, the comparison of Nummiaro et al.",
+    "mean_shift:kalman": "The same from a start that a Kalman filter predicts.",
+    "maggio": "Maggio et al.: color and edge orientation (ROH), adaptive cue weights.",
+    "maggio:C": "Color alone (table 1).",
+    "maggio:O-FOH": "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
+    "maggio:O-ROH": "Orientation alone, turned with the target (table 1).",
+    "maggio:C+O-SS-FOH": "Fixed cue weights, scale selection, FOH (table 1).",
+    "maggio:C+O-SS-ROH": "Fixed cue weights, scale selection, ROH (table 1).",
+    "maggio:C+O-A-FOH": "Adaptive cue weights, no scale selection, FOH (figure 5).",
+    "maggio:C+O-A-ROH": "Adaptive cue weights, no scale selection, ROH (figure 5).",
+    "maggio:C+O-A&SS-FOH": "Adaptive cue weights, scale selection, FOH (table 1).",
+    "maggio:C+O-A&SS-ROH": "Adaptive cue weights, scale selection, ROH: the same as maggio.",
+    "ng_delp": "Ng and Delp: color and edge histograms, on a part of the pixels.",
+    "ng_delp:color": "Color alone.",
+    "ng_delp:edges": "Edges alone.",
+    "zhao_pei": "Zhao and Pei: color and HOG, target models updated bin by bin.",
+    "zhao_pei:fixed": "The same with target models that stay fixed (figure 2).",
+    "zhao_pei:72": "HOG of 72 bins, in 3x3 cells (section 2.1).",
+    "zhao_pei:color": "Color alone.",
+    "zhao_pei:hog": "HOG alone.",
+}
+"""One line on each preset."""
+
 
 def preset(name: str) -> TrackerConfig:
     """Return a preset's configuration.

@@ -13,7 +13,6 @@ from typing import Annotated, Any, Self, get_args
 import msgspec
 import numpy as np
 from msgspec import Meta
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.config import from_dict, to_dict
@@ -25,22 +24,14 @@ from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST
 from motes.core.seed import checked_seed
 from motes.core.track import Track
-from motes.sot.discriminative.tracker import Discriminative, DiscriminativeState
-from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
+from motes.cues.color import Color
+from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import Place, Target, boxes_of
-from motes.sot.mean_shift import MeanShift, ShiftState
-from motes.sot.particle_filter import FilterState, ParticleFilter
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 
 Picture = Frame | NDArray[Any]
-State = FilterState | ShiftState | DiscriminativeState
-STATES = {
-    ParticleFilter: FilterState,
-    MeanShift: ShiftState,
-    Discriminative: DiscriminativeState,
-}
-"""Which state each algorithm keeps."""
 
 
 class Tracker:
@@ -77,16 +68,17 @@ class Tracker:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, TrackerConfig):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
-        self._pace: SpeedBudget | None = None
+        self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
         if fps_target is not None:
-            self._pace = SpeedBudget(fps_target)
-            if not isinstance(self.config, ParticleFilter):
+            pace = SpeedBudget(fps_target)
+            if not isinstance(self.config, BudgetedAlgorithm):
                 raise ConfigError("Only a particle filter can choose how many particles it has.")
-            if self.config.budget is None:
-                self.config = replace(self.config, budget=KldSampling())
+            self.config = self.config.with_budget()
+            self._paced = self.config, pace
+        self._algorithm: Algorithm[Any, StepInfo] = self.config
         self._seed = checked_seed(seed)
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
-        self._state: State | None = None
+        self._state: Any = None
         self._frame: Frame | None = None
 
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
@@ -100,7 +92,7 @@ class Tracker:
         picture = _first(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
-        return self._take(picture, self.config.init(self._rng, picture, ellipse))
+        return self._take(picture, self._algorithm.init(self._rng, picture, ellipse))
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
@@ -113,7 +105,7 @@ class Tracker:
         self._started()
         picture = self.picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
-        return self._take(picture, self.config.init(self._rng, picture, ellipse))
+        return self._take(picture, self._algorithm.init(self._rng, picture, ellipse))
 
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
         """Start afresh on the surest object that a detector finds in a frame; None without one.
@@ -151,12 +143,12 @@ class Tracker:
         ConfigError
             If the tracker cannot search, or reads colors differently than the target.
         """
-        config = self.config
-        if not isinstance(config, ParticleFilter) or not config.color or len(config.cues) > 1:
+        config, its = self.config, target.cue
+        [mine, *others] = config.cues.values()
+        if not isinstance(config, SearchingAlgorithm) or not isinstance(mine, Color) or others:
             raise ConfigError(
                 "Only a particle filter on color alone can search; choose preset nummiaro."
             )
-        mine, its = config.color, target.cue
         if (mine.space, mine.bins) != (its.space, its.bins):
             raise ConfigError(
                 f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
@@ -193,19 +185,19 @@ class Tracker:
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
             )
-        if self._pace is None:
-            return self._take(picture, self.config.step(self._rng, state, picture))  # type: ignore[arg-type]
+        if self._paced is None:
+            return self._take(picture, self._algorithm.step(self._rng, state, picture))
+        algorithm, pace = self._paced
         clock = time.perf_counter()
-        begun = self.config.step(self._rng, state, picture, self._pace.max_particles)  # type: ignore
-        track = self._take(picture, begun)
-        self._pace.add(time.perf_counter() - clock, len(self.info.weights))
+        track = self._take(picture, algorithm.step(self._rng, state, picture, pace.max_particles))
+        pace.add(time.perf_counter() - clock, len(self.info.weights))
         return track
 
     def correct(self, region: Sequence[float]) -> Track:
         """Say where the target really is in the last frame; what it looks like is kept."""
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
-        return self._take(last, self.config.correct(state, last, ellipse))  # type: ignore[arg-type]
+        return self._take(last, self._algorithm.correct(state, last, ellipse))
 
     def save(self, path: str | Path) -> None:
         """Write everything that the next call needs, to continue after `load` to the last bit.
@@ -256,8 +248,7 @@ class Tracker:
 
     def _continue(self, saved: _Saved) -> None:
         """Take over what was saved, of which nothing is believed unseen."""
-        kind: Any = STATES[type(self.config)]
-        state = msgspec.convert(saved.state, kind, dec_hook=_unpack)
+        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=_unpack)
         random = json.loads(saved.random)
         self._rng.bit_generator.state = random
         if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
@@ -266,7 +257,7 @@ class Tracker:
         frame = Frame(index, seconds, pixels)
         if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
             raise ValueError("the last frame is none")
-        self.config.check(state, frame)
+        self._algorithm.check(state, frame)
         self._state, self._frame = state, frame
 
     def __copy__(self) -> Self:
@@ -276,7 +267,10 @@ class Tracker:
         """
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
-        twin._rng, twin._pace = copy.deepcopy((self._rng, self._pace))
+        twin._rng = copy.deepcopy(self._rng)
+        if self._paced is not None:
+            algorithm, pace = self._paced
+            twin._paced = algorithm, copy.deepcopy(pace)
         return twin
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
@@ -286,7 +280,7 @@ class Tracker:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._frame = None
 
-    def _started(self) -> tuple[State, Frame]:
+    def _started(self) -> tuple[Any, Frame]:
         if self._state is None or self._frame is None:
             raise ConfigError("The tracker has no target yet; call init or search first.")
         return self._state, self._frame
@@ -297,7 +291,7 @@ class Tracker:
             return _first(frame)
         return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
 
-    def _take(self, frame: Frame, result: tuple[State, StepInfo]) -> Track:
+    def _take(self, frame: Frame, result: tuple[Any, StepInfo]) -> Track:
         self._state, self.info = result
         self._frame = frame
         return self.info.track

@@ -207,7 +207,7 @@ def _draw(standing: Standing, columns: dict[str, str]) -> Figure:
 
 def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) -> None:
     """Draw ours as bars and the paper's as dashes; what has no orientation is the same in both."""
-    charts.plain(axes, title, "", "")
+    charts.style_axes(axes, title, "", "")
     width = 0.38
     for shift, form, color in ((-0.5, "FOH", charts.BLUE), (0.5, "ROH", charts.VERMILION)):
         names = [group if group in ods else f"{group} {form}" for group in groups]

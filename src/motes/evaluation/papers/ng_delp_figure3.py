@@ -74,7 +74,7 @@ def _curve(likelihood: Likelihood, nearest: float) -> tuple[Floats, Floats]:
 def _draw(curves: list[tuple[str, Floats, Floats]]) -> Figure:
     figure = charts.new_figure(3.8)
     axes = figure.add_subplot()
-    charts.plain(axes, "Observation likelihood", "distance", "likelihood")
+    charts.style_axes(axes, "Observation likelihood", "distance", "likelihood")
     colors = (charts.BLUE, charts.VERMILION, charts.GREEN)
     for (name, x, y), color in zip(curves, colors, strict=True):
         axes.plot(x, y, color=color, linewidth=1.6, label=name)

@@ -48,7 +48,7 @@ def _channels() -> NDArray[np.intp]:
 def _draw(histogram: NDArray[np.float64]) -> Figure:
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
-    charts.plain(axes, "Color histogram", "bin, blue fastest; in its own color", "share")
+    charts.style_axes(axes, "Color histogram", "bin, blue fastest; in its own color", "share")
     axes.bar(np.arange(histogram.size), histogram, width=1, color=(_channels() + 0.5) / CUE.bins)
     axes.set(xlim=(0, histogram.size), ylim=(0, None))
     return figure

@@ -14,7 +14,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.evaluation.metrics.sot import enclosing_boxes, overlap_distances
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
-from motes.evaluation.scores import MISSED
+from motes.evaluation.scores import MISS_IOU
 from motes.evaluation.synthetic.clips import Clip
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import preset
@@ -91,7 +91,7 @@ def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experime
         true = enclosing_boxes(truth)
         leap = np.append(False, iou(true[1:], true[:-1]) == 0)
         overlaps = iou(enclosing_boxes(found), true)
-        on = overlaps > MISSED
+        on = overlaps > MISS_IOU
         runs.setdefault(name, []).append((overlaps.mean(), on.mean(), on[leap].mean()))
         rows: list[Row] = []
         for each, values in runs.items():
@@ -99,7 +99,7 @@ def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experime
             said, count = Cell(NUMMIARO.get(each, "")), number(len(values), 0)
             rows.append((Cell(each), count, number(overlap, 2), *map(percent, shares), said))
         head = ("tracker", "runs", "mean IoU", "frames on target", "leap frames", "the paper")
-        note = f"On target: IoU above {MISSED}."
+        note = f"On target: IoU above {MISS_IOU}."
         table = Table("Regions that do not overlap", head, rows, note=note)
         yield Result({"": table}, progress=progress)
 

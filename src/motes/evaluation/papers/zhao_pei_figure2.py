@@ -57,7 +57,7 @@ def _row(name: str, runs: Floats) -> Row:
 def _draw(overlaps: dict[str, list[Floats]]) -> Figure:
     figure = charts.new_figure(3.6)
     axes = figure.add_subplot()
-    charts.plain(axes, "A target that turns around", "frame", "IoU, mean over runs")
+    charts.style_axes(axes, "A target that turns around", "frame", "IoU, mean over runs")
     for i, (name, runs) in enumerate(overlaps.items()):
         again, place = divmod(i, len(charts.COLORS))
         dashes = ("-", "--", ":", "-.")[again % 4]

@@ -13,7 +13,7 @@ from motes.core.detection import Detection, Detector
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
-from motes.evaluation.datasets.distractors import MATCHED, counted
+from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
@@ -45,16 +45,16 @@ def crowd_of(film: Film) -> MotSequence:
     return MotSequence(film.name, film.source, film.frames, rate, rows_of(lines), None)
 
 
-def figure9(crowd: MotSequence, detector: Detector | None, preset: str, seed: int) -> Experiment:
+def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed: int) -> Experiment:
     """Yield how many of the objects that are there a scene follows, frame by frame.
 
     An object is detected accurately if it is followed at a place that overlaps its own, one to one,
-    by `MATCHED` or more; which is where it should be while it is hidden. What counts as an object
-    is as in the MOTChallenge (`counted`).
+    by `MATCH_IOU` or more; which is where it should be while it is hidden. What counts as an object
+    is as in the MOTChallenge (`evaluated_rows`).
 
     Parameters
     ----------
-    crowd
+    sequence
         Frames and truth.
     detector
         What finds objects; if None, the sequence's own detections, and if it has none, what moves
@@ -69,12 +69,12 @@ def figure9(crowd: MotSequence, detector: Detector | None, preset: str, seed: in
     ConfigError
         If there is no such preset.
     """
-    scene = Scene(detector or _own(crowd), preset, seed)
+    scene = Scene(detector or _own(sequence), preset, seed)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
-    with open_source(crowd.source) as source:
-        for picture in itertools.islice(source, crowd.frames):
-            frame = Frame(picture.index, picture.index / crowd.rate, picture.pixels)
+    with open_source(sequence.source) as source:
+        for picture in itertools.islice(source, sequence.frames):
+            frame = Frame(picture.index, picture.index / sequence.rate, picture.pixels)
             lines = [
                 [
                     frame.index + 1, each.identity, each.track.box.x + 1, each.track.box.y + 1,
@@ -83,22 +83,22 @@ def figure9(crowd: MotSequence, detector: Detector | None, preset: str, seed: in
                 for each in scene.update(frame)
                 if each.track.status is not Status.LOST
             ]  # fmt: skip
-            here = crowd.truth.where(crowd.truth.frames == frame.index + 1)
-            counts.append(_count(*counted(here, rows_of(lines), crowd.distractors)))
+            here = sequence.truth.where(sequence.truth.frames == frame.index + 1)
+            counts.append(_count(*evaluated_rows(here, rows_of(lines), sequence.distractors)))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
             foot = (Cell("all"), *_cells(np.array(counts)))
-            title = f"Objects detected over objects there, {crowd.name}"
+            title = f"Objects detected over objects there, {sequence.name}"
             note = " ".join(
-                [f"Detected accurately: IoU {MATCHED} or above.", *scene.warnings.values()]
+                [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
             )
             table = Table(title, HEAD, rows, (foot,), note)
-            progress = f"{len(counts)} of {crowd.frames} frames"
-            yield Result({"": table}, partial(_draw, crowd.name, counts), progress=progress)
+            progress = f"{len(counts)} of {sequence.frames} frames"
+            yield Result({"": table}, partial(_draw, sequence.name, counts), progress=progress)
 
 
-def _own(crowd: MotSequence) -> Detector:
+def _own(sequence: MotSequence) -> Detector:
     """Return what finds a sequence's objects if nobody says."""
-    found = crowd.detections
+    found = sequence.detections
     if found is None:
         return BackgroundDetector()
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
@@ -107,7 +107,7 @@ def _own(crowd: MotSequence) -> Detector:
 def _count(truth: Rows, said: Rows) -> tuple[int, int, int]:
     """Return how many objects are in a frame, how many are followed, and how many rightly."""
     overlaps = iou(truth.boxes[:, None], said.boxes)
-    right = assign(np.where(overlaps >= MATCHED, 1 - overlaps, np.inf))
+    right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
     return len(truth.ids), len(said.ids), len(right)
 
 
@@ -123,7 +123,7 @@ def _draw(name: str, counts: list[tuple[int, int, int]]) -> Figure:
     there[there == 0] = np.nan  # where nothing is there is no ratio
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
-    charts.plain(axes, name, "frame", "over objects there")
+    charts.style_axes(axes, name, "frame", "over objects there")
     axes.axhline(1, color=charts.INK, linewidth=0.8)
     for label, values, color in (
         ("followed", followed, charts.ORANGE), ("detected accurately", right, charts.BLUE)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motes.evaluation.aggregate import Evaluation, measure
+from motes.evaluation.aggregate import Evaluation, ranking_column
 from motes.evaluation.report.sections import NAMES
 from motes.evaluation.report.tables import Cell, Row, Table, number
 
@@ -67,10 +67,10 @@ def choices(evaluation: Evaluation, protocol: str, candidates: Iterable[str], fo
 
     The other trackers stand beside it, with their means over the sequences of the fold.
     """
-    name = NAMES[measure(protocol)]
+    name = NAMES[ranking_column(protocol)]
     values = {
         tracker: {
-            sequence: evaluation.mean(tracker, protocol, measure(protocol), [sequence]).mean
+            sequence: evaluation.mean(tracker, protocol, ranking_column(protocol), [sequence]).mean
             for sequence in evaluation.finished(tracker, protocol)
         }
         for tracker in evaluation.trackers

@@ -14,7 +14,7 @@ from motes.core.errors import MotesError
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.metrics import sot as metrics
-from motes.evaluation.scores import MISSED, Outcome
+from motes.evaluation.scores import MISS_IOU, Outcome
 from motes.video.sources import open_source
 
 MOST = 24
@@ -86,7 +86,7 @@ def _failure(outcome: Outcome) -> list[Failure]:
     trace, fit = outcome.trace, outcome.fit
     assert trace is not None
     assert fit is not None
-    missed = np.concatenate([fit.overlaps < MISSED, np.zeros(FRAMES, bool)])
+    missed = np.concatenate([fit.overlaps < MISS_IOU, np.zeros(FRAMES, bool)])
     runs = np.lib.stride_tricks.sliding_window_view(missed, FRAMES).all(axis=1)
     if not runs.any():
         return []

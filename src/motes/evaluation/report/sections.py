@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from motes import __version__
-from motes.evaluation.aggregate import Evaluation, Of, Passes, measure
+from motes.evaluation.aggregate import Evaluation, Passes, Quantity, ranking_column
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.report.reference import Reference
@@ -107,7 +107,7 @@ def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Co
     rows: list[Row] = []
     for i, tracker in enumerate(evaluation.trackers):
         finished = len(evaluation.finished(tracker, protocol))
-        share = f"{finished} of {len(evaluation.tried(tracker, protocol))}"
+        share = f"{finished} of {len(evaluation.attempted(tracker, protocol))}"
         rows.append((Cell(tracker), Cell(share, finished), *(column[i] for column in cells)))
     head = ("tracker", "sequences", *(column.title for column in columns))
     return Table(title, head, rows)
@@ -120,13 +120,13 @@ def lost_track(outcome: Outcome) -> float:
 
 def per_sequence(evaluation: Passes[Any], protocol: str) -> Table:
     """Return a table with a row for each sequence and a column for each tracker."""
-    name, trackers = measure(protocol), evaluation.trackers
-    tried = {tracker: set(evaluation.tried(tracker, protocol)) for tracker in trackers}
+    name, trackers = ranking_column(protocol), evaluation.trackers
+    attempted = {tracker: set(evaluation.attempted(tracker, protocol)) for tracker in trackers}
     finished = {tracker: set(evaluation.finished(tracker, protocol)) for tracker in trackers}
     rows: list[Row] = []
     for sequence in evaluation.sequences:
         cells = bars(evaluation.mean(t, protocol, name, [sequence]) for t in trackers)
-        failed = [sequence in tried[t] - finished[t] for t in trackers]
+        failed = [sequence in attempted[t] - finished[t] for t in trackers]
         pairs = zip(cells, failed, strict=True)
         rows.append((Cell(sequence), *(Cell("failed") if bad else cell for cell, bad in pairs)))
     means = bars(evaluation.mean(tracker, protocol, name) for tracker in trackers)
@@ -173,7 +173,7 @@ def comparisons(evaluation: Evaluation, protocol: str) -> Table:
         f"Compared with {evaluation.trackers[0]}",
         (
             "tracker",
-            f"difference of {NAMES[measure(protocol)]}",
+            f"difference of {NAMES[ranking_column(protocol)]}",
             "95 % interval",
             "sequences won",
             "drawn",
@@ -293,7 +293,7 @@ def reference(evaluation: Evaluation, other: Reference) -> Table:
 
 def details(evaluation: Evaluation, protocol: str) -> Table:
     """Return a table with a row for each tracker on each sequence."""
-    columns: dict[str, tuple[str | Of, int]] = {"frames": ("frames", 0)}
+    columns: dict[str, tuple[str | Quantity, int]] = {"frames": ("frames", 0)}
     if protocol == "reset":
         columns |= {"accuracy": ("accuracy", 3), "robustness": ("robustness", 3)}
         columns |= {"failures": ("failures", 1)}

@@ -10,7 +10,7 @@ import numpy as np
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.metrics.mot import ALPHAS
-from motes.evaluation.mot_scores import CrowdEvaluation
+from motes.evaluation.mot_scores import MotEvaluation
 from motes.evaluation.report import html as page
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report import write as report
@@ -62,9 +62,7 @@ GLOSSARY = {
 """What the numbers of a report mean."""
 
 
-def write_report(
-    out: Path, evaluation: CrowdEvaluation, problems: list[Problem], title: str
-) -> None:
+def write_report(out: Path, evaluation: MotEvaluation, problems: list[Problem], title: str) -> None:
     """Write summary.md and report.html into a folder, as `report.write_report` does.
 
     Raises
@@ -84,7 +82,7 @@ def write_report(
     )
 
 
-def _parts(evaluation: CrowdEvaluation) -> Iterable[str]:
+def _parts(evaluation: MotEvaluation) -> Iterable[str]:
     yield page.headed(PROTOCOL_NAMES[MOT], page.table(overall(evaluation)))
     yield _plots(evaluation)
     tints = report.column_tints(len(evaluation.trackers))
@@ -96,7 +94,7 @@ def _parts(evaluation: CrowdEvaluation) -> Iterable[str]:
     yield report.folded((table := details(evaluation)).title, table)
 
 
-def overall(evaluation: CrowdEvaluation) -> Table:
+def overall(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker: its numbers over all sequences."""
 
     def mean(name: str, digits: int) -> Callable[[str], Cell]:
@@ -114,7 +112,7 @@ def overall(evaluation: CrowdEvaluation) -> Table:
 
 
 def _number(
-    evaluation: CrowdEvaluation,
+    evaluation: MotEvaluation,
     tracker: str,
     name: str,
     digits: int,
@@ -125,17 +123,17 @@ def _number(
     return number(mean, digits or int(np.isfinite(mean.deviation)))
 
 
-def per_sequence(evaluation: CrowdEvaluation) -> Table:
+def per_sequence(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each sequence, and HOTA of each tracker."""
     return report_sections.per_sequence(evaluation, MOT)
 
 
-def times(evaluation: CrowdEvaluation) -> Table:
+def times(evaluation: MotEvaluation) -> Table:
     """Return a table of the time that each tracker takes for a frame."""
     return report_sections.times(evaluation, MOT)
 
 
-def details(evaluation: CrowdEvaluation) -> Table:
+def details(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker on each sequence."""
     names = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
     names |= {title: (name, digits) for title, (name, digits, _) in MEASURES.items()}
@@ -156,7 +154,7 @@ def details(evaluation: CrowdEvaluation) -> Table:
     )
 
 
-def _plots(evaluation: CrowdEvaluation) -> str:
+def _plots(evaluation: MotEvaluation) -> str:
     """Return plots of HOTA and its two parts over the thresholds of overlap."""
     threshold = "threshold of overlap (IoU)"
     drawn = (

@@ -33,7 +33,7 @@ def figure(seconds: Mapping[Job, list[float]], growths: Sequence[Growth]) -> Fig
 def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
     """Draw the trackers' medians on the main target as bars, the fastest first."""
     title = f"One update, {named_size(SIZE)}, target of {named_size(MAIN)}, one core"
-    charts.plain(axes, title, "milliseconds", "")
+    charts.style_axes(axes, title, "milliseconds", "")
     main = {name: times for (name, target), times in seconds.items() if target == MAIN}
     medians = {name: 1e3 * statistics.median(times) for name, times in main.items()}
     names = sorted(medians, key=medians.__getitem__)
@@ -53,7 +53,7 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
 
 def _lines(axes: Axes, growth: Growth) -> None:
     """Draw time against number, both logarithmic, and a line of times in proportion."""
-    charts.plain(axes, growth.title, growth.what, "milliseconds")
+    charts.style_axes(axes, growth.title, growth.what, "milliseconds")
     colors = (charts.BLUE, charts.VERMILION)
     for (line, medians), color in zip(growth.medians.items(), colors, strict=False):
         label = f"{line}: power {growth.exponent(line):.2f}"

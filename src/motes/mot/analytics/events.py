@@ -28,10 +28,16 @@ CLEAR = 0.1
 
 
 class Line(Config, frozen=True):
-    """A line from the first to the second point: x1, y1, x2, y2, in pixels.
+    """A line whose crossings are counted.
 
-    Who crosses it goes `right` or `left`, as seen by someone who looks from its first point to its
-    second.
+    An object crosses it to the `right` or `left`, as seen from the first point towards the second.
+
+    Attributes
+    ----------
+    points
+        Its two ends: x1, y1, x2, y2, in pixels.
+    name
+        Its name in events; by default its number.
     """
 
     points: tuple[float, float, float, float]
@@ -44,9 +50,17 @@ class Line(Config, frozen=True):
 
 
 class Zone(Config, frozen=True):
-    """A polygon: x1, y1, x2, y2, x3, y3, ..., in pixels.
+    """A polygon whose entries and exits are counted.
 
-    Who is in it for `dwell` seconds stays there, which is told then; by default nobody does.
+    Attributes
+    ----------
+    points
+        Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels.
+    name
+        Its name in events; by default its number.
+    dwell
+        An object that is inside for this many seconds causes the event `stays`; by default none
+        does.
     """
 
     points: Annotated[tuple[float, ...], Meta(min_length=6)]
@@ -69,10 +83,16 @@ class Zone(Config, frozen=True):
 
 
 class Regions(Config, frozen=True):
-    """Where is counted, and on what ground.
+    """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
 
-    In TOML, any number of [[line]] and [[zone]] with `points`, and `name`, and of a zone `dwell`;
-    and a [ground].
+    Attributes
+    ----------
+    line
+        The lines.
+    zone
+        The zones.
+    ground
+        The ground plane, for speeds in metres per second.
     """
 
     line: tuple[Line, ...] = ()

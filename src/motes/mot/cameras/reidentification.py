@@ -124,7 +124,17 @@ class Overlap(Config, frozen=True):
 
 
 class Rig(Config, frozen=True):
-    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]]."""
+    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]].
+
+    Attributes
+    ----------
+    camera
+        The cameras; at least one.
+    passage
+        The ways between places of two cameras.
+    overlap
+        The pairs of cameras that see the same ground.
+    """
 
     camera: tuple[Camera, ...]
     passage: tuple[CameraLink, ...] = ()

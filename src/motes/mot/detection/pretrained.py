@@ -142,7 +142,13 @@ class PeopleDetector:
 
 
 class RecordedConfig(Config, frozen=True, tag="recorded"):
-    """The file of `RecordedDetections`."""
+    """The file of `RecordedDetections`.
+
+    Attributes
+    ----------
+    file
+        Path of a text file of detections in the format of the MOTChallenge.
+    """
 
     file: str
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
-from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
@@ -85,32 +84,17 @@ class WindowEstimate:
     response: float
 
 
-class Localizer(Config, frozen=True):
-    """How a window is looked at.
+@dataclass(frozen=True, slots=True)
+class Localizer:
+    """Finds the target's place in a window; the fields are those of `Discriminative`."""
 
-    Attributes
-    ----------
-    particles
-        How many are spread over the window.
-    budget
-        How many of them go on from there: fewer, the fewer places there are to choose from.
-    correlation, posterior
-        The cues for the place.
-    color_gain
-        How much the color contrast counts in the pool of these cues.
-    sigma
-        Of the pool: particles weigh exp(pool / sigma).
-    resampling
-        How particles are selected.
-    """
-
-    particles: Particles = 400
-    budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
-    correlation: Correlation = Correlation(sharpness=1 / 12)
-    posterior: Posterior = Posterior()
-    color_gain: NonNegative = 1.0
-    sigma: Positive = 0.02
-    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
+    particles: int
+    budget: KldSampling
+    correlation: Correlation
+    posterior: Posterior
+    color_gain: float
+    sigma: float
+    resampling: Resampling
 
     def localize(
         self, rng: np.random.Generator, known: TargetModels, frame: Frame, place: Ellipse

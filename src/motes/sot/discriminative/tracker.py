@@ -11,29 +11,30 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated
+from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motes.core.config import NonNegative, Positive
+from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import ELLIPSES, SAME, Array, check, middle_of, rows
+from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status, Track
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
 from motes.cues.fourier_ridge import Spectra
-from motes.cues.scale_filter import ScaleFilter, ScaleModel
+from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
-from motes.sot.discriminative.localization import Localizer, TargetModels, WindowEstimate
-from motes.sot.discriminative.redetection import Redetection, RedetectionModel, limits
+from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.redetection import Redetection, limits
+from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.resampling import Weights
-from motes.sot.step_info import StepInfo
+from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.sample_size import KldSampling
 
 Floats = NDArray[np.float64]
 
@@ -50,49 +51,23 @@ DRIFT_SIGMA = 0.15
 answers for what it has learned, which may have drifted from the target's middle."""
 
 
-class DiscriminativeState(TargetModels, frozen=True, eq=False):
-    """What the next step needs, beside what a look goes by.
+class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
+    """The default tracker.
 
     Attributes
     ----------
-    time
-        Of the last frame, in seconds.
-    ellipse
-        The last estimate: the box as an ellipse, turned by as much as the target since the start.
-    shape
-        The first region; what is reported is this, moved and scaled.
-    scale, appearance
-        The models of its size, and what the search goes by.
-    border
-        (2,) running mean of the posterior just inside and outside of the target's border.
-    search_particles
-        (N, 5) the particles that search, none while the target is tracked.
-    scale_due
-        Whether the next frame is one in which the target is sized; in the others it is looked at
-        turned. Each in every other frame is enough, and what is seldom sized jitters less.
-    factors
-        (N,) particles of its size, when it was last sized, as factors of the size before.
-    target
-        Whether the target is tracked, and how surely it was.
-    """
-
-    time: Annotated[float, SAME]
-    ellipse: Ellipse
-    shape: Ellipse
-    scale: ScaleModel
-    appearance: RedetectionModel
-    border: Floats
-    search_particles: Annotated[Floats, ELLIPSES]
-    scale_due: bool
-    factors: Annotated[Floats, Array(least=1e-6)]
-    target: TargetStatus
-
-
-class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
-    """The default tracker; as many particles as look at a window search for a missed target.
-
-    Attributes
-    ----------
+    particles
+        How many particles are spread over a window; as many search for a missed target.
+    budget
+        How many of them go on from there: fewer if there are fewer places to choose from.
+    correlation, posterior
+        The cues for the place.
+    color_gain
+        How much the color contrast counts in the pool of these cues.
+    sigma
+        Temperature of the pool: particles weigh exp(pool / sigma).
+    resampling
+        How particles are selected.
     scale
         The cue for the size.
     redetection
@@ -107,6 +82,16 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         From 1 - certainty to the confidence.
     """
 
+    state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
+    presence: ClassVar[None] = None
+
+    particles: Particles = 400
+    budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
+    correlation: Correlation = Correlation(sharpness=1 / 12)
+    posterior: Posterior = Posterior()
+    color_gain: NonNegative = 1.0
+    sigma: Positive = 0.02
+    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
     scale: ScaleFilter = ScaleFilter()
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
@@ -119,9 +104,22 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         """The cues for the place, by name."""
         return {"correlation": self.correlation, "posterior": self.posterior}
 
+    @cached_property
+    def localizer(self) -> Localizer:
+        """The search for the target's place in a window."""
+        return Localizer(
+            particles=self.particles,
+            budget=self.budget,
+            correlation=self.correlation,
+            posterior=self.posterior,
+            color_gain=self.color_gain,
+            sigma=self.sigma,
+            resampling=self.resampling,
+        )
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, StepInfo]:
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Learn the target in the box around `region` and start tracking it."""
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
@@ -143,13 +141,13 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
             factors=np.ones(1),
             target=TargetStatus(),
         )
-        return state, self._put(state, frame)
+        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
-    ) -> tuple[DiscriminativeState, StepInfo]:
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Look where the target was, turned and elsewhere if need be; size it; look again."""
-        look = self.localize(rng, state, frame, state.ellipse)
+        look = self.localizer.localize(rng, state, frame, state.ellipse)
         doubted = look.certainty < self.gate.relative_to_start * state.target.reference
         turning = doubted and not state.scale_due
         if turning:
@@ -163,7 +161,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         if state.scale_due and elsewhere is None and self.gate.was_present(state.target):
             state, place, spectra = self._sized(rng, state, frame, look)
         if place != look.pose or math.hypot(*look.box[:2].tolist()) > CENTERED:
-            look, spectra = self.localize(rng, state, frame, place), None
+            look, spectra = self.localizer.localize(rng, state, frame, place), None
         after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
         if learned and state.scale_due:
             if spectra is None:
@@ -175,7 +173,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, StepInfo]:
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Put the target at `region` of the current frame; what was learned is kept."""
         state = replace(
             state,
@@ -186,7 +184,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
                 status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
             ),
         )
-        return state, self._put(state, frame)
+        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
     def check(self, state: DiscriminativeState, frame: Frame) -> None:
         """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
@@ -209,7 +207,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
     ) -> WindowEstimate:
         """Return a look, or a surer one at the same place turned to either side."""
         looks = [
-            self.localize(
+            self.localizer.localize(
                 rng, state, frame, look.window_pose._replace(theta=look.window_pose.theta + turn)
             )
             for turn in (-self.turn, self.turn)
@@ -260,7 +258,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
         )
-        looks = [self.localize(rng, state, frame, place) for place in places]
+        looks = [self.localizer.localize(rng, state, frame, place) for place in places]
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
         there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
@@ -273,7 +271,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         look: WindowEstimate,
         *,
         jumped: bool,
-    ) -> tuple[DiscriminativeState, StepInfo, bool]:
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo, bool]:
         """Judge and learn what was seen at last."""
         standing, there, learned = self.gate.update(
             state.target, look.certainty, look.response, jumped=jumped
@@ -291,33 +289,33 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         )
         if learned:
             after = self._learned(after, look)
-        if followed:
-            weights, factors = look.weights, np.resize(state.factors, len(look.centers))
-            ellipses = np.tile(np.array(found), (len(factors), 1))
-            ellipses[:, :2] = look.centers
-            # The size is the likeliest one; the particles say how sure that is.
-            ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
-        else:
-            ellipses = state.search_particles
-            if not len(ellipses):  # the first look was certain, the second was not
-                ellipses = np.tile(np.array(found), (self.particles, 1))
-            weights = Weights.uniform(len(ellipses))
-        return after, self._told(after, frame, ellipses, weights, look.certainty), learned
+        if not followed:  # there are no searchers if the first look was certain, the last was not
+            info = self._report(after, frame, state.search_particles, None, look.certainty)
+            return after, info, learned
+        weights, factors = look.weights, np.resize(state.factors, len(look.centers))
+        ellipses = np.tile(np.array(found), (len(factors), 1))
+        ellipses[:, :2] = look.centers
+        # The size is the likeliest one; the particles show its uncertainty.
+        ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
+        return after, self._report(after, frame, ellipses, weights, look.certainty), learned
 
-    def _put(self, state: DiscriminativeState, frame: Frame) -> StepInfo:
-        """Return what there is to say of a target that somebody else has found."""
-        ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
-        return self._told(state, frame, ellipses, Weights.uniform(self.particles), 1.0)
-
-    def _told(
+    def _report(
         self,
         state: DiscriminativeState,
         frame: Frame,
         ellipses: Floats,
-        weights: Weights,
+        weights: Weights | None,
         certainty: float,
-    ) -> StepInfo:
-        """Return the estimate in the form of the first region, and the particles."""
+    ) -> DiscriminativeInfo:
+        """Return the estimate and the particles in the form of the first region.
+
+        Without weights, all particles have the same. Without particles, the track has the
+        covariance and the effective sample size of particles that all lie at the estimate.
+        """
+        count = len(ellipses)
+        if not count:
+            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+        weights = weights or Weights.uniform(len(ellipses))
         size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
         shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
         shaped[:, :2] = ellipses[:, :2]
@@ -345,13 +343,12 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self.color_weight(state)
-        return StepInfo(
+        share = self.localizer.color_weight(state)
+        return DiscriminativeInfo(
             track,
-            shaped,
-            weights.values,
-            np.full(len(shaped), 1 - certainty),
-            len(shaped) if state.target.frames_missed == 0 else 0,
+            shaped[:count],
+            weights.values[:count],
+            certainty,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )

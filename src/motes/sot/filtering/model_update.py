@@ -8,16 +8,21 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Share
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
+from motes.cues import AdaptableCue, Cue
 
 Floats = NDArray[np.float64]
 
@@ -254,6 +259,50 @@ class PerCue(Config, frozen=True, tag="per_cue"):
 
 
 Adaptation = AnyStrategy | PerCue
+
+
+class ModelUpdate(NamedTuple):
+    """The target models after a frame.
+
+    Attributes
+    ----------
+    models
+        The models, by cue.
+    memories
+        What the updates remember, for each cue whose update remembers something.
+    diagnostics
+        What the updates report, for each cue whose update reports something.
+    """
+
+    models: dict[str, Any]
+    memories: dict[str, UpdaterState]
+    diagnostics: dict[str, UpdateDiagnostics]
+
+
+def update_models(
+    cues: Mapping[str, Cue],
+    strategies: Mapping[str, Strategy],
+    models: Mapping[str, Any],
+    memories: Mapping[str, UpdaterState],
+    frame: Frame,
+    estimate: Ellipse,
+) -> ModelUpdate:
+    """Return the models after a frame in which the target is present at `estimate`."""
+    update = ModelUpdate({}, dict(memories), {})
+    for name, cue in cues.items():
+        model = models[name]
+        strategy = strategies.get(name)
+        if strategy is not None and strategy.learns and isinstance(cue, AdaptableCue):
+            seen = cue.observe(model, frame, estimate)
+            if seen.any():
+                learned = strategy.learn(memories.get(name), model.histogram, model.anchor, seen)
+                model = replace(model, histogram=learned.histogram)
+                if learned.memory is not None:
+                    update.memories[name] = learned.memory
+                if learned.diagnostics is not None:
+                    update.diagnostics[name] = learned.diagnostics
+        update.models[name] = cue.update_reading(model, frame, estimate)
+    return update
 
 
 @lru_cache(maxsize=64)

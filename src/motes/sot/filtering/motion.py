@@ -75,7 +75,13 @@ class Noise(Config, frozen=True):
 
 
 class RandomWalk(Config, frozen=True, tag="random_walk"):
-    """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta."""
+    """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta.
+
+    Attributes
+    ----------
+    noise
+        Of x, y, a, b and theta.
+    """
 
     noise: Noise = Noise()
 

@@ -1,0 +1,150 @@
+"""The state of the particle filter, what it reports, and the check of a saved state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import (
+    ELLIPSES,
+    LARGEST,
+    SAME,
+    Array,
+    check,
+    check_numbers,
+    middle_of,
+    rows,
+)
+from motes.core.track import Status, Track
+from motes.cues import Cue
+from motes.cues.color import ColorModel
+from motes.cues.color_posterior import PosteriorModel
+from motes.cues.correlation_filter import CorrelationModel
+from motes.cues.edge_histogram import EdgesModel
+from motes.cues.hog import HogModel
+from motes.cues.structure_tensor import OrientationModel
+from motes.sot.filtering.appearance_rule import BackgroundStatistics
+from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
+from motes.sot.filtering.motion import AnyMotion
+from motes.sot.filtering.resampling import Weights
+
+Floats = NDArray[np.float64]
+Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
+
+
+class FilterState(msgspec.Struct, frozen=True, eq=False):
+    """What the next step needs.
+
+    Attributes
+    ----------
+    time
+        Of the last frame, in seconds.
+    states
+        (N, d) the particles, in the motion model's columns.
+    weights
+        Theirs, after the last frame.
+    models
+        The target model of each cue.
+    memories
+        What its strategy of adaptation remembers, for each cue whose does.
+    backgrounds
+        What the appearance rule compares with, for each cue.
+    reference_size
+        The target's first region; all noise is proportional to its size.
+    search_regions
+        (R, 4) boxes over which particles are spread in a search.
+    status, frames_missed
+        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+    """
+
+    time: Annotated[float, SAME]
+    states: Floats
+    weights: Weights
+    models: dict[str, Model]
+    memories: dict[str, UpdaterState]
+    backgrounds: dict[str, BackgroundStatistics]
+    reference_size: Ellipse
+    search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    status: Status
+    frames_missed: int
+
+
+class FilterInfo(msgspec.Struct, frozen=True, eq=False):
+    """What the particle filter reports of a step.
+
+    Attributes
+    ----------
+    track
+        The estimate.
+    ellipses
+        (N, 5) the particles: x, y, a, b, theta.
+    weights
+        (N,) their probabilities after this frame.
+    distances
+        (N,) to the target model, over all cues.
+    n_supporting
+        Number of particles that fulfill the appearance rule.
+    models
+        The target model of each cue that this frame was compared with.
+    cue_weights
+        The weight of each cue; they sum to 1.
+    update_diagnostics
+        What the model update made of this frame, for each cue whose update reports it. It is empty
+        while the appearance rule does not hold.
+    """
+
+    track: Track
+    ellipses: Floats
+    weights: Floats
+    distances: Floats
+    n_supporting: int
+    models: Mapping[str, Any]
+    cue_weights: Mapping[str, float]
+    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}
+
+
+def check_state(
+    state: FilterState,
+    frame: Frame,
+    cues: Mapping[str, Cue],
+    strategies: Mapping[str, Strategy],
+    motion: AnyMotion,
+) -> None:
+    """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    middle = middle_of(frame, *state.reference_size[2:4])
+    models = {name: cue.learn(frame, middle) for name, cue in cues.items()}
+    memories = dict[str, UpdaterState]()
+    for name in filter(strategies.get, state.memories):
+        flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
+        memory = strategies[name].learn(None, flat, flat, flat).memory
+        if memory is not None:
+            memories[name] = memory
+    [start] = motion.initial(np.array([middle]))
+    states = rows(start, state.states)
+    zeros = rows(0.0, states)
+    fresh = FilterState(
+        time=frame.time,
+        states=states,
+        weights=Weights(zeros, zeros, False),
+        models=models,
+        memories=memories,
+        backgrounds=dict.fromkeys(cues, BackgroundStatistics(0.0, 0.0)),
+        reference_size=middle,
+        search_regions=rows(np.zeros(4), state.search_regions),
+        status=Status.TRACKING,
+        frames_missed=0,
+    )
+    check(state, fresh, "state")
+    # A motion model that multiplies two columns would forgive two wrong signs.
+    [corner] = motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
+    least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
+    check_numbers(state.states, "state.states", Array(least))
+    with np.errstate(all="ignore"):
+        ellipses = motion.ellipses(state.states)
+    check_numbers(ellipses, "state.states", ELLIPSES)

@@ -1,0 +1,83 @@
+"""The documentation site: it is built strictly, and needs nothing from elsewhere."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
+"""Elements of which a browser loads what they name; of links, the canonical address is none."""
+
+
+class Page(HTMLParser):
+    """Collects what a browser loads for a page, and its classes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.classes: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Take one element of the page."""
+        named = {name: value or "" for name, value in attrs}
+        self.classes.update(named.get("class", "").split())
+        if tag in LOADED and named.get("rel") != "canonical":
+            found = (named.get(name, "") for name in ("src", "href", "data", "poster", "srcset"))
+            self.loaded += filter(None, found)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the site; a warning, such as of a broken link or heading, fails the build."""
+    pytest.importorskip("mkdocs", reason="the site needs: pip install 'motes[docs]'")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    return folder
+
+
+def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 15
+    for path in pages:
+        page = Page(path.read_text(encoding="utf-8"))
+        foreign = [url for url in page.loaded if re.match(r"(\w+:)?//", url)]
+        assert not foreign, (path, foreign)
+        # For these alone the theme's script would ask unpkg.com and api.github.com.
+        assert not page.classes & {"mermaid", "md-source"}, path
+    for style in site.rglob("*.css"):
+        text = style.read_text(encoding="utf-8")
+        assert not re.search(r"(@import\s*|url\()[\"']?(https?:)?//", text), style
+
+
+def test_reference_is_complete(site: Path) -> None:
+    import motes
+    from motes.cli.app import app
+
+    api = (site / "reference/api.html").read_text(encoding="utf-8")
+    for name in motes.__all__:
+        assert f'id="motes.{name}"' in api, name
+    commands = (site / "reference/cli.html").read_text(encoding="utf-8")
+    for name in ("track", "watch", "evaluate", "experiment", "demo", "bench", "doctor"):
+        assert name in app
+        assert f'id="motes-{name}"' in commands, name
+    keys = (site / "reference/configuration.html").read_text(encoding="utf-8")
+    for key in ("particles", "learning_rate", "kept_fraction", "min_hits", "history"):
+        assert f"<code>{key}</code>" in keys, key
+
+
+def test_pictures_of_the_gallery_are_small() -> None:
+    page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    pictures = set((ROOT / "docs/images/gallery").iterdir())
+    assert {
+        ROOT / "docs" / name for name in re.findall(r"\((images/gallery/.+?)\)", page)
+    } == pictures
+    assert sum(picture.stat().st_size for picture in pictures) < 300_000
