@@ -83,7 +83,7 @@ def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
     rows = np.vstack([np.hstack([x, zero, -u[:, None] * x]), np.hstack([zero, x, -v[:, None] * x])])
     _, singular, basis = np.linalg.svd(rows)
     if singular[7] <= DEGENERATE * singular[0]:
-        raise ConfigError("Points on one line do not determine the ground; give others.")
+        raise ConfigError("Points on a line do not determine the ground; give others.")
     matrix: NDArray[np.float64] = np.linalg.inv(metres) @ basis[8].reshape(3, 3) @ pixels
     w = np.hstack([points[:, :2], ones]) @ matrix[2]
     if w.max() > 0 > w.min():

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.worker_processes import blocked_signals, cause
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.camera_reporter import (
     CameraEnded,
     CameraMessage,
@@ -24,7 +25,8 @@ from motes.mot.cameras.camera_reporter import (
     Message,
     Ready,
 )
-from motes.mot.cameras.reidentification import CAMERA_TIMEOUT, Camera, CameraReport, ObjectReport
+from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
+from motes.mot.cameras.rig_config import Camera
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.live import Live, open_watched

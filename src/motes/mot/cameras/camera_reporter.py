@@ -13,7 +13,8 @@ from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.color import Color
 from motes.mot.boxes import intersection_over_first
-from motes.mot.cameras.reidentification import Camera, CameraReport, ObjectReport
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.rig_config import Camera
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 

@@ -13,8 +13,10 @@ from typing import Self
 
 from motes.core.worker_processes import blocked_signals
 from motes.mot.cameras.camera_process import CameraProcess
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage
-from motes.mot.cameras.reidentification import CameraReport, CrossCameraAssociation, Rig
+from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_config import Rig
 
 WAITING = 100
 """So many reports of a recording wait for the other cameras before it has to wait as well."""

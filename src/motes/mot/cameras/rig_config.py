@@ -1,0 +1,147 @@
+"""The cameras of a rig, and how they are joined."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
+from motes.core.errors import ConfigError
+from motes.sot.known_target import Place
+
+Triple = tuple[float, float, float]
+
+DISTANCE = 0.6
+"""Largest distance between color histograms of the same object in two views."""
+
+
+class Camera(Config, frozen=True):
+    """A camera of a rig.
+
+    Attributes
+    ----------
+    name
+        For rows and messages, and to name its places: "name/place".
+    source
+        As `motes.open_source` takes it.
+    detector, preset
+        What finds objects, and the particle filter that follows them, as `motes watch` has them.
+    offset
+        A recording begins so many seconds after the rig.
+    place
+        Doors and borders through which objects come and go.
+    """
+
+    name: str
+    source: str
+    detector: str | None = None
+    preset: str = "nummiaro:adaptive"
+    offset: float = 0.0
+    place: tuple[Place, ...] = ()
+
+
+class CameraLink(Config, frozen=True):
+    """A way from a place of one camera to a place of another, and back.
+
+    Attributes
+    ----------
+    between
+        The two places, each as "camera/place".
+    seconds
+        The least and the most time from when somebody is last seen at one until they are an object
+        at the other.
+    distance
+        Largest distance between their color histograms.
+    scale
+        How many times higher an object is in the second camera; by default heights do not matter.
+    """
+
+    between: tuple[str, str]
+    seconds: tuple[NonNegative, Positive]
+    distance: Share = DISTANCE
+    scale: Positive | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.seconds[0] >= self.seconds[1]:
+            raise ConfigError(
+                f"seconds: The least time comes first, then a longer one; got {self.seconds}"
+            )
+
+
+class Overlap(Config, frozen=True):
+    """Two cameras that see the same ground.
+
+    Attributes
+    ----------
+    cameras
+        Their names.
+    homography
+        3x3, row by row: takes points (x, y, 1) of the ground in the first one's picture to those in
+        the second one's, up to scale.
+    reach
+        An object is taken for another one's if it stands no farther from it than so many times the
+        width of that, in the second one's picture.
+    """
+
+    cameras: tuple[str, str]
+    homography: tuple[Triple, Triple, Triple]
+    reach: Positive = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        matrix = np.array(self.homography)
+        if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
+            raise ConfigError("homography: A matrix that can be inverted is needed, got another")
+
+    def there(self, point: tuple[float, float]) -> tuple[float, float]:
+        """Return where a ground point of the first camera is in the second; infinite for never."""
+        x, y, w = (np.array(self.homography) @ (*point, 1.0)).tolist()
+        return (x / w, y / w) if w else (math.inf, math.inf)
+
+
+class Rig(Config, frozen=True):
+    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]].
+
+    Attributes
+    ----------
+    camera
+        The cameras; at least one.
+    passage
+        The ways between places of two cameras.
+    overlap
+        The pairs of cameras that see the same ground.
+    """
+
+    camera: tuple[Camera, ...]
+    passage: tuple[CameraLink, ...] = ()
+    overlap: tuple[Overlap, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names = [camera.name for camera in self.camera]
+        places = [f"{camera.name}/{p.name}" for camera in self.camera for p in camera.place]
+        if not names:
+            raise ConfigError("A rig needs a [[camera]], got none")
+        for known, what in ((names, "cameras"), (places, "places")):
+            if len(set(known)) < len(known) or not all(each.split("/")[-1] for each in known):
+                raise ConfigError(
+                    f"The {what} of a rig need names, each its own; got {', '.join(known)}"
+                )
+        for known, used in (
+            (places, [end for passage in self.passage for end in passage.between]),
+            (names, [name for overlap in self.overlap for name in overlap.cameras]),
+        ):
+            for name in used:
+                if name not in known:
+                    raise ConfigError(
+                        f"A passage or overlap got {name!r}, which is not in this rig; known are "
+                        f"{', '.join(known) or 'none'}"
+                    )
+
+    @classmethod
+    def parse(cls, text: str) -> Rig:
+        """Return the rig in a TOML text; raise a ConfigError if it is none."""
+        rig: Rig = from_dict(from_toml(text, "this file"), cls)
+        return rig
