@@ -9,18 +9,19 @@ from motes.core.track import Status
 
 
 class ObjectReport(msgspec.Struct, frozen=True):
-    """What a camera tells of an object in a frame.
+    """What a camera reports about an object in a frame.
 
     Attributes
     ----------
     identity
         The camera's own; see `motes.SceneTrack`.
     status, box, confidence, occluded_by, detected
-        As there; the box is foreseen where the status is not `tracking`.
+        As there; unless the status is `tracking`, the box is predicted.
     places
-        Names of the camera's places where it was last seen.
+        Names of the camera's places where it was last visible.
     histogram
-        What it looks like, in single precision; sent when it appears and when it goes out of sight.
+        Its color histogram, in single precision; only when it appears, and when it is not visible
+        any more.
     """
 
     identity: int
@@ -34,17 +35,17 @@ class ObjectReport(msgspec.Struct, frozen=True):
 
     @property
     def seen(self) -> bool:
-        """Whether it is where its box is beyond doubt: colors alone may follow the wrong thing."""
+        """Whether its box is certain: a filter without detections may follow something else."""
         return self.detected and self.status is Status.TRACKING
 
     @property
     def foot(self) -> tuple[float, float]:
-        """Where it stands: the middle of its box's lower edge."""
+        """The middle of its box's lower edge."""
         return self.box.x + (self.box.width - 1) / 2, self.box.y + self.box.height - 1
 
 
 class CameraReport(msgspec.Struct, frozen=True, tag=True):
-    """What a camera tells of a frame: its number, its time in the rig in seconds, its objects."""
+    """What a camera reports about a frame: its index, its time in the rig (s), its objects."""
 
     camera: str
     frame: int

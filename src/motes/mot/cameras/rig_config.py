@@ -22,13 +22,13 @@ class Camera(Config, frozen=True):
     Attributes
     ----------
     name
-        For rows and messages, and to name its places: "name/place".
+        Its name in rows and messages, and before the names of its places: "name/place".
     source
-        As `motes.open_source` takes it.
+        Its video, as for `motes.open_source`.
     detector, preset
-        What finds objects, and the particle filter that follows them, as `motes watch` has them.
+        The detector, and the particle filter that follows each object, as for `motes watch`.
     offset
-        A recording begins so many seconds after the rig.
+        Seconds from the start of the rig to the start of a recording.
     place
         Doors and borders through which objects come and go.
     """
@@ -49,12 +49,13 @@ class CameraLink(Config, frozen=True):
     between
         The two places, each as "camera/place".
     seconds
-        The least and the most time from when somebody is last seen at one until they are an object
-        at the other.
+        Shortest and longest time from the last detection at one place to the first report at the
+        other.
     distance
-        Largest distance between their color histograms.
+        Largest distance between the color histograms of the same object.
     scale
-        How many times higher an object is in the second camera; by default heights do not matter.
+        Height of an object in the second camera, divided by that in the first. By default, heights
+        are not compared.
     """
 
     between: tuple[str, str]
@@ -78,11 +79,11 @@ class Overlap(Config, frozen=True):
     cameras
         Their names.
     homography
-        3x3, row by row: takes points (x, y, 1) of the ground in the first one's picture to those in
-        the second one's, up to scale.
+        3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
+        in the second camera's, up to scale.
     reach
-        An object is taken for another one's if it stands no farther from it than so many times the
-        width of that, in the second one's picture.
+        Largest distance between the feet of the same object in the second camera's picture, in
+        widths of the object.
     """
 
     cameras: tuple[str, str]
@@ -96,7 +97,7 @@ class Overlap(Config, frozen=True):
             raise ConfigError("homography: A matrix that can be inverted is needed, got another")
 
     def there(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Return where a ground point of the first camera is in the second; infinite for never."""
+        """Return a ground point of the first camera in the second; infinite if it is nowhere."""
         x, y, w = (np.array(self.homography) @ (*point, 1.0)).tolist()
         return (x / w, y / w) if w else (math.inf, math.inf)
 
@@ -142,6 +143,6 @@ class Rig(Config, frozen=True):
 
     @classmethod
     def parse(cls, text: str) -> Rig:
-        """Return the rig in a TOML text; raise a ConfigError if it is none."""
+        """Return the rig in a TOML text; raise a ConfigError if it is not valid."""
         rig: Rig = from_dict(from_toml(text, "this file"), cls)
         return rig

@@ -173,20 +173,20 @@ class BackgroundDetector:
             self._shape = frame.pixels.shape
             self._begin(frame.pixels)
             return []
-        if self._anchor.has_moved(frame.pixels):
+        if self._reference.has_moved(frame.pixels):
             self._begin(frame.pixels)
             self._rest = self.config.still
-            self._remark(frame, "camera", MOVES)
+            self._warn(frame, "camera", MOVES)
             return []
         mask = self._model.apply(self._exposed(frame.pixels))
         if mask.mean() > self.config.most:
             self._begin(frame.pixels)
             self._flooded += 1
             if self._flooded == self.config.still:
-                self._remark(frame, "camera", MOVES)
+                self._warn(frame, "camera", MOVES)
             elif self._flooded == 1:
-                said = "the picture changes all over; its background is learned anew"
-                self._remark(frame, "light", said)
+                text = "the picture changes all over; its background is learned anew"
+                self._warn(frame, "light", text)
             return []
         self._flooded = 0
         if self._rest:
@@ -200,13 +200,13 @@ class BackgroundDetector:
             boxes = without_ghosts(boxes, mask, now, self._learned, self.config.ghost)
         limit = self.config.limit
         if len(boxes) > limit:
-            said = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
-            self._remark(frame, "flood", said)
+            text = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
+            self._warn(frame, "flood", text)
         return [Detection(box) for box in boxes[:limit]]
 
     def _begin(self, pixels: Mask) -> None:
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        self._anchor = ReferenceImage(pixels)
+        self._reference = ReferenceImage(pixels)
         self._learned = None
         self._model.begin(pixels)
 
@@ -228,7 +228,7 @@ class BackgroundDetector:
             return out
         return np.stack([np.take(tables[:, c], pixels[:, :, c]) for c in range(3)], axis=2)
 
-    def _remark(self, frame: Frame, kind: str, text: str) -> None:
+    def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
