@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.step_info import StepInfo
 

@@ -22,7 +22,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
 from motes.core.track import Status, Track
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration

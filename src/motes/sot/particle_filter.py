@@ -19,7 +19,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.cues import AdaptableCue, Cue
+from motes.cues.base import AdaptableCue, Cue
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation

@@ -22,7 +22,7 @@ from motes.core.saved_state import (
     rows,
 )
 from motes.core.track import Status, Track
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import ColorModel
 from motes.cues.color_posterior import PosteriorModel
 from motes.cues.correlation_filter import CorrelationModel

@@ -22,7 +22,7 @@ from motes.core.config import Config, Count, NonNegative, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
-from motes.cues import AdaptableCue, Cue
+from motes.cues.base import AdaptableCue, Cue
 
 Floats = NDArray[np.float64]
 

@@ -6,6 +6,7 @@ mkdocs calls `on_files` as a hook (mkdocs.yml).
 from __future__ import annotations
 
 import functools
+import importlib
 import re
 from collections import defaultdict
 from typing import Any
@@ -28,7 +29,8 @@ from motes.sot.particle_filter import ParticleFilter
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
-    "video": "Sources of frames",
+    "video": "Sources and writers of frames",
+    "output": "Rows and drawings",
     "core": "Frames, results and errors",
 }
 """Headings of the API page by the package that a name comes from, in order."""
@@ -38,9 +40,8 @@ ROOTS = (ParticleFilter, Discriminative, MeanShift, WatchConfig)
 API_HEAD = """\
 # Python API
 
-The public names of `motes`, made from their docstrings. Everything else in the package is internal
-and may change, but for `motes.evaluation.synthetic` (rendered films with truth) and
-`motes.video.writer.VideoWriter`, which the tutorials use.
+The public names, made from their docstrings; [an overview](../api.md) has examples. Everything else
+in the package is internal and may change.
 
 """
 CLI_HEAD = """\
@@ -88,10 +89,13 @@ def api_page() -> str:
         assert isinstance(member, griffe.Alias)
         names[member.target_path.split(".")[1]].append(name)
     if unknown := set(names) - set(PACKAGES):
-        raise KeyError(f"docs/generate/pages.py has no heading for names of {unknown}")
+        raise KeyError(f"docs/generate/site_pages.py has no heading for names of {unknown}")
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
+    for module in motes._MODULES:
+        public = importlib.import_module(f"motes.{module}").__all__
+        parts += [f"## motes.{module}\n"] + [f"::: motes.{module}.{name}\n" for name in public]
     return "\n".join(parts)
 
 
@@ -215,4 +219,4 @@ def _value(info: shape.Type) -> str:
             return "text"
         case shape.NoneType():
             return "none"
-    raise TypeError(f"docs/generate/pages.py has no words for {info}")
+    raise TypeError(f"docs/generate/site_pages.py has no words for {info}")
