@@ -217,7 +217,7 @@ def test_the_same_folder_twice(whole: str, go: Go) -> None:
 
 
 def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motes.evaluation.report.plots.available", lambda: False)
+    monkeypatch.setattr("motes.evaluation.report.plots.has_matplotlib", lambda: False)
     code, _, error = go("data --out refused")
     assert code == 2
     assert "motes[report]" in error
