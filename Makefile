@@ -16,7 +16,7 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: demo test lint bench accuracy fuzz kills clean
+.PHONY: demo test lint docs gallery bench accuracy fuzz kills clean
 
 demo: $(READY)
 	$(BIN)/motes demo --out demo --overwrite
@@ -28,6 +28,14 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# The site, in site/: strict, so that a broken link or heading ends it, and without network.
+docs: $(READY)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	@echo "Open site/index.html"
+
+gallery: $(READY)
+	$(BIN)/python docs/generate/gallery.py
 
 bench: $(READY)
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
@@ -48,9 +56,9 @@ $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable '.[all,dev]'
+	$(BIN)/python -m pip install --quiet --editable '.[all,dev,docs]'
 	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo accuracy fuzz
+	rm -rf $(VENV) demo accuracy fuzz site

@@ -132,8 +132,8 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
-        ("FILM --max_agee 1", 2, "did you mean --max_age?"),
-        ("FILM --min-hits 0", 2, "min_hits"),
+        ("FILM --max_agee 1", 2, "did you mean --termination.max_age?"),
+        ("FILM --initiation.min-hits 0", 2, "initiation.min_hits"),
         ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
@@ -168,16 +168,16 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
         assert code == 0, error
         return int(out.splitlines()[1].split(",")[0])
 
-    Path("s.toml").write_text("min_hits = 8\n[tracker]\nparticles = 50\n")
+    Path("s.toml").write_text("[initiation]\nmin_hits = 8\n[tracker]\nparticles = 50\n")
     base = first("")
     assert first("--config s.toml") == base + 5
-    assert first("--config s.toml --min-hits 5 --association.appearance 0.4") == base + 2
+    assert first("--config s.toml --initiation.min-hits 5 --association.appearance 0.4") == base + 2
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ("--detector gaussian --detector.history 40 --max-age 2", "history = 40"),
+        ("--detector gaussian --detector.history 40 --termination.max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
         ("--detector det.txt --containment 0.8", 'file = "det.txt"'),
         ("--detector faces --detector.upsample 0", "upsample = 0"),

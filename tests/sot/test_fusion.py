@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues import AdaptableCue
+from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
@@ -27,9 +27,9 @@ from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
 from motes.sot.filtering.resampling import Resampling, Weights
-from motes.sot.particle_filter import FilterState, ParticleFilter
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo, FilterState
 from motes.sot.presets import PRESETS
-from motes.sot.step_info import StepInfo
 from oracles import frame, region, scene
 
 Floats = NDArray[np.float64]
@@ -258,7 +258,7 @@ def with_cues(**changes: Any) -> ParticleFilter:
     return msgspec.structs.replace(config, **changes)
 
 
-def begun(config: ParticleFilter) -> tuple[FilterState, StepInfo]:
+def begun(config: ParticleFilter) -> tuple[FilterState, FilterInfo]:
     return config.init(np.random.default_rng(0), scene(0, (40, 30)), region((40, 30)))
 
 

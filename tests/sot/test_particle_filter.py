@@ -23,7 +23,9 @@ from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
-from motes.sot.particle_filter import FilterState, ParticleFilter, scatter
+from motes.sot.filtering.scatter import scatter
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterState
 from motes.sot.presets import preset
 from oracles import frame, region, scene
 

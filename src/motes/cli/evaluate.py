@@ -21,9 +21,9 @@ from motes.cli.messages import announce_compiling
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.evaluation import runner
 from motes.evaluation.adapters.mot import SCENE
-from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
-from motes.evaluation.adapters.sot import Own
-from motes.evaluation.datasets.mot import MotSequence, has_crowds, load_crowds
+from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
+from motes.evaluation.adapters.sot import MotesAdapter
+from motes.evaluation.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes.evaluation.datasets.sot import Problem, load_dataset
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.report import plots
@@ -70,40 +70,40 @@ def evaluate(
         video with --annotation.
     """
     run.check()
-    if not plots.available():
+    if not plots.has_matplotlib():
         raise MissingDependencyError(
             "The report needs matplotlib; install it: pip install 'motes[report]'."
         )
-    many = has_crowds(dataset)
+    many = has_mot_sequences(dataset)
     check_kind(many, data, run, report)
     published = report.published()
 
     films: Sequence[Film | MotSequence]
     if many:
-        films, problems = load_crowds(dataset)
+        films, problems = load_mot_dataset(dataset)
     else:
         films, problems = load_dataset(
             dataset, first_pixels(data.first_pixel or []), data.annotation
         )
     films, problems = _chosen(films, problems, data.sequence or ["*"])
-    entries, unusable = resolve(run.tracker or ["nummiaro"], crowd_entry if many else None)
+    entries, unusable = resolve(run.tracker or ["nummiaro"], mot_tracker_spec if many else None)
     if not entries:
         raise ConfigError("There is no tracker to run. " + _lines(unusable))
     if run.detector is not None:
-        entries = detecting(entries, run.detector)
+        entries = with_detector(entries, run.detector)
     protocols = ["mot"] if many else run.protocols() or ["ope"]
     jobs, unreadable = runner.plan(entries, films, protocols, run.seeds, run.max_frames)
     problems += unreadable
     if not jobs:
         raise SourceError(f"No sequence of {dataset} can be used. " + _lines(problems))
     problems += unusable
-    candidates = tuple(entry.name for entry in entries if entry.make.func is Own)
+    candidates = tuple(entry.name for entry in entries if entry.make.func is MotesAdapter)
     if report.folds is not None:
         check_folds(report.folds, len({job.sequence.name for job in jobs}), candidates)
     now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
     prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
 
-    if any(entry.make.func is Own or entry.name == SCENE for entry in entries):
+    if any(entry.make.func is MotesAdapter or entry.name == SCENE for entry in entries):
         announce_compiling()
     errors: dict[Pass, str] = {}
     interrupted: KeyboardInterrupt | None = None
@@ -112,7 +112,7 @@ def evaluate(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     # Results are in the order of the trackers.
-    jobs = [job for entry in entries for job in jobs if job.entry is entry]
+    jobs = [job for entry in entries for job in jobs if job.spec is entry]
     title = f"Trackers on {dataset.resolve().name}"
     if many:
         return write_crowds(jobs, report.out, errors, problems, title, interrupted)

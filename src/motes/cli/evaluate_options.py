@@ -23,9 +23,9 @@ from motes.cli.options import (
 )
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.evaluation import runner
-from motes.evaluation.datasets.distractors import solver
-from motes.evaluation.protocols.perturbations import LONGEST
-from motes.evaluation.protocols.sot import SHORTEST
+from motes.evaluation.datasets.distractors import assignment_solver
+from motes.evaluation.protocols.perturbations import MAX_FRAMES
+from motes.evaluation.protocols.sot import MIN_FRAMES
 from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.speed_ratio import PEER
 
@@ -62,7 +62,7 @@ class RunOptions:
     robust: Annotated[bool, FLAG, Parameter(help="The same as --protocol robust.")] = False
     max_frames: Annotated[
         int, Parameter(help="Longest view of the protocol robust, in frames; 5 or more.")
-    ] = LONGEST
+    ] = MAX_FRAMES
     seeds: Seeds = 5
     workers: Workers = None
     time_limit: Annotated[
@@ -75,8 +75,8 @@ class RunOptions:
     def check(self) -> None:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
         check_counts(seeds=self.seeds)
-        if self.max_frames < SHORTEST:
-            raise ConfigError(f"--max-frames is {self.max_frames}; give {SHORTEST} or more.")
+        if self.max_frames < MIN_FRAMES:
+            raise ConfigError(f"--max-frames is {self.max_frames}; give {MIN_FRAMES} or more.")
         worker_count(self.workers)
         if not 0 < self.time_limit < float("inf"):
             raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
@@ -183,7 +183,7 @@ def check_kind(many: bool, data: DatasetOptions, run: RunOptions, report: Report
             "trackers:bytetrack."
         )
     if many:
-        solver()
+        assignment_solver()
     if report.peer is not None and report.peer not in (run.tracker or ()):
         raise ConfigError(
             f"--peer {report.peer} is not measured; give --tracker {report.peer} as well."

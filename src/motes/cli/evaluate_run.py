@@ -15,11 +15,11 @@ from motes.core.interrupts import check
 from motes.evaluation import mot_scores, runner
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Problem
-from motes.evaluation.mot_scores import CrowdEvaluation, CrowdOutcome
+from motes.evaluation.mot_scores import MotEvaluation, MotOutcome
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report import write_mot as mot_report
 from motes.evaluation.report.speed_ratio import Comparisons
-from motes.evaluation.report.tables import Table, counted
+from motes.evaluation.report.tables import Table, count_noun
 from motes.evaluation.report.write import write_report
 from motes.evaluation.runner import Job, Pass
 from motes.evaluation.scores import Outcome, PassResult, write_results
@@ -109,8 +109,8 @@ def write_crowds(
     interrupted: KeyboardInterrupt | None,
 ) -> int:
     """Write the results of trackers of many objects, print a summary, and return the exit code."""
-    outcomes = [outcome for job in jobs for outcome in CrowdOutcome.of(job, out, errors)]
-    crowds = CrowdEvaluation(outcomes)
+    outcomes = [outcome for job in jobs for outcome in MotOutcome.of(job, out, errors)]
+    crowds = MotEvaluation(outcomes)
     mot_scores.write_results(out, crowds)
     mot_report.write_report(out, crowds, problems, title)
     tables = {
@@ -161,7 +161,7 @@ def _summarize(
     failed = sum(outcome.trace is None for outcome in outcomes)
     log(
         interrupts.word(interrupted)
-        + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
+        + f"{count_noun(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )
     if interrupted:
         return interrupts.code(interrupted)

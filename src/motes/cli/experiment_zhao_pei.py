@@ -53,7 +53,7 @@ def zhao_figure9(
     seed: Seed = 0,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Zhao and Pei, figure 9: detected objects over present objects.
+    """Zhao and Pei, figure 9: objects detected over objects present.
 
     Parameters
     ----------
@@ -62,18 +62,18 @@ def zhao_figure9(
     """
     output = results.output("zhao-figure9", plot=True)
 
-    from motes.evaluation.datasets.mot import has_crowds, load_crowds
+    from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
     from motes.evaluation.papers import zhao_pei_figure9
     from motes.mot.pipeline_config import named_detector
 
     finder = None if detector is None else named_detector(detector)
-    if has_crowds(sequence):
-        crowds, problems = load_crowds(sequence)
+    if has_mot_sequences(sequence):
+        crowds, problems = load_mot_dataset(sequence)
         refuse_none(sequence, crowds, problems)
         announce_compiling()
     else:
         films, problems = films_of(sequence, first_pixel)
-        crowds = [zhao_pei_figure9.crowd_of(film) for film in films]
+        crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)

@@ -46,8 +46,11 @@ def tracker_config(
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    check_settings(app, preset, type(base), settings)
-    return presets.configure(base, as_keys(settings))
+    try:
+        return presets.configure(base, as_keys(settings))
+    except ConfigError:
+        check_settings(app, preset, type(base), settings)
+        raise
 
 
 def watch_config(
@@ -102,8 +105,11 @@ def watch_config(
         config = changed(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
-    check_settings(app, preset, WatchConfig, settings)
-    return changed(config, as_keys(settings))
+    try:
+        return changed(config, as_keys(settings))
+    except ConfigError:
+        check_settings(app, preset, WatchConfig, settings)
+        raise
 
 
 @contextlib.contextmanager

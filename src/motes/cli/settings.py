@@ -175,12 +175,13 @@ class _Known:
         renamed = f"{before}{dot}{RENAMED.get(last)}"
         if renamed in names:
             return f"There is no option {flag}; it is --{renamed} now."
+        names = {old: f"--{new}" for old, new in RENAMED.items() if new in self._keys} | names
         inside = [path for path in names if path.endswith(f".{wanted}")]
         near = difflib.get_close_matches(wanted, names, n=1) or inside[:1]
         command = f"motes config {'--watch' if self._command == 'watch' else self._preset}"
         hint = f"see motes {self._command} --help and {command}."
         if near:
-            key = self._keys.get(near[0])
+            key = self._keys.get(names[near[0]].lstrip("-"))
             group = key is not None and key.choices
             hint = f"did you mean {names[near[0]]}{'.KEY' if group else ''}?"
         return f"There is no option {flag} with preset {self._preset}; {hint}"

@@ -42,8 +42,7 @@ if TYPE_CHECKING:
 app = App(
     name="watch",
     help_epilogue=HELP.format(
-        example="--min-hits 3, --association.overlap 0.2, --tracker.particles 100 or "
-        "--detector.history 200",
+        example="--initiation.min-hits 3, --tracker.particles 100 or --detector.history 200",
         command="motes config --watch",
     ),
     help_format="plaintext",

@@ -21,13 +21,13 @@ from motes.mot.analytics.events import Event, Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.documents import DOCUMENTS, is_document, write_document
 from motes.output.journal import (
-    Head,
+    FrameRow,
+    Header,
     Journal,
     JournalWriter,
-    Picture,
-    Sighting,
+    ObjectRow,
     journal_of,
-    sightings,
+    object_rows,
 )
 from motes.output.scene_overlay import Point, draw_scene
 from motes.output.track_rows import check_not_deleted, check_writable
@@ -173,9 +173,9 @@ class Rows(Lines):
 
     def write(self, moment: FrameResult) -> None:
         """Add a frame's rows."""
-        self.add(Picture(moment.frame.index, moment.frame.time, sightings(moment.tracks)))
+        self.add(FrameRow(moment.frame.index, moment.frame.time, object_rows(moment.tracks)))
 
-    def add(self, picture: Picture) -> None:
+    def add(self, picture: FrameRow) -> None:
         """Add a frame's rows."""
         if self._form == "csv" and not self._begun:
             self.put([",".join(COLUMNS)])
@@ -187,13 +187,13 @@ class Rows(Lines):
             self.put([_row(picture, each, self._form) for each in picture.objects])
 
 
-def _mot(picture: Picture, each: Sighting) -> str:
+def _mot(picture: FrameRow, each: ObjectRow) -> str:
     x, y, width, height = each.box
     box = f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
     return f"{picture.frame + 1},{each.identity},{box},{each.confidence:.4f},1,1,-1"
 
 
-def _row(picture: Picture, each: Sighting, form: Form) -> str:
+def _row(picture: FrameRow, each: ObjectRow, form: Form) -> str:
     values = [
         picture.frame, round(picture.time, 6), each.identity,
         *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
@@ -226,13 +226,13 @@ class Annotations:
         """Add a frame's objects to the journal."""
         frame = moment.frame
         file = self._film.file_of(frame.index)
-        objects = sightings(moment.tracks)
+        objects = object_rows(moment.tracks)
         try:
             if self._journal is None:
-                head = Head(_text(self._film.name), frame.width, frame.height, self._label)
+                head = Header(_text(self._film.name), frame.width, frame.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
             name = None if file is None else _text(file)
-            self._journal.add(Picture(frame.index, frame.time, objects, name))
+            self._journal.add(FrameRow(frame.index, frame.time, objects, name))
         except OSError as error:
             self._failed = True
             raise self._failure(error) from error
