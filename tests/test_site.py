@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -74,7 +75,9 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
 
 def test_reference_is_complete(site: Path) -> None:
     api = (site / "reference/api.html").read_text(encoding="utf-8")
-    for name in motes.__all__:
+    others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
+    names = [f"{each}.{name}" for each, inner in others.items() for name in inner]
+    for name in [*motes.__all__, *names]:
         assert f'id="motes.{name}"' in api, name
     commands = (site / "reference/cli.html").read_text(encoding="utf-8")
     for name in ("track", "watch", "evaluate", "experiment", "demo", "bench", "doctor"):

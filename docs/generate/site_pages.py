@@ -5,6 +5,7 @@ mkdocs calls `on_files` as a hook (mkdocs.yml).
 
 from __future__ import annotations
 
+import importlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 
@@ -24,7 +25,8 @@ from motes.sot.presets import DESCRIPTIONS
 PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
-    "video": "Sources of frames",
+    "video": "Sources and writers of frames",
+    "output": "Rows and drawings",
     "core": "Frames, results and errors",
 }
 """Headings of the API page by the package that a name comes from, in order."""
@@ -39,9 +41,8 @@ ROOTS = {
 API_HEAD = """\
 # Python API
 
-The public names of `motes`, made from their docstrings. Everything else in the package is internal
-and may change, but for `motes.evaluation.synthetic` (rendered films with truth) and
-`motes.video.writer.VideoWriter`, which the tutorials use.
+The public names, made from their docstrings; [an overview](../api.md) has examples. Everything else
+in the package is internal and may change.
 
 """
 CLI_HEAD = """\
@@ -89,6 +90,9 @@ def api_page() -> str:
     parts = [API_HEAD]
     for package, heading in PACKAGES.items():
         parts += [f"## {heading}\n"] + [f"::: motes.{name}\n" for name in names[package]]
+    for module in motes._MODULES:
+        public = importlib.import_module(f"motes.{module}").__all__
+        parts += [f"## motes.{module}\n"] + [f"::: motes.{module}.{name}\n" for name in public]
     return "\n".join(parts)
 
 

@@ -283,7 +283,7 @@ def test_folds(go: Go) -> None:
     )
     assert [fold for fold, _ in chosen] == ["1", "2"]
     assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
-    assert "How many times as fast as mine:Still" in text
+    assert "Speed relative to mine:Still" in text
     assert go(f"{line} --out folds --resume")[0] == 0
     assert "folds" not in Path("folds/summary.md").read_text()
 

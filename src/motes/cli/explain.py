@@ -55,11 +55,11 @@ def _unknown_option(error: MissingArgumentError) -> str | None:
     assert error.keyword is not None
 
     from motes.cli.load_config import no_such_option
-    from motes.core.config import keys
+    from motes.core.config_keys import names
     from motes.mot.pipeline_config import WatchConfig
     from motes.sot.presets import TrackerConfig
 
-    known = keys(WatchConfig if command.__name__ == "watch" else TrackerConfig)
+    known = names(WatchConfig if command.__name__ == "watch" else TrackerConfig)
     if error.keyword.lstrip("-").split(".")[0].replace("-", "_") in known:
         return None
     return no_such_option(command, error.keyword, known)

@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.renamed_keys import RENAMED
 
 if TYPE_CHECKING:
+    from motes.core.config import Config
     from motes.sot.known_target import Target
     from motes.sot.presets import TrackerConfig
 
@@ -45,7 +46,7 @@ def tracker_config(
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    check_settings(command, to_dict(base), settings)
+    check_settings(command, base, settings)
     return presets.configure(base, as_keys(settings))
 
 
@@ -58,19 +59,26 @@ def as_keys(settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def check_settings(
-    command: Callable[..., object], known: Iterable[str], settings: dict[str, Any]
+    command: Callable[..., object], config: Config, settings: dict[str, Any]
 ) -> None:
-    """Check that settings are known keys: an unknown one may be a misspelled option of the command.
+    """Check that settings are keys of a configuration; others may be misspelled options.
+
+    The keys of other packages are looked up only for a setting that is none of ours. A cue passes:
+    a configuration that takes none says so itself.
 
     Raises
     ------
     ConfigError
         With the nearest known key or option.
     """
-    known = list(known)
-    unknown = [key for key in settings if key.replace("-", "_") not in known]
+    from motes.core.config_keys import names
+    from motes.cues.base import CUES
+
+    given = {key.replace("-", "_"): key for key in settings}
+    declared = config.__struct_fields__
+    unknown = [name for name in given if name not in declared and name not in CUES]
     if unknown and "type" not in settings:
-        raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
+        raise ConfigError(no_such_option(command, f"--{given[unknown[0]]}", names(type(config))))
 
 
 def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:

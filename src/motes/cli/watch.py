@@ -246,7 +246,7 @@ def _watch_config(
         config = laid_over(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = laid_over(config, {"detector": detector_values(detector)})
-    check_settings(watch, to_dict(config), settings)
+    check_settings(watch, config, settings)
     return laid_over(config, as_keys(settings))
 
 

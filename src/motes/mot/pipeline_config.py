@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias, get_args
+from typing import get_args
 
 from motes.core.config import from_dict
-from motes.core.detection import Detector
+from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
+from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig, Method
 from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 
-DetectorConfig: TypeAlias = (
-    BackgroundConfig | PeopleConfig | FacesConfig | RecordedConfig | LookalikeConfig
+DETECTORS = Registry[DetectorConfig](
+    "detector",
+    "motes.detectors",
+    DetectorConfig,
+    {
+        "background": BackgroundConfig,
+        "people": PeopleConfig,
+        "faces": FacesConfig,
+        "recorded": RecordedConfig,
+        "like": LookalikeConfig,
+    },
 )
 
 
@@ -43,10 +53,14 @@ def detector_values(name: str | None) -> dict[str, str]:
         return {"type": name}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
-    if name not in get_args(Method):
-        known = ", ".join(get_args(Method))
-        raise ConfigError(f"A detector is {known}, people, faces or a .txt file; got {name!r}.")
-    return {"type": "background", "method": name}
+    if name in get_args(Method):
+        return {"type": "background", "method": name}
+    own = {"background", "recorded", "like"}  # which have other names, or need more than one
+    named = [each for each in DETECTORS.known() if each not in own]
+    if name not in named:
+        known = ", ".join([*get_args(Method), *named])
+        raise ConfigError(f"A detector is {known} or a .txt file; got {name!r}.")
+    return {"type": name}
 
 
 def named_detector(name: str | None) -> Detector:

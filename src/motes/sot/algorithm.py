@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.step_info import StepInfo
 
@@ -52,8 +52,14 @@ class Algorithm(Protocol[S, I_co]):
         """Put the target at `region` of the current frame; the target model is kept."""
         ...
 
-    def check(self, state: S, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: S, frame: Frame) -> S:
+        """Return a saved state in the types of this algorithm's parts.
+
+        Raises
+        ------
+        ValueError
+            If no frame leaves such a state; see `motes.core.saved_state`.
+        """
         ...
 
 

@@ -22,7 +22,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
 from motes.core.track import Status, Track
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
@@ -208,11 +208,12 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         )
         return self._observe(state, frame, region)
 
-    def check(self, state: ShiftState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: ShiftState, frame: Frame) -> ShiftState:
+        """Return a saved state; raise a ValueError if no frame leaves such a one."""
         middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
         model = self.color.learn(frame, middle)
         check(state, _begun(frame, middle, model, BackgroundStatistics(0.0, 0.0)), "state")
+        return state
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
         """Shift the ellipse until it moves less than the tolerance; never to a worse place."""

@@ -19,7 +19,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.cues import AdaptableCue, Cue
+from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
@@ -38,7 +38,7 @@ from motes.sot.filtering.model_update import (
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
+from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -60,6 +60,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         How the target moves.
     color, orientation, edges, hog, correlation, posterior
         The cues: what pixels say about an ellipse. At least one.
+    extra_cues
+        Cues of other packages by name. In files and options they stand among the other keys.
     fusion
         How several cues become one.
     likelihood
@@ -76,15 +78,17 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     """
 
     state_type: ClassVar[type[FilterState]] = FilterState
+    open_field: ClassVar[str | None] = "extra_cues"
 
     particles: Particles = 100
-    motion: AnyMotion = ConstantVelocity()
+    motion: Motion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
     edges: Edges | None = None
     hog: Hog | None = None
     correlation: Correlation | None = None
     posterior: Posterior | None = None
+    extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
     fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
@@ -96,10 +100,10 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError(
-                "A particle filter needs a cue: color, orientation, edges, hog, correlation or "
-                "posterior."
-            )
+            raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
+        for name in self.extra_cues:
+            if name in self.__struct_fields__:
+                raise ConfigError(f"extra_cues names {name!r}, which is a key of its own.")
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
@@ -114,28 +118,19 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
                         f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
                     )
                 if key == "adaptation.cues" and name not in self.strategies:
-                    raise ConfigError(f"{key} names {name!r}, which learns at {name}.rate.")
+                    raise ConfigError(f"{key} names {name!r}, which learns at a rate of its own.")
 
     @cached_property
     def cues(self) -> dict[str, Cue]:
         """The cues in use, by name."""
-        cues: dict[str, Cue | None] = {
-            "color": self.color,
-            "orientation": self.orientation,
-            "edges": self.edges,
-            "hog": self.hog,
-            "correlation": self.correlation,
-            "posterior": self.posterior,
-        }
-        return {name: cue for name, cue in cues.items() if cue is not None}
+        fields = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {n: cue for n, cue in fields.items() if isinstance(cue, Cue)} | self.extra_cues
 
     @cached_property
     def strategies(self) -> dict[str, Strategy]:
         """How the models that are histograms learn, by their cue's name."""
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
-        if isinstance(self.adaptation, PerCue):
-            return {name: self.adaptation.cues.get(name, ExponentialForgetting()) for name in names}
-        return dict.fromkeys(names, self.adaptation)
+        return {name: self.adaptation.strategy(name) for name in names}
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -216,9 +211,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         state = replace(state, status=Status.TRACKING, frames_missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
 
-    def check(self, state: FilterState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        check_state(state, frame, self.cues, self.strategies, self.motion)
+    def check(self, state: FilterState, frame: Frame) -> FilterState:
+        """Return a saved state in the types of the cues; raise a ValueError if it is none."""
+        return check_state(state, frame, self.cues, self.strategies, self.motion)
 
     def with_budget(self) -> Self:
         """Return the filter with a budget: its own, or else the default one."""

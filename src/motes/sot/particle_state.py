@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -18,24 +18,20 @@ from motes.core.saved_state import (
     Array,
     check,
     check_numbers,
+    in_types_of,
     middle_of,
     rows,
 )
 from motes.core.track import Status, Track
-from motes.cues import Cue
-from motes.cues.color import ColorModel
-from motes.cues.color_posterior import PosteriorModel
-from motes.cues.correlation_filter import CorrelationModel
-from motes.cues.edge_histogram import EdgesModel
-from motes.cues.hog import HogModel
-from motes.cues.structure_tensor import OrientationModel
+from motes.core.types import Floats
+from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
 from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
-from motes.sot.filtering.motion import AnyMotion
+from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
-Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
+Model: TypeAlias = Any
+"""A target model; its type is the cue's own affair."""
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
@@ -114,9 +110,15 @@ def check_state(
     frame: Frame,
     cues: Mapping[str, Cue],
     strategies: Mapping[str, Strategy],
-    motion: AnyMotion,
-) -> None:
-    """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    motion: Motion,
+) -> FilterState:
+    """Return a saved state with models and memories in their types, which the cues know.
+
+    Raises
+    ------
+    ValueError
+        If no frame leaves such a state; see `motes.core.saved_state`.
+    """
     middle = middle_of(frame, *state.reference_size[2:4])
     models = {name: cue.learn(frame, middle) for name, cue in cues.items()}
     memories = dict[str, UpdaterState]()
@@ -125,6 +127,11 @@ def check_state(
         memory = strategies[name].learn(None, flat, flat, flat).memory
         if memory is not None:
             memories[name] = memory
+    state = replace(
+        state,
+        models=in_types_of(models, state.models, "state.models"),
+        memories=in_types_of(memories, state.memories, "state.memories"),
+    )
     [start] = motion.initial(np.array([middle]))
     states = rows(start, state.states)
     zeros = rows(0.0, states)
@@ -148,3 +155,4 @@ def check_state(
     with np.errstate(all="ignore"):
         ellipses = motion.ellipses(state.states)
     check_numbers(ellipses, "state.states", ELLIPSES)
+    return state

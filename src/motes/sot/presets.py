@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import difflib
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, get_args
 
 from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
+from motes.core.registry import tag_of
+from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
@@ -216,6 +219,18 @@ def preset(name: str) -> TrackerConfig:
     raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
 
 
+def _check_cues(values: Mapping[str, Any]) -> None:
+    """Check that an algorithm with fixed cues is given no other one."""
+    for kind in get_args(TrackerConfig):
+        if tag_of(kind) == values.get("type") and kind.open_field is None:
+            for name in values:
+                if name not in ("type", *kind.__struct_fields__) and name in CUES:
+                    raise ConfigError(
+                        f"Algorithm {values['type']!r} takes no cue {name!r}, as its cues are "
+                        f"fixed; choose a particle filter, such as preset nummiaro."
+                    )
+
+
 def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     """Return a configuration with changes laid over it, from plain nested values (TOML, flags).
 
@@ -227,5 +242,6 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     values = to_dict(base)
     for change in changes:
         values = merge(values, change)
+    _check_cues(values)
     config: TrackerConfig = from_dict(values, TrackerConfig)
     return config

@@ -8,11 +8,10 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self, get_args
+from typing import Any, Self
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.core.config import from_dict, to_dict
@@ -21,7 +20,7 @@ from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import region_within
-from motes.core.saved_state import LARGEST
+from motes.core.saved_state import LARGEST, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.cues.color import Color
@@ -217,7 +216,7 @@ class Tracker:
             "state": state,
         }
         try:
-            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=_pack))
+            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
         except OSError as error:
             raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
@@ -236,7 +235,7 @@ class Tracker:
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
             tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
-            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=_unpack))
+            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
         except FormatError:
@@ -248,7 +247,7 @@ class Tracker:
 
     def _continue(self, saved: _Saved) -> None:
         """Take over what was saved, of which nothing is believed unseen."""
-        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=_unpack)
+        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=unpack)
         random = json.loads(saved.random)
         self._rng.bit_generator.state = random
         if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
@@ -257,8 +256,7 @@ class Tracker:
         frame = Frame(index, seconds, pixels)
         if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
             raise ValueError("the last frame is none")
-        self._algorithm.check(state, frame)
-        self._state, self._frame = state, frame
+        self._state, self._frame = self._algorithm.check(state, frame), frame
 
     def __copy__(self) -> Self:
         """Return a tracker that goes on by itself; states and frames never change, and are shared.
@@ -319,7 +317,6 @@ UNREADABLE = (
     MemoryError,
 )
 """What reading anything may raise: bytes that are nested, too large, or of another kind."""
-Size = Annotated[int, Meta(ge=0)]
 
 
 class _Saved(msgspec.Struct):
@@ -328,17 +325,3 @@ class _Saved(msgspec.Struct):
     random: str
     frame: tuple[int, float, NDArray[np.uint8]]
     state: Any
-
-
-def _pack(value: Any) -> Any:
-    """Return an array as [dtype, shape, bytes]."""
-    return [value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes()]
-
-
-def _unpack(kind: Any, value: Any) -> Any:
-    """Return an array of the type that the state's field says."""
-    dtype = np.dtype(get_args(get_args(kind)[1])[0])
-    name, shape, data = msgspec.convert(value, tuple[str, tuple[Size, ...], bytes])
-    if name != dtype.str:
-        raise ValueError(f"an array is {name}, not {dtype.str}")
-    return np.frombuffer(data, dtype).reshape(shape).copy()

@@ -15,7 +15,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
@@ -34,7 +34,7 @@ SHADE = 0.95
 """What keeps more than this share of its brightness is no shadow."""
 
 
-class BackgroundConfig(Config, frozen=True, tag="background"):
+class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     """How a `BackgroundDetector` tells what moves, and what of it is an object.
 
     Attributes

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.cues.color import Color, ColorModel
@@ -33,7 +33,7 @@ LIMIT = 100
 """At most so many are found in a frame."""
 
 
-class LookalikeConfig(Config, frozen=True, tag="like"):
+class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
     """Whom a `LookalikeDetector` looks for, and how.
 
     Attributes
@@ -120,9 +120,11 @@ class LookalikeDetector:
 
     def _grid(self, frame: Frame) -> Floats:
         """Return the ellipses (N, 5) that are looked at."""
-        grids = []
+        grids = [np.empty((0, 5))]
         for size in SIZES:
             a, b = size * self._box.width / 2, size * self._box.height / 2
+            if 2 * a > frame.width or 2 * b > frame.height:
+                continue
             y, x = np.mgrid[
                 b : frame.height - b : 2 * b / STEPS, a : frame.width - a : 2 * a / STEPS
             ]

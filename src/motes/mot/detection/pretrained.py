@@ -10,13 +10,13 @@ import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 
 
-class FacesConfig(Config, frozen=True, tag="faces"):
+class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
     """How a `FaceDetector` looks for faces.
 
     Attributes
@@ -73,7 +73,7 @@ class FaceDetector:
         ]
 
 
-class PeopleConfig(Config, frozen=True, tag="people"):
+class PeopleConfig(DetectorConfig, Config, frozen=True, tag="people"):
     """How a `PeopleDetector` looks for people.
 
     Attributes
@@ -141,7 +141,7 @@ class PeopleDetector:
         ]
 
 
-class RecordedConfig(Config, frozen=True, tag="recorded"):
+class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
     """The file of `RecordedDetections`.
 
     Attributes

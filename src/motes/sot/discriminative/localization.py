@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Singles, Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
 from motes.cues.correlation_filter import (
     UPSAMPLING,
@@ -20,8 +21,7 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
-from motes.cues.fourier_ridge import Spectra
-from motes.cues.search_window import CELL_SIZE, Singles
+from motes.cues.search_window import CELL_SIZE
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 

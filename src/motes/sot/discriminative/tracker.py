@@ -15,16 +15,15 @@ from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status, Track
+from motes.core.types import Floats, Spectra
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
-from motes.cues.fourier_ridge import Spectra
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
@@ -35,8 +34,6 @@ from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
-
-Floats = NDArray[np.float64]
 
 RUNNING_MEAN_RATE = 0.05
 """Share of a frame in the running means of contrast and borders."""
@@ -186,8 +183,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
-    def check(self, state: DiscriminativeState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
+        """Return a saved state; raise a ValueError if no frame leaves such a one."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
         fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
         searchers = (
@@ -197,6 +194,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         factors = rows(1.0, state.factors)
         check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
+        return state
 
     def _turn(
         self,

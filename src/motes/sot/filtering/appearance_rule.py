@@ -17,7 +17,7 @@ from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues import Cue
+from motes.cues.base import Cue
 
 Floats = NDArray[np.float64]
 
