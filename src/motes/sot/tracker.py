@@ -36,6 +36,9 @@ Picture = Frame | NDArray[Any]
 class Tracker:
     """Follows one object from frame to frame.
 
+    Frames are `Frame`s, or images as `as_rgb` takes them; an image counts as coming 1/25 s after
+    the one before.
+
     Parameters
     ----------
     config
@@ -51,9 +54,6 @@ class Tracker:
     ----------
     info
         What happened in the last step: particles, weights, distances.
-
-    Frames are `Frame`s, or images as `as_rgb` takes them; an image counts as coming 1/25 s after
-    the one before.
     """
 
     info: StepInfo
