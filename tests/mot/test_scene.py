@@ -16,6 +16,7 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
+from arena import wait_for
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
@@ -437,8 +438,8 @@ def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, 
 def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
     slow = Slow(lambda _: [])
     for frame, _ in Scene(slow).watch(walks()):
-        while slow.latest < frame.index + 2:
-            time.sleep(0.001)
+        ahead = frame.index + 2
+        wait_for(lambda: slow.latest >= ahead)  # noqa: B023
         time.sleep(0.012)  # longer than the detector takes, should it go on
         assert slow.latest == frame.index + 2
         if frame.index == 20:

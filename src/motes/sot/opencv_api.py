@@ -1,4 +1,4 @@
-"""A tracker with the interface of OpenCV's."""
+"""A tracker with the interface of OpenCV's trackers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class OpenCVTracker:
     Attributes
     ----------
     tracker
-        The `Tracker` behind it, which has the confidence and all else.
+        The `Tracker` behind it, with `info` and the confidence.
     """
 
     def __init__(self, config: str | TrackerConfig = "default", seed: int = 0) -> None:
@@ -46,9 +46,9 @@ class OpenCVTracker:
         Raises
         ------
         ConfigError
-            If the box is not one, or does not fit the image.
+            If the box is not valid, or does not fit the image.
         """
-        as_ellipse(box)  # refuses what is no region at all
+        as_ellipse(box)  # refuses anything that is no region
         if len(box) != 4:
             raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
         self.tracker.init(_from_bgr(image), box)

@@ -20,7 +20,8 @@ from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.beetle import Target
 from motes.evaluation.synthetic.clips import Clip
 from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.reidentification import Camera, CameraLink, CrossCameraAssociation, Rig
+from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place
