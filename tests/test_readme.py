@@ -74,6 +74,7 @@ def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     return tmp_path
 
 
+@pytest.mark.slow
 def test_every_command_runs(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert len(COMMANDS) >= 10
     for command in COMMANDS:
@@ -91,6 +92,7 @@ def test_make_targets_exist() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
+@pytest.mark.slow
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, several, opencv = blocks("python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
