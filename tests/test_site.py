@@ -59,6 +59,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
     pages = list(site.rglob("*.html"))
     assert len(pages) > 15
@@ -73,6 +74,7 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
         assert not re.search(r"(@import\s*|url\()[\"']?(https?:)?//", text), style
 
 
+@pytest.mark.slow
 def test_reference_is_complete(site: Path) -> None:
     api = (site / "reference/api.html").read_text(encoding="utf-8")
     others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
