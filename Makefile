@@ -16,13 +16,24 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: demo test lint docs gallery bench accuracy fuzz kills clean
+.PHONY: demo check test coverage lint docs gallery bench accuracy fuzz kills clean
 
 demo: $(READY)
 	$(BIN)/motes demo --out demo --overwrite
 
+# While working: all but the slow tests.
+check: lint
+	$(BIN)/python -m pytest -n auto -m 'not slow'
+
 test: lint
 	$(BIN)/python -m pytest -n auto
+
+# It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
+coverage: $(READY)
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n auto
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 lint: $(READY)
 	$(BIN)/ruff check .

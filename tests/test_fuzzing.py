@@ -26,6 +26,7 @@ def test_what_once_fell_falls_no_more(path: Path) -> None:
     assert outcome
 
 
+@pytest.mark.slow
 def test_a_short_run() -> None:
     result = run(KINDS, seed=0, more=lambda rounds: rounds < 1)
     assert [failure.reason for failure in result.failures] == []
@@ -53,6 +54,7 @@ def _check(data: bytes) -> str:
     return data.decode()
 
 
+@pytest.mark.slow
 def test_what_falls_is_found_and_the_rest_is_done() -> None:
     reasons = {
         b"crash": "The process ended with -6.",

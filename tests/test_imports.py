@@ -166,6 +166,7 @@ def test_importing_motes_loads_nothing_heavy() -> None:
     assert not loaded_after("import motes") & heavy
 
 
+@pytest.mark.slow
 def test_tracking_needs_no_extra() -> None:
     code = """
 import numpy as np

@@ -64,6 +64,7 @@ def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cv2")
@@ -91,6 +92,7 @@ def test_make_targets_exist() -> None:
             assert re.search(rf"^{target}:", makefile, re.MULTILINE), (page, target)
 
 
+@pytest.mark.slow
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, several, opencv = (b.text for b in blocks(README) if b.language == "python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10

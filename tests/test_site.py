@@ -59,6 +59,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
     pages = list(site.rglob("*.html"))
     assert len(pages) > 15
@@ -73,6 +74,7 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
         assert not re.search(r"(@import\s*|url\()[\"']?(https?:)?//", text), style
 
 
+@pytest.mark.slow
 def test_reference_is_complete(site: Path) -> None:
     api = (site / "reference/api.html").read_text(encoding="utf-8")
     others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
@@ -87,6 +89,25 @@ def test_reference_is_complete(site: Path) -> None:
     for kind in KINDS:
         for path in all_paths(keys(kind)):
             assert f">{path}" in text, path
+
+
+def test_docstrings_are_read_as_they_are_meant() -> None:
+    """A paragraph after a section of names would be read as one more name."""
+    griffe = pytest.importorskip("griffe", reason="the site needs: pip install 'motes[docs]'")
+    todo = [griffe.load("motes", docstring_parser=griffe.Parser.numpy)]
+    while todo:
+        part = todo.pop()
+        todo += [each for each in part.members.values() if not each.is_alias]
+        for section in part.docstring.parsed if part.docstring else ():
+            if section.kind.value in ("attributes", "parameters"):
+                for one in section.value:
+                    assert all(map(str.isidentifier, one.name.strip("*").split(", "))), part.path
+                    assert one.description, (part.path, one.name)
+
+
+def test_readme_lines_are_short() -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert max(map(len, lines)) <= 120
 
 
 def test_pictures_of_the_gallery_are_small() -> None:

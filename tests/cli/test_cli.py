@@ -207,6 +207,7 @@ def test_a_folder_for_figures_that_is_protected_is_refused_before_the_first_fram
     assert error == "motes: error: f/g cannot be written: no permission; choose another folder.\n"
 
 
+@pytest.mark.slow
 def test_overlay_and_figures(go: Go, film: tuple[str, str]) -> None:
     code, out, error = go(
         "track FILM --init BOX --preset nummiaro --start 5 --overlay o.mp4 --figures f"
@@ -364,6 +365,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
 # Wrong input
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
@@ -528,6 +530,7 @@ def test_help_on_a_full_disk() -> None:
 # Interrupted, and resumed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["csv", "jsonl"])
 def test_rows_cut_anywhere_are_resumed_to_the_same_bytes(go: Go, form: str) -> None:
     line = f"track FILM --init BOX --end 12 -o r.{form}"
@@ -575,6 +578,7 @@ main(sys.argv[2:])
 """Runs motes, and kills it when a frame's row is to be written."""
 
 
+@pytest.mark.slow
 def test_killed_then_resumed(film: tuple[str, str], tmp_path: Path) -> None:
     rows, whole = tmp_path / "r.csv", tmp_path / "whole.csv"
     line = ["track", film[0], "--init", film[1]]
@@ -590,6 +594,7 @@ def test_killed_then_resumed(film: tuple[str, str], tmp_path: Path) -> None:
     assert rows.read_bytes() == whole.read_bytes()
 
 
+@pytest.mark.slow
 def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
     line = ["track", slow_film, "--init", film[1], "-o", str(rows), "--overlay", str(overlay)]
@@ -627,6 +632,7 @@ def test_interrupts_wait_until_a_frame_is_written(go: Go, monkeypatch: pytest.Mo
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+@pytest.mark.slow
 def test_a_reader_that_leaves_ends_the_run_quietly(slow_film: str, film: tuple[str, str]) -> None:
     line = ["track", slow_film, "--init", film[1], "-o", "-"]
     with started(line, stdout=subprocess.PIPE) as process:
@@ -641,6 +647,7 @@ def test_a_reader_that_leaves_ends_the_run_quietly(slow_film: str, film: tuple[s
 # What users see
 
 
+@pytest.mark.slow
 def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path: Path) -> None:
     line = ["track", slow_film, "--init", film[1], "--end", "400", "-o"]
     ours, theirs = pty.openpty()
@@ -670,6 +677,7 @@ def test_help_loads_nothing_heavy() -> None:
         assert out.splitlines()[-1] == "[]"
 
 
+@pytest.mark.slow
 def test_help_names_commands_and_exit_codes(go: Go) -> None:
     code, out, _ = go("--help")
     assert code == 0

@@ -38,6 +38,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -115,6 +116,7 @@ def test_help_at_any_width(columns: str) -> None:
     assert len(found.stdout) < 100_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "lines"),
     [

@@ -58,6 +58,7 @@ def whole(home: Path) -> str:
     return "whole"
 
 
+@pytest.mark.slow
 def test_results(whole: str, go: Go) -> None:
     rows = table(whole)
     assert tuple(rows[0]) == COLUMNS
@@ -90,11 +91,13 @@ def test_what_is_said(whole: str, go: Go) -> None:
     assert len({len(line) for line in (head, first, second)}) == 1
 
 
+@pytest.mark.slow
 def test_workers_change_nothing(whole: str, go: Go) -> None:
     assert go(f"data {WHOLE} --out two --workers 2")[0] == 0
     assert tracks(Path("two")) == tracks(Path(whole))
 
 
+@pytest.mark.slow
 def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     shutil.copytree(whole, "more")
     gone = Path("more/tracks/mine%3ASeeded/b/ope-1.csv")
@@ -119,6 +122,7 @@ def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) 
     assert tracks(Path(whole)) == before
 
 
+@pytest.mark.slow
 def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     code, out, error = go(
         "worse --tracker mine:Still --tracker mine:Raises --tracker mine:Stil --tracker cv2:mill "
@@ -144,6 +148,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
         assert "no more of this" in Path("failing", name).read_text()
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_few_characters(home: Path) -> None:
     line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
     done = subprocess.run(
@@ -159,6 +164,7 @@ def test_a_terminal_that_knows_few_characters(home: Path) -> None:
     assert "mine:Still" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
 def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
     folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
@@ -205,6 +211,7 @@ def test_refusals(line: str, code: int, error: str, go: Go) -> None:
     assert not Path("refused").exists()
 
 
+@pytest.mark.slow
 def test_the_same_folder_twice(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole")
     assert (code, out) == (5, "")
@@ -224,6 +231,7 @@ def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not Path("refused").exists()
 
 
+@pytest.mark.slow
 def test_a_video_with_its_truth(go: Go) -> None:
     Path("truth.txt").write_text(Path("data/a/groundtruth_rect.txt").read_text())
     code, *_ = go(
@@ -234,6 +242,7 @@ def test_a_video_with_its_truth(go: Go) -> None:
     assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
 
 
+@pytest.mark.slow
 def test_robust(go: Go) -> None:
     line = "data --sequence a --tracker mean_shift --workers 1 --out views"
     code, out, _ = go(f"{line} --robust --max-frames 6")
@@ -255,6 +264,7 @@ def test_robust(go: Go) -> None:
     assert tracks(Path("views")) == before
 
 
+@pytest.mark.slow
 def test_folds(go: Go) -> None:
     line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
     assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
@@ -289,6 +299,7 @@ def started(line: str, home: Path) -> Iterator[subprocess.Popen[str]]:
     wait_for(lambda: arena.all_gone(processes))  # though nobody told them
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
 )
@@ -319,6 +330,7 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert table("nothing") == []
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scratch = home / "scratch"
     scratch.mkdir()
@@ -330,6 +342,7 @@ def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.Monke
     wait_for(lambda: not list(scratch.glob("motes-*")))
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_resumed(go: Go, home: Path) -> None:
     line = "data --tracker mine:Still --tracker mine:Waits --workers 2 --out"
     with started(f"{line} killed", home) as process:

@@ -81,6 +81,7 @@ def whole(home: Path) -> str:
     return "whole"
 
 
+@pytest.mark.slow
 def test_results(whole: str) -> None:
     lines = table(whole)
     assert tuple(lines[0]) == COLUMNS
@@ -142,6 +143,7 @@ def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go
     assert "with this sequence b, which had other truth or detections" in error
 
 
+@pytest.mark.slow
 def test_a_detector(go: Go) -> None:
     line = "data --sequence a --tracker crowds_of:Echo --workers 1 --detector crowds_of:Nothing"
     assert go(f"{line} --out seen")[0] == 0

@@ -160,6 +160,7 @@ def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said:
     assert error.splitlines()[-1].startswith("motes: error: ")
 
 
+@pytest.mark.slow
 def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     """An object that needs more confirmations begins that many frames later."""
 
@@ -194,6 +195,7 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
     assert go("--dump-config --config s.toml") == (0, text, "")
 
 
+@pytest.mark.slow
 def test_a_dumped_run_is_the_same_again(go: Go) -> None:
     """And what a detector is told changes what is found: half of who comes in is too little."""
     strict, loose = (f"--detector gaussian --detector.least {least}" for least in (0.028, 0.01))
@@ -220,6 +222,7 @@ def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
     assert error.count("Frame 6: the picture changes all over") == 1
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
     with open_source(film) as source:
         for frame in source:

@@ -73,6 +73,7 @@ def wait_for_rows(process: subprocess.Popen[str], path: Path) -> None:
 # Whole programs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_track_ends_as_with_ctrl_c(
     film: tuple[str, str], tmp_path: Path, number: signal.Signals
@@ -91,6 +92,7 @@ def test_track_ends_as_with_ctrl_c(
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
 
 
+@pytest.mark.slow
 def test_several_objects_and_their_document(film: tuple[str, str], tmp_path: Path) -> None:
     document, events = tmp_path / "o.json", tmp_path / "e.jsonl"
     overlay = tmp_path / "o.mkv"
@@ -105,6 +107,7 @@ def test_several_objects_and_their_document(film: tuple[str, str], tmp_path: Pat
     assert overlay.exists()
 
 
+@pytest.mark.slow
 def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
     """Nobody reads what is said then, and to say it fails."""
     rows, overlay = tmp_path / "r.csv", tmp_path / "o.mp4"
@@ -126,6 +129,7 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES
 
 
+@pytest.mark.slow
 def test_demo_finishes_what_there_is(tmp_path: Path) -> None:
     demo = ["demo", "--out", tmp_path / "demo", "--frames", FRAMES]
     with started(*demo, stdout=subprocess.PIPE) as process:
@@ -141,6 +145,7 @@ def test_demo_finishes_what_there_is(tmp_path: Path) -> None:
     assert (tmp_path / "demo" / "truth.csv").read_text().count("\n") == count + 1
 
 
+@pytest.mark.slow
 def test_a_sighup_that_nohup_ignores_stays_ignored(film: tuple[str, str], tmp_path: Path) -> None:
     rows = tmp_path / "r.csv"
     with started(

@@ -51,6 +51,7 @@ def test_what_was_saved_is_taken(name: str) -> None:
         assert check(example(name, moment)) == "followed"
 
 
+@pytest.mark.slow
 def test_no_damage_harms_anybody() -> None:
     """Every array in other shapes, types and numbers; changes of bytes; all kinds of it."""
     code = """if True:

@@ -151,6 +151,7 @@ def test_the_table_of_losses() -> None:
     assert texts(recovery(Evaluation(again), "reset")) == [["a", "81", f"{1 / 81:.3f}"]]
 
 
+@pytest.mark.slow
 def test_the_report_has_what_is_wanted(tmp_path: Path) -> None:
     titles = ["Model selection by cross-validation, 2 folds", "Speed relative to cv2:csrt"]
     for wanted, there in (

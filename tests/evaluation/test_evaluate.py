@@ -299,6 +299,7 @@ def test_contestants_follow(name: str, home: Path) -> None:
     contestant.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
 def test_stochastic_contestants(name: str, home: Path) -> None:
     if name in PEERS:
@@ -767,6 +768,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
     return home / "out", ended
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("job", "error"),
     [
@@ -816,6 +818,7 @@ def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> 
     np.testing.assert_allclose(np.diff(moved), 0.2)
 
 
+@pytest.mark.slow
 def test_a_time_limit_of_years(
     dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
@@ -824,6 +827,7 @@ def test_a_time_limit_of_years(
     assert steps[-1].errors == {}
 
 
+@pytest.mark.slow
 def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
     first, second = (item.path(tmp_path) for item in jobs[0].passes)

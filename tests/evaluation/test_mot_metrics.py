@@ -145,6 +145,7 @@ LABELED = crowds(st.tuples(st.sampled_from([0, 1, 1]), st.sampled_from([1, 1, 2,
 NOTHING = rows()
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(PLAIN, PLAIN)
 @example(NOTHING, NOTHING)
@@ -162,6 +163,7 @@ def test_as_trackeval(truth: Rows, results: Rows) -> None:
     assert_equal(tally(truth, results, FRAMES), theirs(truth, results, FRAMES))
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(LABELED, PLAIN)
 def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:

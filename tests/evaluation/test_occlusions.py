@@ -45,6 +45,7 @@ class Told:
         return [SceneTrack(self._identities[self._hidden], track, None, True)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("before", "after", "kept"), [(1, 1, True), (1, 2, False), (0, 0, False)])
 @pytest.mark.parametrize("way", ["crossing", "turning back"])
 def test_an_identity_is_kept(

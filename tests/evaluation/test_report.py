@@ -248,6 +248,7 @@ def test_plots(tmp_path: Path) -> None:
     assert "#654321" not in html
 
 
+@pytest.mark.slow
 def test_reports_of_equal_runs_are_equal(tmp_path: Path) -> None:
     outcomes = full(tmp_path)
     for name in ("one", "two"):
@@ -380,6 +381,7 @@ def test_chosen_failures_are_spread() -> None:
 # Whatever comes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "outcomes",
     [

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from motes.evaluation.papers import two_rooms
 
 
+@pytest.mark.slow
 def test_a_passage_is_kept_with_handover_and_not_without() -> None:
     scene = two_rooms.rooms(seed=13, frames=400, people=1)
     assert len(scene.passages) == 1

@@ -7,6 +7,7 @@ import tracemalloc
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
@@ -95,6 +96,7 @@ def work(count: int) -> Work:
     return Work(calls, peak)
 
 
+@pytest.mark.slow
 def test_four_times_the_objects_take_four_times_the_work() -> None:
     """Sixteen times, if anything was asked of each pair; the work is counted, not timed."""
     work(20)  # imports

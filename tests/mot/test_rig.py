@@ -106,6 +106,7 @@ def read(name: str = "r.csv") -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     code, _, error = go(HALL + OFFICE + PASSAGE)
     assert code == 0, error
@@ -119,6 +120,7 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     assert float(first["time"]) == pytest.approx(int(first["frame"]) / 25 + 2, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
     code, out, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"), "-o -")
     assert code == 6
@@ -205,6 +207,7 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
         program.kill()
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
     with camera(moving) as first, camera(moving) as second:
         with running(tmp_path, first, second) as (program, rows, messages):
@@ -233,6 +236,7 @@ def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: P
         _until(lambda: not any(map(_runs, children)))
 
 
+@pytest.mark.slow
 def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
     """Its manager sends the signal to all of its processes; only the program itself acts on it."""
     with camera(moving) as first, camera(moving) as second:
@@ -253,6 +257,7 @@ def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
         _until(lambda: not any(map(_runs, children)))
 
 
+@pytest.mark.slow
 def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
     with camera(moving) as stream, running(tmp_path, stream) as (program, *_):
         children = _children(program.pid)
@@ -286,6 +291,7 @@ def told(
     return reports, said
 
 
+@pytest.mark.slow
 def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -301,6 +301,7 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
         assert [t.track.distance for t in first] == [t.track.distance for t in second[:1]]
 
 
+@pytest.mark.slow
 def test_noise_for_10_000_frames_neither_crashes_nor_grows() -> None:
     rng = np.random.default_rng(0)
     pictures = rng.integers(0, 256, (16, 24, 32, 3), np.uint8)
@@ -369,6 +370,7 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [5, 30])
 def test_identities_survive_full_occlusion(length: int) -> None:
     pytest.importorskip("cv2")

@@ -133,6 +133,7 @@ def signaled(name: str, film: Path, line: str) -> subprocess.CompletedProcess[st
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     ended = signaled("SIGKILL", film, f"track FILM {BOX} -o a.json")
     assert ended.returncode == -signal.SIGKILL, ended.stderr
@@ -149,6 +150,7 @@ def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     assert [(row["frame"], row["identity"]) for row in rows] == [(str(i), "1") for i in range(8)]
 
 
+@pytest.mark.slow
 def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
     ended = signaled("SIGINT", film, f"track FILM {BOX} -o {tmp_path}/a.json")
     assert ended.returncode == 130, ended.stderr

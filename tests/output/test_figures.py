@@ -78,6 +78,7 @@ def ink(path: Path) -> float:
     return float((np.asarray(Image.open(path).convert("RGB")) < 250).any(axis=2).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "mean_shift", "maggio", "maggio:O-FOH"])
 def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     name: str, tmp_path: Path
@@ -97,6 +98,7 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
         assert path.stat().st_size < 200_000, file
 
 
+@pytest.mark.slow
 def test_figures_are_drawn_again_over_the_old_ones(tmp_path: Path) -> None:
     recorder = Recorder(preset("nummiaro"))
     for index in range(2):
@@ -228,6 +230,7 @@ def test_without_a_tracked_frame_there_is_no_surface(tmp_path: Path) -> None:
     assert [path.name for path in recorder.save(tmp_path)] == list(FIGURES[1:])
 
 
+@pytest.mark.slow
 def test_lost_stretches_are_shaded(tmp_path: Path) -> None:
     def shaded(lost: range) -> int:
         recorder = Recorder(preset("nummiaro"))

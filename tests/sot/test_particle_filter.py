@@ -130,6 +130,7 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
     return means, deviations, log_likelihood
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 @pytest.mark.parametrize(
     ("scheme", "threshold"),
@@ -154,6 +155,7 @@ def test_means_and_likelihood(
     assert ratio.std() < 1.5  # else the line before says nothing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
     exact, deviations, _ = kalman(motion)

@@ -163,6 +163,7 @@ def test_every_form_of_a_region(name: str, form: Any) -> None:
     assert same(first.update(FRAMES[1]), second.update(FRAMES[1]))
 
 
+@pytest.mark.slow
 @of_algorithms
 def test_images_count_as_frames(name: str) -> None:
     first, second = Tracker(CONFIGS[name]), Tracker(CONFIGS[name])
@@ -389,6 +390,15 @@ def test_correction_moves_but_does_not_relearn(name: str) -> None:
     assert iou(tracker.update(FRAMES[6]).box, region(path(6)).box) > 0.4
 
 
+@of_algorithms
+def test_a_correction_ends_a_search_even_where_nothing_is_seen(name: str) -> None:
+    tracker = Tracker(CONFIGS[name])
+    follow(tracker, FRAMES[:4])
+    tracks = [tracker.update(scene(index, None)) for index in range(4, 16)]
+    assert tracks[-1].status is Status.SEARCHING
+    assert tracker.correct(TARGET).status is Status.TRACKING
+
+
 @of_kinds
 @pytest.mark.parametrize("cut", [0, 1, 7])
 def test_saved_and_loaded_it_goes_on_the_same(name: str, cut: int, tmp_path: Path) -> None:
@@ -398,7 +408,7 @@ def test_saved_and_loaded_it_goes_on_the_same(name: str, cut: int, tmp_path: Pat
     loaded = Tracker.load(tmp_path / "state")
     assert loaded.config == tracker.config
     for picture in FRAMES[cut + 1 :]:
-        assert same(loaded.update(picture), tracker.update(picture))
+        assert same(loaded.update(picture.pixels), tracker.update(picture.pixels))
     # And the seed is there too.
     first, again = (follow(one, FRAMES[:5]) for one in (tracker, loaded))
     assert all(same(one, other) for one, other in zip(first, again, strict=True))
@@ -527,6 +537,7 @@ def hidden_for_long(name: str, seed: int) -> list[Track]:
     return tracks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in FILTERS if name in SEEING])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_lost_searched_and_found_again(name: str, seed: int) -> None:
@@ -558,6 +569,7 @@ def test_mean_shift_says_that_it_lost_the_target(name: str) -> None:
 OCCLUDED = list(synthetic.occluded((160, 120), frames=110, length=12))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in PRESETS if name in SEEING and name not in NEAR])
 def test_behind_a_stem(name: str) -> None:
     """A stale box is hardly ever sold as a sure one, in a picture with much that looks alike."""

@@ -156,7 +156,7 @@ def test_an_address_that_does_not_answer_yet_is_waited_for() -> None:
             words(news, "tried again")
             stream.hung_up.clear()
             words(news, "is back")
-            picture(news)
+            assert picture(news).pixels.shape == (64, 96, 3)
 
 
 def test_a_recording_is_read_as_it_is(tmp_path: Path) -> None:

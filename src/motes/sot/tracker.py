@@ -36,6 +36,9 @@ Picture = Frame | NDArray[Any]
 class Tracker:
     """Follows one object from frame to frame.
 
+    Frames are `Frame`s, or images as `as_rgb` takes them. An image is taken to follow 1/25 s after
+    the one before.
+
     Parameters
     ----------
     config
@@ -52,9 +55,6 @@ class Tracker:
     info
         What happened in the last step. `StepInfo` is in every algorithm's info; `FilterInfo`,
         `DiscriminativeInfo` and `MeanShiftInfo` hold more.
-
-    Frames are `Frame`s, or images as `as_rgb` takes them. An image is taken to follow 1/25 s after
-    the one before.
     """
 
     info: StepInfo
