@@ -34,8 +34,10 @@ from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from motes.testing import check_cue, check_detector, check_motion
 from motes.video.writer import VideoWriter
+from pages import blocks, run_page
 
 PLUGINS = Path(__file__).parent / "plugins"
+PAGE = Path(__file__).parent.parent / "docs/extend.md"
 CLIP = synthetic.still((160, 120), target=(40, 30), frames=8)
 
 
@@ -202,7 +204,7 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
     for i in range(4, 8):
         mine, its = tracker.update(CLIP[i][0]), again.update(CLIP[i][0])
         assert mine.ellipse == its.ellipse
-        np.testing.assert_array_equal(tracker.info.distances, again.info.distances)
+        np.testing.assert_array_equal(tracker.info.weights, again.info.weights)
 
 
 def test_a_saved_tracker_needs_the_package(
@@ -262,6 +264,27 @@ def test_a_start_of_its_own(installed: Path, film: tuple[str, str]) -> None:
     done = subprocess.run(line, capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stderr
     assert "[hue]\nbins = 12" in done.stdout
+
+
+def test_the_page_shows_these_packages() -> None:
+    shown = {block.title: block.text for block in blocks(PAGE) if block.title}
+    tables = [block.text for block in blocks(PAGE) if "[project]" in block.text]
+    for package, table in zip(sorted(PLUGINS.iterdir(), reverse=True), tables, strict=True):
+        [module] = package.glob("*.py")
+        assert shown[module.name] == module.read_text(), module.name
+        assert table in (package / "pyproject.toml").read_text()
+
+
+def test_the_page_runs(
+    installed: Path,
+    film: tuple[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    (installed / "film.mp4").symlink_to(film[0])
+    monkeypatch.chdir(installed)
+    run_page(PAGE, capfd)
+    assert "tracking" in Path("hue.csv").read_text()
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ class Registry(Generic[T]):
         self,
         kind: str,
         group: str,
-        base: type[T],
+        base: Any,
         own: Mapping[str, type[T] | str],
         *,
         tagged: bool = True,
@@ -124,11 +124,12 @@ class Registry(Generic[T]):
         for path, base in bases.items():
             if not (isinstance(found, type) and issubclass(found, base)):
                 raise PluginError(f"{named} is no subclass of {path}.")
+        implementation: type[T] = found
         if self._tagged and tag_of(found) != entry.name:
             raise PluginError(
                 f"{named} has the tag {tag_of(found)!r}; its tag and its entry point need one name."
             )
-        return found
+        return implementation
 
 
 _REGISTRIES: dict[type, Registry[Any]] = {}
