@@ -320,6 +320,35 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
         configure(preset("nummiaro"), {"particels": 5})
 
 
+@pytest.mark.parametrize(
+    ("group", "base", "changes"),
+    [
+        ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
+        ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
+        ("model_updates", "motes.sot.filtering.model_update:GaussianBins", {"adaptation": "odd"}),
+    ],
+)
+def test_all_other_interfaces_are_open(
+    group: str, base: str, changes: dict[str, str], site: Path, tmp_path: Path
+) -> None:
+    module, name = base.split(":")
+    code = f"from {module} import {name}\nclass Odd({name}, frozen=True, tag='odd'): ..."
+    (site / "motes_odd.py").write_text(code)
+    install(site, "motes-odd", {f"motes.{group}": {"odd": "motes_odd:Odd"}})
+    nested = {key: tag if key == "type" else {"type": tag} for key, tag in changes.items()}
+    config = configure(preset("nummiaro"), nested)
+    tracker = Tracker(config)
+    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+    tracker.update(CLIP[1][0])
+    tracker.save(tmp_path / "state")
+    again = Tracker.load(tmp_path / "state")
+    assert again.config == config
+    assert again.update(CLIP[2][0]).ellipse == tracker.update(CLIP[2][0]).ellipse
+    text = to_toml(config)
+    assert 'type = "odd"' in text
+    assert configure(preset("default"), from_toml(text, "it")) == config
+
+
 def test_two_packages_with_one_name(site: Path) -> None:
     for name in ("motes-one", "motes-two"):
         install(site, name, {"motes.cues": {"hue": "motes_hue:Hue"}})

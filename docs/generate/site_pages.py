@@ -15,11 +15,11 @@ import msgspec.inspect as shape
 from griffe import Docstring, DocstringSectionAttributes, Parser
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
-from msgspec.structs import fields
 
 import motes
 from motes.cli.app import app
 from motes.core.config import Config
+from motes.core.config_keys import alternatives, fields
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
@@ -124,6 +124,8 @@ def _structs(info: shape.Type) -> list[type[Config]]:
     """Return the configuration types that a type is made of."""
     if isinstance(info, shape.StructType):
         return [info.cls]
+    if isinstance(info, shape.CustomType):  # an interface
+        return alternatives(info.cls)
     parts = [getattr(info, name, ()) for name in ("types", "item_types")]
     parts.append(
         [getattr(info, name) for name in ("item_type", "value_type") if hasattr(info, name)]
@@ -193,6 +195,9 @@ def _value(info: shape.Type) -> str:
     match info:
         case shape.StructType(cls=cls):
             return f"[{cls.__name__}](#{cls.__name__.lower()})"
+        case shape.CustomType(cls=cls):
+            links = (f"[{each.__name__}](#{each.__name__.lower()})" for each in alternatives(cls))
+            return " or ".join(links)
         case shape.UnionType(types=types):
             return " or ".join(_value(one) for one in types)
         case shape.LiteralType(values=values):
