@@ -122,10 +122,8 @@ def _collect(kind: type[Config], kinds: list[type[Config]]) -> None:
 
 def _structs(info: shape.Type) -> list[type[Config]]:
     """Return the configuration types that a type is made of."""
-    if isinstance(info, shape.StructType):
-        return [info.cls]
-    if isinstance(info, shape.CustomType):  # an interface
-        return alternatives(info.cls)
+    if isinstance(info, shape.StructType | shape.CustomType):  # the latter are interfaces
+        return [each for each in alternatives(info.cls) if issubclass(each, Config)]
     parts = [getattr(info, name, ()) for name in ("types", "item_types")]
     parts.append(
         [getattr(info, name) for name in ("item_type", "value_type") if hasattr(info, name)]
