@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import os
 import re
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import arena
-from arena import tracks, wait_for
+from arena import Go, at_home, evaluating, table, tracks, wait_for
 from motes import Tracker
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
 PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
-
-Go = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -42,29 +39,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "my.toml").write_text("particles = 30\n")
     frame, truths = clip[0]
     Tracker("nummiaro").init(frame, truths[0].ellipse)  # compiles, so no command says it does
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(sys, "path", sys.path[:])
-        patch.delitem(sys.modules, "mine", raising=False)
+    with at_home(folder, "mine"):
         yield folder
-        sys.modules.pop("mine", None)
 
 
 @pytest.fixture
 def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run a command; return exit code, standard output, standard error."""
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["evaluate", *line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-def table(out: str) -> list[dict[str, str]]:
-    with Path(out, "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return evaluating(capfd)
 
 
 WHOLE = "--tracker my.toml --tracker mine:Seeded --seeds 2 --protocol ope --protocol reset"
@@ -236,7 +217,7 @@ def test_the_same_folder_twice(whole: str, go: Go) -> None:
 
 
 def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motes.evaluation.report.plots.available", lambda: False)
+    monkeypatch.setattr("motes.evaluation.report.plots.has_matplotlib", lambda: False)
     code, _, error = go("data --out refused")
     assert code == 2
     assert "motes[report]" in error
@@ -283,7 +264,7 @@ def test_folds(go: Go) -> None:
     )
     assert [fold for fold, _ in chosen] == ["1", "2"]
     assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
-    assert "How many times as fast as mine:Still" in text
+    assert "Speed relative to mine:Still" in text
     assert go(f"{line} --out folds --resume")[0] == 0
     assert "folds" not in Path("folds/summary.md").read_text()
 
@@ -350,11 +331,12 @@ def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.Monke
 
 
 def test_a_killed_run_is_resumed(go: Go, home: Path) -> None:
-    line = "data --tracker mine:Still --tracker mine:Slow --workers 2 --out"
+    line = "data --tracker mine:Still --tracker mine:Waits --workers 2 --out"
     with started(f"{line} killed", home) as process:
         process.kill()
     before = {path: path.read_bytes() for path in Path("killed").glob("tracks/*/*/*.csv")}
     assert 0 < len(before) < 4
+    Path("released").touch()
     assert go(f"{line} killed --resume")[0] == 0
     assert go(f"{line} undisturbed")[0] == 0
     assert {path: path.read_bytes() for path in before} == before

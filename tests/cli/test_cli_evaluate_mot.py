@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import arena
+from arena import Go, at_home, evaluating, table
 from crowds import write_crowd
 from motes.cli import main
 from motes.evaluation.mot_scores import COLUMNS
@@ -47,8 +47,6 @@ class Nothing:
         return []
 '''
 
-Go = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
@@ -64,28 +62,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "worse" / "b" / "gt" / "gt.txt").write_text("1,1,5,6,20,30,1\n1,1,5,6,20,30,1\n")
     arena.write_sequence(folder / "one" / "a", arena.still())
     (folder / "crowds_of.py").write_text(TRACKERS)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(sys, "path", sys.path[:])
+    with at_home(folder, "crowds_of"):
         yield folder
-        sys.modules.pop("crowds_of", None)
 
 
 @pytest.fixture
 def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run a command; return exit code, standard output, standard error."""
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["evaluate", *line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-def table(out: str) -> list[dict[str, str]]:
-    with Path(out, "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return evaluating(capfd)
 
 
 WHOLE = "--tracker results=mine --tracker crowds_of:Seeded --seeds 2 --workers 1"

@@ -9,6 +9,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from kinds import FILTER_KINDS
 from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -36,7 +37,7 @@ from motes.cues.search_window import (
     sectors,
 )
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import PRESETS, configure, preset
+from motes.sot.presets import configure, preset
 from motes.sot.tracker import Tracker
 from oracles import mosaic, region, scene
 
@@ -396,11 +397,8 @@ def test_a_cue_that_settles_learns_what_is_there(cue: Any) -> None:
     assert cue.distances(back, before, np.array([TARGET]))[0] == pytest.approx(was)
 
 
-FILTERS = [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
-
-
-@pytest.mark.parametrize("name", FILTERS)
-def test_every_preset_takes_the_learned_cues(name: str) -> None:
+@pytest.mark.parametrize("name", FILTER_KINDS)
+def test_every_filter_takes_the_learned_cues(name: str) -> None:
     config = configure(
         preset(name),
         {"correlation": {}, "posterior": {}, "particles": 40, "presence": {"max_positions": 60}},

@@ -6,6 +6,7 @@ import pickle
 import re
 import sys
 import types
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import arena
-from arena import tracks
+from arena import at_home, tracks
+from kinds import ALGORITHMS
 from motes.core.config import to_toml
 from motes.core.errors import ConfigError, FormatError, MotesError
 from motes.core.frame import Frame
@@ -232,14 +234,12 @@ def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder, with trackers of the user's own in it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", sys.path[:])
-    monkeypatch.delitem(sys.modules, "mine", raising=False)
     (tmp_path / "mine.py").write_text(arena.TRACKERS)
     (tmp_path / "server.py").write_text(arena.SERVER)
-    return tmp_path
+    with at_home(tmp_path, "mine"):
+        yield tmp_path
 
 
 def trax(version: int = 4, fault: str = "none") -> str:
@@ -260,7 +260,13 @@ def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
         contestant.close()
 
 
-EVERYONE = [*PRESETS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+
+
+def test_every_preset_is_a_tracker_to_evaluate() -> None:
+    for name in PRESETS:
+        assert tracker_spec(name).name == name
+        assert tracker_spec(name).configuration == to_toml(preset(name))
 
 
 @pytest.mark.parametrize("name", EVERYONE)
@@ -694,8 +700,8 @@ def test_resuming_something_else_is_refused(
     now = note(dataset)
     prepare(out, now)
     other = {
-        "tracker mean_shift, which was": note(dataset, trackers={"mean_shift": "scale = 2"}),
-        "sequence a, whose truth": note(dataset, sequences={"a": "0"}),
+        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
+        "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),
     }
@@ -731,10 +737,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
     with VideoWriter(home / "film.mkv", 25) as writer:
         for frame, _ in arena.still():
             writer.write(frame.pixels)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(home)
-        patch.setattr(sys, "path", sys.path[:])
-        patch.delitem(sys.modules, "mine", raising=False)
+    with at_home(home, "mine"):
         names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
         entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
         assert not problems
@@ -758,7 +761,6 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
                 time_limit=limit,
             )
         ]
-        sys.modules.pop("mine")
     begun = [step.job.name for step in steps if step.errors is None]
     ended = {step.job.name: step.errors for step in steps if step.errors is not None}
     assert sorted(begun) == sorted(ended) == sorted(job.name for job in jobs)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arena import at_home
 from crowds import rows, write_crowd
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
@@ -91,15 +92,12 @@ INFO = SequenceInfo("film", 12, 25, 160, 120)
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder: a sequence, and some trackers."""
     write_crowd(tmp_path / "data" / "film", shift=1)
     (tmp_path / "many.py").write_text(MODULE)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", sys.path[:])
-    monkeypatch.delitem(sys.modules, "many", raising=False)
-    yield tmp_path
-    sys.modules.pop("many", None)
+    with at_home(tmp_path, "many"):
+        yield tmp_path
 
 
 @pytest.fixture

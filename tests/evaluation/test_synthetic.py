@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Clip, Stem, Target
+from motes.evaluation.synthetic.beetle import Target
+from motes.evaluation.synthetic.clips import Clip, Stem
 from motes.evaluation.synthetic.scenery import GRAIN
 
 CLIPS: list[Callable[..., Clip]] = [
@@ -226,7 +227,7 @@ def test_growing_grows_and_shrinks() -> None:
 
 @pytest.mark.parametrize("length", [1, 2, 7, 12, 40])
 def test_occluded_hides_for_the_given_length(length: int) -> None:
-    visible = np.array([t.visible for _, (t,) in synthetic.occluded(frames=235, length=length)])
+    visible = np.array([t.visible for _, (t,) in synthetic.occluded((320, 240), 235, length)])
     hidden = "".join("x" if value == 0 else " " for value in visible).split()
     assert hidden == ["x" * length] * 2
 

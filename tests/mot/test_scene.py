@@ -16,13 +16,14 @@ import pytest
 from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
+from arena import wait_for
 from motes.core.detection import Detection, Detector
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.evaluation.synthetic.clips import Clip
-from motes.evaluation.synthetic.occlusion_clips import EMPTY, meetings
+from motes.evaluation.synthetic.occlusion_clips import EMPTY, occlusion_clip
 from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
@@ -371,7 +372,7 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
 @pytest.mark.parametrize("length", [5, 30])
 def test_identities_survive_full_occlusion(length: int) -> None:
     pytest.importorskip("cv2")
-    clip = meetings("passing", length, seed=length).clip
+    clip = occlusion_clip("passing", length, seed=length).clip
     who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
     visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])
@@ -437,8 +438,8 @@ def told(scene: Scene, frame: Frame, tracks: list[SceneTrack]) -> tuple[object, 
 def test_no_more_than_two_frames_are_looked_at_ahead() -> None:
     slow = Slow(lambda _: [])
     for frame, _ in Scene(slow).watch(walks()):
-        while slow.latest < frame.index + 2:
-            time.sleep(0.001)
+        ahead = frame.index + 2
+        wait_for(lambda: slow.latest >= ahead)  # noqa: B023
         time.sleep(0.012)  # longer than the detector takes, should it go on
         assert slow.latest == frame.index + 2
         if frame.index == 20:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -94,7 +95,17 @@ def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
             assert image.width >= 800
         assert 0.01 < ink(path) < 0.9, file
         assert path.stat().st_size < 200_000, file
-    assert recorder.save(folder) == [folder / file for file in files]  # again, over the old ones
+
+
+def test_figures_are_drawn_again_over_the_old_ones(tmp_path: Path) -> None:
+    recorder = Recorder(preset("nummiaro"))
+    for index in range(2):
+        recorder.add(*seen(index, Status.TRACKING), 0.001, None)
+    first = recorder.save(tmp_path)
+    before = [path.read_bytes() for path in first]
+    recorder.add(*seen(2, Status.TRACKING, x=50.0), 0.001, None)
+    assert recorder.save(tmp_path) == first
+    assert [path.read_bytes() for path in first] != before
 
 
 def test_the_shares_of_the_cues_sum_to_one() -> None:
@@ -247,7 +258,6 @@ def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path) -> None:
 
 
 def test_importing_it_does_not_import_matplotlib() -> None:
-    import subprocess
-
-    code = "import sys, motes.output.figures; sys.exit('matplotlib' in sys.modules)"
-    subprocess.run([sys.executable, "-c", code], check=True)
+    code = "import sys, motes.output.figures; print('matplotlib' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("False\n", "")

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from kinds import FILTER_KINDS
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
@@ -106,9 +107,7 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
         kind(**values)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
-)
+@pytest.mark.parametrize("name", FILTER_KINDS)
 @pytest.mark.parametrize(
     "likelihood",
     [
@@ -118,7 +117,7 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
     ],
     ids=["adaptive", "fixed", "exponential"],
 )
-def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
+def test_every_filter_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
     config = configure(PRESETS[name], {"likelihood": likelihood})
     assert isinstance(config, ParticleFilter)
     kinds: dict[str, type[Likelihood]] = {

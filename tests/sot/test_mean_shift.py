@@ -157,7 +157,7 @@ def overlaps(config: str | TrackerConfig, seed: int = 0) -> Floats:
     return np.array(values)
 
 
-JUMPING = [synthetic.jumping((320, 240), frames=60)[index] for index in range(60)]
+JUMPING = list(synthetic.jumping((320, 240), frames=60))
 LEAP, LANDED = slice(20, 29), slice(42, 56)
 SEEDS = range(6)
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from kinds import FILTER_KINDS
 from motes.core.config import from_flag, from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
@@ -416,9 +417,9 @@ def test_where_nothing_is_seen_the_model_stays() -> None:
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
 
-@pytest.mark.parametrize("name", [n for n, c in PRESETS.items() if isinstance(c, ParticleFilter)])
+@pytest.mark.parametrize("name", FILTER_KINDS)
 @pytest.mark.parametrize("kind", ["forgetting", "kalman", "gaussian"])
-def test_every_preset_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
+def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
     config = configure(
         PRESETS[name],
         {

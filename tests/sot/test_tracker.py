@@ -17,6 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from disks import fill
+from kinds import ALGORITHMS, CONFIGS, DISTINCT, FILTERS, KINDS, parts
 from motes.core.config import to_dict
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -26,9 +27,6 @@ from motes.core.track import Status, Track
 from motes.cues.color import Color
 from motes.evaluation import synthetic
 from motes.sot.filtering.appearance_rule import AppearanceRule
-from motes.sot.filtering.likelihood import Gaussian
-from motes.sot.filtering.motion import Noise, SecondOrder
-from motes.sot.filtering.resampling import Resampling
 from motes.sot.known_target import Place, Target
 from motes.sot.mean_shift import MeanShift
 from motes.sot.opencv_api import OpenCVTracker
@@ -39,58 +37,6 @@ from oracles import region, scene, sequence
 
 Floats = NDArray[np.float64]
 
-# Presets, and what no preset uses.
-CONFIGS: dict[str, TrackerConfig] = {
-    **PRESETS,
-    "second order, systematic": ParticleFilter(
-        motion=SecondOrder(
-            noise=Noise(position=0.3, angle=0.02), velocity=0.3, acceleration=0.1, persistence=0.5
-        ),
-        color=Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov"),
-        likelihood=Gaussian(sigma=0.1),
-        presence=AppearanceRule(margin=0.7),
-        resampling=Resampling(scheme="systematic", threshold=0.5),
-    ),
-    "random walk, residual": configure(
-        PRESETS["nummiaro"],
-        {
-            "motion": {"type": "random_walk", "noise": {"position": 0.4, "size": 0.003}},
-            "color": {"sampling": {"type": "every_pixel"}},
-            "resampling": {"scheme": "residual"},
-        },
-    ),
-    "stratified, half of the pixels": configure(
-        PRESETS["nummiaro"],
-        {
-            "color": {"sampling": {"type": "checkerboard"}},
-            "resampling": {"scheme": "stratified"},
-        },
-    ),
-    "learned against the surroundings": configure(
-        PRESETS["nummiaro"],
-        {"correlation": {}, "posterior": {}, "presence": {"max_positions": 500}},
-    ),
-}
-# Some presets are the same under two names, as the columns of a paper's table are.
-DISTINCT = [name for i, name in enumerate(CONFIGS) if CONFIGS[name] not in [*CONFIGS.values()][:i]]
-ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
-"""One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
-KINDS = [
-    "default",
-    "mean_shift",
-    "mean_shift:kalman",
-    "maggio:C+O-SS-ROH",
-    "maggio:C+O-A-FOH",
-    "ng_delp",
-    "zhao_pei",
-    "zhao_pei:color",
-    "zhao_pei:hog",
-    "second order, systematic",
-    "random walk, residual",
-    "stratified, half of the pixels",
-    "learned against the surroundings",
-]
-"""Together they have each part that any has: for what depends on parts, but not on numbers."""
 every = pytest.mark.parametrize("name", DISTINCT)
 of_algorithms = pytest.mark.parametrize("name", ALGORITHMS)
 of_kinds = pytest.mark.parametrize("name", KINDS)
@@ -100,19 +46,9 @@ UNSURE = [name for name in DISTINCT if name.startswith("zhao_pei") and name != "
 """A model that is updated in every frame is near to what is seen, right or wrong."""
 NEAR = ["zhao_pei", "zhao_pei:fixed", "zhao_pei:color"]
 """Hues, and eight directions that are turned, are as near to some leaves as to the target."""
-FILTERS = [name for name in DISTINCT if isinstance(CONFIGS[name], ParticleFilter)]
 SEARCHERS = [name for name in FILTERS if list(CONFIGS[name].cues) == ["color"]]
 """Only a filter on color alone can look for a known histogram."""
 START = (30.0, 36.0)
-
-
-def parts(value: object, where: str = "") -> Iterator[tuple[str, object]]:
-    """Yield what a configuration chooses beside its numbers: which part at which place, or none."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from parts(inner, f"{where}.{key}")
-    elif value is None or isinstance(value, str | bool):
-        yield where, value
 
 
 def test_the_kinds_have_every_part_that_any_has() -> None:

@@ -132,7 +132,7 @@ def _follow(path: Path, regions: Sequence[Ellipse]) -> list[float]:
     """Return the same with targets followed, while a thread decodes ahead as in `motes track`."""
     start = time.perf_counter()
     with open_source(path) as source, prefetch(source) as frames:
-        trackers = Trackers(speed.soon_started())
+        trackers = Trackers(speed.quick_start_config())
         trackers.init(next(frames), regions)
         count = 1 + sum(1 for _ in map(trackers.update, frames))
     return [(time.perf_counter() - start) / count]

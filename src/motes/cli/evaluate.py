@@ -43,7 +43,7 @@ from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report import write_mot as mot_report
 from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.speed_ratio import PEER, Comparisons
-from motes.evaluation.report.tables import Table, counted
+from motes.evaluation.report.tables import Table, count_noun
 from motes.evaluation.report.write import write_report
 from motes.evaluation.run_folder import prepare, record
 from motes.evaluation.runner import Job, Pass
@@ -93,7 +93,7 @@ def evaluate(
         Parameter(
             group=RUN,
             negative=(),
-            help="One pass, perturbed starts, perturbed times, started anew after failures, "
+            help="One pass, perturbed starts, perturbed times, restarted after failures, "
             "24 views; again for each; else ope.",
         ),
     ] = None,
@@ -175,7 +175,7 @@ def evaluate(
     processes = worker_count(workers)
     if not 0 < time_limit < float("inf"):
         raise ConfigError(f"--time-limit is {time_limit:g}; give a number of seconds.")
-    if not plots.available():
+    if not plots.has_matplotlib():
         raise MissingDependencyError(
             "The report needs matplotlib; install it: pip install 'motes[report]'."
         )
@@ -399,7 +399,7 @@ def _summarize(
     failed = sum(outcome.trace is None for outcome in outcomes)
     log(
         interrupts.word(interrupted)
-        + f"{counted(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
+        + f"{count_noun(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
     )
 
 

@@ -327,7 +327,7 @@ def zhao_figure9(
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Zhao and Pei, figure 9: objects detected over objects there.
+    """Zhao and Pei, figure 9: objects detected over objects present.
 
     Parameters
     ----------
@@ -347,7 +347,7 @@ def zhao_figure9(
         announce_compiling()
     else:
         films, problems = _films(sequence, first_pixel)
-        crowds = [zhao_pei_figure9.crowd_of(film) for film in films]
+        crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)

@@ -59,7 +59,7 @@ class Output:
         from motes.evaluation.papers.result import files
         from motes.evaluation.report import plots
 
-        if plot and not plots.available():
+        if plot and not plots.has_matplotlib():
             raise MissingDependencyError(
                 "The plot needs matplotlib; install it: pip install 'motes[report]'."
             )

@@ -16,9 +16,10 @@ from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraMessage
-from motes.mot.cameras.reidentification import CameraReport, Rig
 from motes.mot.cameras.rig import RigRunner
+from motes.mot.cameras.rig_config import Rig
 
 
 class RigRows(Lines):

@@ -51,6 +51,9 @@ class Frame:
         """Rows."""
         return int(self.pixels.shape[0])
 
+    def __repr__(self) -> str:
+        return f"Frame(index={self.index}, time={self.time:.3f} s, {self.width}x{self.height})"
+
 
 def as_rgb(pixels: NDArray[Any]) -> Bytes:
     """Return an image as RGB uint8 (H, W, 3), C-contiguous and writable.

@@ -1,4 +1,4 @@
-"""What is watched for: how objects are found, and how they come, stay and go, as one value."""
+"""The configuration of `motes watch`: a scene and its detector."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class WatchConfig(SceneConfig, frozen=True):
 
 
 def detector_values(name: str | None) -> dict[str, str]:
-    """Return what users call a detector as values of a `DetectorConfig`; None for a background.
+    """Return the values of a `DetectorConfig` for a detector's name; None means a background.
 
     Raises
     ------
     ConfigError
-        If there is none of that name.
+        If no detector has that name.
     """
     if name is None:
         return {"type": "background"}
@@ -64,6 +64,6 @@ def detector_values(name: str | None) -> dict[str, str]:
 
 
 def named_detector(name: str | None) -> Detector:
-    """Return what users call a detector, not set any further; raise a ConfigError for none."""
+    """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()

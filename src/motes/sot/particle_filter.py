@@ -61,13 +61,13 @@ class ParticleFilter(
     Attributes
     ----------
     particles
-        How many: N; with a budget, only at the start.
+        Number of particles N; with a budget, only at the start.
     budget
-        How many the next frame gets; without one, always the same number.
+        The rule for the number of particles of the next frame; without one it is always N.
     motion
         How the target moves.
     color, orientation, edges, hog, correlation, posterior
-        The cues: what pixels say about an ellipse. At least one.
+        The cues that compare ellipses with the target model. At least one.
     extra_cues
         Cues of other packages by name. In files and options they stand among the other keys.
     fusion
@@ -77,12 +77,12 @@ class ParticleFilter(
     resampling
         When and how particles are selected.
     presence
-        When the target counts as there, lost and found.
+        The rule that decides whether the target is present, lost or found.
     calibration
         From the estimate's distance to its confidence.
     adaptation
-        How models that are histograms learn, while the appearance rule holds; those of the cues
-        `correlation` and `posterior` then learn at the cue's own rate.
+        How histogram models learn while the appearance rule holds. The models of the cues
+        `correlation` and `posterior` learn at the rate of the cue.
     """
 
     state_type: ClassVar[type[FilterState]] = FilterState
@@ -144,7 +144,7 @@ class ParticleFilter(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, FilterInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
-        # As the motion model has it: a turned by half a turn, b being the longer half-axis.
+        # The motion model may swap the half-axes and turn the ellipse by a right angle.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
         models = {name: cue.learn(frame, region) for name, cue in self.cues.items()}
         backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
@@ -170,11 +170,11 @@ class ParticleFilter(
         frame
             The first frame.
         models, size
-            The target's model for each cue, and an ellipse of its size, wherever its center.
+            The target's model for each cue, and an ellipse of its size; its center is not used.
         places
-            (R, 4) boxes where it may appear, such as doors and borders; else the whole frame.
+            (R, 4) boxes where the target may appear, such as doors; by default the whole frame.
         background
-            An image without the target; else `frame` is taken for one.
+            An image without the target; by default `frame`.
         """
         if places is None:
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
@@ -191,9 +191,9 @@ class ParticleFilter(
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
-        While the target is searched for, half of the particles go on from where they are, and the
-        other half is spread anew over the places where it may appear. With a budget, there are no
-        more particles than are `max_particles`, but never fewer than its range allows.
+        While the target is searched for, half of the particles move on, and the other half is
+        spread over the search regions. With a budget there are at most `max_particles`, but never
+        fewer than its smallest number.
         """
         searching = state.status is not Status.TRACKING
         n = self._count(state, max_particles)
@@ -205,8 +205,8 @@ class ParticleFilter(
         states = self.motion.propagate(rng, states, dt, state.reference_size)
         if searching:
             fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
-            # A random half: most schemes return ancestors in order, so that any fixed half would
-            # lose some particles for certain, however good.
+            # The half is random: most schemes return ancestors in order, and a fixed half would
+            # always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
         return self._observe(state, frame, states, prior)
@@ -229,7 +229,7 @@ class ParticleFilter(
 
     def _count(self, state: FilterState, max_particles: int | None) -> int:
         """Return how many particles the next frame gets."""
-        # Particles all in one place, as at the start, do not say how far they will spread.
+        # Particles at one place, as at the start, do not show how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
             return self.particles
         wanted = self.budget.count(self.motion.ellipses(state.states), state.reference_size)
@@ -274,7 +274,7 @@ class ParticleFilter(
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> tuple[FilterState, FilterInfo]:
-        """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
+        """Weight the new states, with log-weights `prior`, by the frame; estimate, judge, learn."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)

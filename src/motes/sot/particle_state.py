@@ -35,28 +35,28 @@ Model: TypeAlias = Any
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
-    """What the next step needs.
+    """The state after a frame.
 
     Attributes
     ----------
     time
-        Of the last frame, in seconds.
+        Time of the last frame, in seconds.
     states
-        (N, d) the particles, in the motion model's columns.
+        (N, d) the particles, in the columns of the motion model.
     weights
-        Theirs, after the last frame.
+        Weights of the particles after the last frame.
     models
         The target model of each cue.
     memories
-        What its strategy of adaptation remembers, for each cue whose does.
+        What the model update remembers, for each cue whose update remembers something.
     backgrounds
-        What the appearance rule compares with, for each cue.
+        Background statistics of the appearance rule, for each cue.
     reference_size
         The target's first region; all noise is proportional to its size.
     search_regions
         (R, 4) boxes over which particles are spread in a search.
     status, frames_missed
-        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+        The status, and the number of frames in a row that failed the appearance rule.
     """
 
     time: Annotated[float, SAME]
@@ -148,7 +148,7 @@ def check_state(
         frames_missed=0,
     )
     check(state, fresh, "state")
-    # A motion model that multiplies two columns would forgive two wrong signs.
+    # In a motion model that multiplies two columns, two wrong signs would cancel out.
     [corner] = motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
     least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
     check_numbers(state.states, "state.states", Array(least))

@@ -1,4 +1,4 @@
-"""The papers' trackers as configuration values; each number names where it comes from."""
+"""The trackers of the papers as configurations; comments give the source of each number."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
 # of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
 # many bad particles outweigh the good ones; 150 times 0.001 is less than the best one's exp(-1).
 # Not the paper's: the appearance rule with its margin, and lattices, which read fewer pixels still:
-# so many points as cost no accuracy.
+# as few points as cost no accuracy.
 NG_DELP = ParticleFilter(
     particles=150,
     motion=NUMMIARO.motion,

@@ -68,15 +68,15 @@ UpdaterState: TypeAlias = Any
 
 
 class UpdateDiagnostics(NamedTuple):
-    """What a strategy made of a frame.
+    """The diagnostics of a model update in one frame.
 
     Attributes
     ----------
     residuals
         (m,), the histogram seen minus the model's.
     gain
-        Share of the way that the model has gone: of equation 5, or the rate of equation 16; 0 where
-        it has not learned.
+        Share of the way that the model has moved: the gain of equation 5, or the rate of equation
+        16; 0 if it has not learned.
     accepted
         Share of the bins that passed the strategy's test: all or none with equation 14.
     """
@@ -87,7 +87,7 @@ class UpdateDiagnostics(NamedTuple):
 
 
 class UpdateResult(NamedTuple):
-    """A model's next histogram, with what the strategy remembers, and what it says, if anything."""
+    """The next histogram of a model, the memory of its strategy, and diagnostics, if any."""
 
     histogram: Floats
     memory: UpdaterState = None
