@@ -227,7 +227,7 @@ def _places() -> Floats:
     """Return ellipses (N, 5): the target, then others of its size that do not overlap it."""
     y, x = np.mgrid[20:HEIGHT:30, 25:WIDTH:50]
     away = (abs(x - TARGET.x) > 2 * TARGET.a) | (abs(y - TARGET.y) > 2 * TARGET.b)
-    ellipses = np.tile(np.array(TARGET), (1 + np.count_nonzero(away), 1))
+    ellipses = np.tile(np.array(TARGET), (1 + int(np.count_nonzero(away)), 1))
     ellipses[1:, 0], ellipses[1:, 1] = x[away], y[away]
     return ellipses
 

@@ -18,7 +18,7 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch import table
+from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import COLUMNS
 from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
