@@ -202,7 +202,7 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
     for i in range(4, 8):
         mine, its = tracker.update(CLIP[i][0]), again.update(CLIP[i][0])
         assert mine.ellipse == its.ellipse
-        np.testing.assert_array_equal(tracker.info.distances, again.info.distances)
+        np.testing.assert_array_equal(tracker.info.weights, again.info.weights)
 
 
 def test_a_saved_tracker_needs_the_package(
