@@ -27,6 +27,8 @@ from motes.sot.filtering.motion import Motion
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 
+__all__ = ["check_cue", "check_detector", "check_motion"]
+
 WIDTH, HEIGHT = 200, 150
 TARGET = Ellipse(70.0, 60.0, 20.0, 14.0, 0.0)
 """The target in the rendered frames: bright stripes on darker, dappled ground."""
