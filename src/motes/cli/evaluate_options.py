@@ -33,7 +33,7 @@ from motes.evaluation.report.speed_ratio import PEER
 @Parameter(name="*", group=RUN)
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """What is measured, and how."""
+    """The trackers, the protocols and the limits of the runs."""
 
     tracker: Annotated[
         list[str] | None,
@@ -89,7 +89,7 @@ class RunOptions:
 @Parameter(name="*", group=DATASET)
 @dataclass(frozen=True, kw_only=True)
 class DatasetOptions:
-    """What is read of a dataset."""
+    """The part of a dataset that is measured."""
 
     sequence: Annotated[
         list[str] | None,
@@ -105,7 +105,7 @@ class DatasetOptions:
 @Parameter(name="*", group=OUTPUT)
 @dataclass(frozen=True, kw_only=True)
 class ReportOptions:
-    """What is written, and what the report compares."""
+    """The folder of the results, and the comparisons of the report."""
 
     out: Annotated[Path, Parameter(help="Folder of the results.")] = Path("evaluation")
     reference: Annotated[

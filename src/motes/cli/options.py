@@ -99,7 +99,7 @@ class FrameOptions:
 @Parameter(name="*", group=OUTPUT)
 @dataclass(frozen=True, kw_only=True)
 class OutputOptions:
-    """What is written."""
+    """The outputs of a run."""
 
     output: Annotated[
         str | None,
@@ -123,7 +123,7 @@ class OutputOptions:
 @Parameter(name="*", group=CONFIGURATION)
 @dataclass(frozen=True, kw_only=True)
 class ConfigOptions:
-    """What changes a preset, beside the keys of the configuration."""
+    """Changes of a preset, beside the keys of the configuration."""
 
     config: ConfigFile = None
     seed: Seed = 0

@@ -111,7 +111,7 @@ def check_settings(app: App, preset: str, kind: Any, settings: Mapping[str, Any]
 
 
 def without_value(app: App, flag: str, words: Sequence[str]) -> str:
-    """Return what is wrong with a setting that has no value: it may be unknown, too.
+    """Return the message for a setting without a value: it may also be unknown.
 
     Parameters
     ----------

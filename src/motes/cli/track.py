@@ -54,7 +54,7 @@ app = App(
 @Parameter(name="*", group=OUTPUT)
 @dataclass(frozen=True, kw_only=True)
 class TrackOutputs(OutputOptions):
-    """What `motes track` writes."""
+    """The outputs of `motes track`."""
 
     format: Annotated[
         Literal["csv", "jsonl"] | None,

@@ -77,7 +77,7 @@ class ObjectOptions:
 @Parameter(name="*", group=OUTPUT)
 @dataclass(frozen=True, kw_only=True)
 class WatchOutputs(OutputOptions):
-    """What `motes watch` writes."""
+    """The outputs of `motes watch`."""
 
     events: Annotated[
         str | None,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @Parameter(name="*", group=Group("Counting", sort_key=1))
 @dataclass(frozen=True, kw_only=True)
 class CountingOptions:
-    """What is counted, and the scale of speeds."""
+    """The lines and zones of counting, and the scale of speeds."""
 
     line: Annotated[
         list[str] | None,
