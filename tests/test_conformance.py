@@ -201,8 +201,9 @@ def test_motion_models_that_break_a_rule(
 
 
 def test_a_motion_model_without_a_tag() -> None:
+    untagged: Any = Untagged
     with pytest.raises(AssertionError, match="Untagged has no tag"):
-        check_motion(Untagged())
+        check_motion(untagged())
 
 
 class Everything(DetectorConfig, Config, frozen=True, tag="everything"):

@@ -21,7 +21,7 @@ import pytest
 from motes.cli import main
 from motes.core import registry
 from motes.core.config import from_dict, from_toml, to_dict, to_toml
-from motes.core.config_keys import names
+from motes.core.config_keys import keys
 from motes.core.errors import ConfigError, FormatError, PluginError
 from motes.cues.base import CUES
 from motes.cues.color import Color
@@ -34,8 +34,10 @@ from motes.sot.presets import TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from motes.testing import check_cue, check_detector, check_motion
 from motes.video.writer import VideoWriter
+from pages import blocks, run_page
 
 PLUGINS = Path(__file__).parent / "plugins"
+PAGE = Path(__file__).parent.parent / "docs/extend.md"
 CLIP = synthetic.still((160, 120), target=(40, 30), frames=8)
 
 
@@ -117,8 +119,9 @@ def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     check_cue(CUES.resolve("hue")())
     check_motion(MOTIONS.resolve("drift")())
     check_detector(DETECTORS.resolve("bright")())
-    assert {"hue", "color"} <= set(names(TrackerConfig))
-    assert "extra_cues" not in names(TrackerConfig)
+    names = {key.path for key in keys(TrackerConfig)}
+    assert {"hue", "color"} <= names
+    assert "extra_cues" not in names
 
 
 def test_options_reach_them(go: Go) -> None:
@@ -202,7 +205,7 @@ def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
     for i in range(4, 8):
         mine, its = tracker.update(CLIP[i][0]), again.update(CLIP[i][0])
         assert mine.ellipse == its.ellipse
-        np.testing.assert_array_equal(tracker.info.distances, again.info.distances)
+        np.testing.assert_array_equal(tracker.info.weights, again.info.weights)
 
 
 def test_a_saved_tracker_needs_the_package(
@@ -264,6 +267,27 @@ def test_a_start_of_its_own(installed: Path, film: tuple[str, str]) -> None:
     assert "[hue]\nbins = 12" in done.stdout
 
 
+def test_the_page_shows_these_packages() -> None:
+    shown = {block.title: block.text for block in blocks(PAGE) if block.title}
+    tables = [block.text for block in blocks(PAGE) if "[project]" in block.text]
+    for package, table in zip(sorted(PLUGINS.iterdir(), reverse=True), tables, strict=True):
+        [module] = package.glob("*.py")
+        assert shown[module.name] == module.read_text(), module.name
+        assert table in (package / "pyproject.toml").read_text()
+
+
+def test_the_page_runs(
+    installed: Path,
+    film: tuple[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    (installed / "film.mp4").symlink_to(film[0])
+    monkeypatch.chdir(installed)
+    run_page(PAGE, capfd)
+    assert "tracking" in Path("hue.csv").read_text()
+
+
 @pytest.mark.parametrize(
     ("code", "name", "message"),
     [
@@ -295,6 +319,35 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
     configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
     with pytest.raises(ConfigError, match="did you mean 'particles'"):
         configure(preset("nummiaro"), {"particels": 5})
+
+
+@pytest.mark.parametrize(
+    ("group", "base", "changes"),
+    [
+        ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
+        ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
+        ("model_updates", "motes.sot.filtering.model_update:GaussianBins", {"adaptation": "odd"}),
+    ],
+)
+def test_all_other_interfaces_are_open(
+    group: str, base: str, changes: dict[str, str], site: Path, tmp_path: Path
+) -> None:
+    module, name = base.split(":")
+    code = f"from {module} import {name}\nclass Odd({name}, frozen=True, tag='odd'): ..."
+    (site / "motes_odd.py").write_text(code)
+    install(site, "motes-odd", {f"motes.{group}": {"odd": "motes_odd:Odd"}})
+    nested = {key: tag if key == "type" else {"type": tag} for key, tag in changes.items()}
+    config = configure(preset("nummiaro"), nested)
+    tracker = Tracker(config)
+    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+    tracker.update(CLIP[1][0])
+    tracker.save(tmp_path / "state")
+    again = Tracker.load(tmp_path / "state")
+    assert again.config == config
+    assert again.update(CLIP[2][0]).ellipse == tracker.update(CLIP[2][0]).ellipse
+    text = to_toml(config)
+    assert 'type = "odd"' in text
+    assert configure(preset("default"), from_toml(text, "it")) == config
 
 
 def test_two_packages_with_one_name(site: Path) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 import motes
 from motes.cli.app import app
-from motes.core.config_keys import all_paths, keys
+from motes.core.config_keys import all_keys, keys
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.mean_shift import MeanShift
@@ -87,8 +87,8 @@ def test_reference_is_complete(site: Path) -> None:
         assert f'id="motes-{name}"' in commands, name
     text = (site / "reference/configuration.html").read_text(encoding="utf-8")
     for kind in KINDS:
-        for path in all_paths(keys(kind)):
-            assert f">{path}" in text, path
+        for key in all_keys(keys(kind)):
+            assert f">{key.path}" in text, key.path
 
 
 def test_docstrings_are_read_as_they_are_meant() -> None:
@@ -120,7 +120,7 @@ def test_pictures_of_the_gallery_are_small() -> None:
 
 
 def test_named_configuration_keys_exist() -> None:
-    paths = {path for kind in KINDS for path in all_paths(keys(kind))}
+    paths = {key.path for kind in KINDS for key in all_keys(keys(kind))}
     tables = {path.rpartition(".")[0] for path in paths}
     roots = {path.partition(".")[0] for path in paths}
     for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:

@@ -1,7 +1,8 @@
 """motes follows objects through video with particle filters.
 
-Three more modules are public: `motes.cues` (what the pixels of a target show), `motes.filtering`
-(the parts of a particle filter) and `motes.synthetic` (rendered clips with exact truth).
+Four more modules are public: `motes.cues` (what the pixels of a target show), `motes.filtering`
+(the parts of a particle filter), `motes.synthetic` (rendered clips with exact truth) and
+`motes.testing` (checks for packages that extend motes).
 """
 
 from __future__ import annotations
@@ -10,13 +11,24 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them for all else
-    from motes import cues as cues, filtering as filtering, synthetic as synthetic
-    from motes.core.detection import Detection as Detection, Detector as Detector
+    from motes import (
+        cues as cues,
+        filtering as filtering,
+        synthetic as synthetic,
+        testing as testing,
+    )
+    from motes.core.config import Config as Config
+    from motes.core.detection import (
+        Detection as Detection,
+        Detector as Detector,
+        DetectorConfig as DetectorConfig,
+    )
     from motes.core.errors import (
         ConfigError as ConfigError,
         FormatError as FormatError,
         MissingDependencyError as MissingDependencyError,
         MotesError as MotesError,
+        PluginError as PluginError,
         SourceError as SourceError,
     )
     from motes.core.frame import Frame as Frame
@@ -78,8 +90,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
 __version__ = "0.1.0"
 
 _NAMES = {
-    "core.detection": "Detection Detector",
-    "core.errors": "ConfigError FormatError MissingDependencyError MotesError SourceError",
+    "core.config": "Config",
+    "core.detection": "Detection Detector DetectorConfig",
+    "core.errors": "ConfigError FormatError MissingDependencyError MotesError PluginError "
+    "SourceError",
     "core.frame": "Frame",
     "core.geometry": "Box Ellipse",
     "core.track": "Status Track",
@@ -112,7 +126,7 @@ _NAMES = {
 }
 """The public names of each module. They are loaded on first use: `import motes` costs nothing."""
 _HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
-_MODULES = ("cues", "filtering", "synthetic")
+_MODULES = ("cues", "filtering", "synthetic", "testing")
 
 __all__ = sorted(_HOMES)
 

@@ -17,12 +17,13 @@ from motes.sot.discriminative.confidence_gate import ConfidenceGate
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
-from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
     EllipseWalk,
+    Motion,
     Noise,
     RandomWalk,
     SecondOrder,
@@ -48,6 +49,8 @@ __all__ = [
     "Kalman",
     "KalmanBins",
     "KldSampling",
+    "Likelihood",
+    "Motion",
     "Noise",
     "PerCue",
     "Product",

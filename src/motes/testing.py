@@ -27,6 +27,8 @@ from motes.sot.filtering.motion import Motion
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.tracker import Tracker
 
+__all__ = ["check_cue", "check_detector", "check_motion"]
+
 WIDTH, HEIGHT = 200, 150
 TARGET = Ellipse(70.0, 60.0, 20.0, 14.0, 0.0)
 """The target in the rendered frames: bright stripes on darker, dappled ground."""
@@ -227,7 +229,7 @@ def _places() -> Floats:
     """Return ellipses (N, 5): the target, then others of its size that do not overlap it."""
     y, x = np.mgrid[20:HEIGHT:30, 25:WIDTH:50]
     away = (abs(x - TARGET.x) > 2 * TARGET.a) | (abs(y - TARGET.y) > 2 * TARGET.b)
-    ellipses = np.tile(np.array(TARGET), (1 + np.count_nonzero(away), 1))
+    ellipses = np.tile(np.array(TARGET), (1 + int(np.count_nonzero(away)), 1))
     ellipses[1:, 0], ellipses[1:, 1] = x[away], y[away]
     return ellipses
 

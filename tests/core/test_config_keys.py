@@ -113,6 +113,7 @@ def test_types_in_words(kind: object, text: str) -> None:
 
 
 def configurations(kind: type) -> Iterator[type]:
+    each: type
     for each in kind.__subclasses__():
         if each.__module__.startswith("motes.") and not each.__name__.startswith("_"):
             yield each

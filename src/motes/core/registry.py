@@ -14,12 +14,14 @@ import contextlib
 import importlib
 from collections.abc import Mapping
 from functools import cache
-from importlib import metadata
-from typing import Any, Generic, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, get_args
 
 import msgspec
 
 from motes.core.errors import ConfigError, PluginError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
 
@@ -46,7 +48,7 @@ class Registry(Generic[T]):
         self,
         kind: str,
         group: str,
-        base: type[T],
+        base: Any,
         own: Mapping[str, type[T] | str],
         *,
         tagged: bool = True,
@@ -93,9 +95,9 @@ class Registry(Generic[T]):
                 found[name] = self.resolve(name)
         return found
 
-    def _added(self) -> dict[str, metadata.EntryPoint]:
+    def _added(self) -> dict[str, EntryPoint]:
         """Return what other packages add, by name."""
-        added: dict[str, metadata.EntryPoint] = {}
+        added: dict[str, EntryPoint] = {}
         for entry in _entry_points(self.group):
             if entry.name in self._own:
                 raise PluginError(
@@ -110,7 +112,7 @@ class Registry(Generic[T]):
             added[entry.name] = entry
         return added
 
-    def _load(self, entry: metadata.EntryPoint) -> type[T]:
+    def _load(self, entry: EntryPoint) -> type[T]:
         """Return the class that an entry point names, checked."""
         named = f"The {self.kind} {entry.name!r} of {_package(entry)}"
         try:
@@ -124,11 +126,12 @@ class Registry(Generic[T]):
         for path, base in bases.items():
             if not (isinstance(found, type) and issubclass(found, base)):
                 raise PluginError(f"{named} is no subclass of {path}.")
+        implementation: type[T] = found
         if self._tagged and tag_of(found) != entry.name:
             raise PluginError(
                 f"{named} has the tag {tag_of(found)!r}; its tag and its entry point need one name."
             )
-        return found
+        return implementation
 
 
 _REGISTRIES: dict[type, Registry[Any]] = {}
@@ -159,14 +162,16 @@ def tag_of(kind: type) -> str | int | None:
 
 
 @cache
-def _entry_points(group: str) -> tuple[metadata.EntryPoint, ...]:
-    return tuple(metadata.entry_points(group=group))
+def _entry_points(group: str) -> tuple[EntryPoint, ...]:
+    from importlib.metadata import entry_points  # which takes time to load
+
+    return tuple(entry_points(group=group))
 
 
 def _path(kind: type) -> str:
     return f"{kind.__module__}.{kind.__qualname__}"
 
 
-def _package(entry: metadata.EntryPoint) -> str:
+def _package(entry: EntryPoint) -> str:
     """Return the package of an entry point, in the words of an error."""
     return f"package {entry.dist.name}" if entry.dist is not None else entry.value

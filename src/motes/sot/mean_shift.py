@@ -25,6 +25,7 @@ from motes.core.track import Status, Track
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
+from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
 
@@ -126,7 +127,7 @@ class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
         return np.ones(1)
 
 
-class MeanShift(Config, frozen=True, tag="mean_shift"):
+class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
     Attributes

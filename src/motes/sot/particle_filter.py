@@ -26,6 +26,7 @@ from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
+from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
@@ -47,7 +48,14 @@ from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
 Floats = NDArray[np.float64]
 
 
-class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
+class ParticleFilter(
+    SearchingAlgorithm[FilterState, FilterInfo],
+    BudgetedAlgorithm[FilterState, FilterInfo],
+    Config,
+    frozen=True,
+    dict=True,
+    tag="particle_filter",
+):
     """A tracker with many hypotheses.
 
     Attributes

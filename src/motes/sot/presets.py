@@ -5,19 +5,19 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any
 
 from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
-from motes.core.registry import tag_of
 from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
@@ -221,14 +221,18 @@ def preset(name: str) -> TrackerConfig:
 
 def _check_cues(values: Mapping[str, Any]) -> None:
     """Check that an algorithm with fixed cues is given no other one."""
-    for kind in get_args(TrackerConfig):
-        if tag_of(kind) == values.get("type") and kind.open_field is None:
-            for name in values:
-                if name not in ("type", *kind.__struct_fields__) and name in CUES:
-                    raise ConfigError(
-                        f"Algorithm {values['type']!r} takes no cue {name!r}, as its cues are "
-                        f"fixed; choose a particle filter, such as preset nummiaro."
-                    )
+    algorithm = values.get("type")
+    if not isinstance(algorithm, str) or algorithm not in TRACKERS:
+        return
+    kind: Any = TRACKERS.resolve(algorithm)
+    if kind.open_field is not None:
+        return
+    for name in values:
+        if name not in ("type", *kind.__struct_fields__) and name in CUES:
+            raise ConfigError(
+                f"Algorithm {algorithm!r} takes no cue {name!r}, as its cues are fixed; choose a "
+                f"particle filter, such as preset nummiaro."
+            )
 
 
 def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
@@ -243,5 +247,5 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     for change in changes:
         values = merge(values, change)
     _check_cues(values)
-    config: TrackerConfig = from_dict(values, TrackerConfig)
+    config: TrackerConfig = from_dict(values, Algorithm)
     return config

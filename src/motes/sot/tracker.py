@@ -66,7 +66,7 @@ class Tracker:
         fps_target: float | None = None,
     ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
-        if not isinstance(self.config, TrackerConfig):
+        if not isinstance(self.config, Algorithm):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
         if fps_target is not None:
@@ -235,7 +235,7 @@ class Tracker:
             saved = msgspec.msgpack.decode(Path(path).read_bytes())
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-            tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
+            tracker = cls(from_dict(saved["config"], Algorithm), saved["seed"])
             tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None

@@ -46,4 +46,5 @@ class Hue(HistogramCue, frozen=True):
         histograms = np.zeros((len(ellipses), self.bins))
         np.add.at(histograms, (rows[:, None], hue % self.bins), weights)
         sums = histograms.sum(axis=1, keepdims=True)
-        return np.divide(histograms, sums, out=np.zeros_like(histograms), where=sums > 0)
+        out: Floats = np.divide(histograms, sums, out=np.zeros_like(histograms), where=sums > 0)
+        return out

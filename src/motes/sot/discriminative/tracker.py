@@ -26,6 +26,7 @@ from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
+from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection, limits
@@ -48,7 +49,13 @@ DRIFT_SIGMA = 0.15
 learned filter may have drifted from the center of the target."""
 
 
-class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
+class Discriminative(
+    Algorithm[DiscriminativeState, DiscriminativeInfo],
+    Config,
+    frozen=True,
+    dict=True,
+    tag="discriminative",
+):
     """The default tracker.
 
     Attributes
