@@ -19,19 +19,38 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: ready demo test lint bench accuracy fuzz kills clean
+.PHONY: ready demo check test coverage lint docs gallery bench accuracy fuzz kills clean
 
 demo: ready
 	$(BIN)/motes demo --out demo --overwrite
 
+# While working: all but the slow tests.
+check: lint
+	$(BIN)/python -m pytest -n auto -m 'not slow'
+
 test: lint
 	$(BIN)/python -m pytest -n auto
+
+# It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
+coverage: ready
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest -n auto
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 lint: ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $(SOURCES)
+
+# The site, in site/: strict, so that a broken link or heading ends it, and without network.
+docs: ready
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	@echo "Open site/index.html"
+
+gallery: ready
+	$(BIN)/python docs/generate/gallery.py
 
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
@@ -52,7 +71,7 @@ $(READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable '.[all,dev]'
+	$(BIN)/python -m pip install --quiet --editable '.[all,dev,docs]'
 	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@ $(KERNELS)
 
@@ -66,4 +85,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build demo accuracy fuzz src/motes/kernels/*.so
+	rm -rf $(VENV) build demo accuracy fuzz site src/motes/kernels/*.so

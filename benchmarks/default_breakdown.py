@@ -40,7 +40,7 @@ PARTS = {
     "learn: filter": (Correlation, "taught"),
     "learn: colors": (Posterior, "taught"),
     "learn: size": (ScaleFilter, "taught"),
-    "report: mean, covariance": (Discriminative, "_told"),
+    "report: mean, covariance": (Discriminative, "_report"),
     "rest: Python between all these": (Discriminative, "step"),
 }
 

@@ -6,8 +6,9 @@ A third of the detections are of objects, in a grid that fills a frame of 1920x1
 there are; a third are doubles of these; a third is clutter at random places, from which few objects
 are born. A tenth of the objects is not detected for half of the time. Milliseconds are those of the
 processor, medians over the frames after the births. The objects' own time is that of what each does
-by itself: it begins, foresees, is put where it is detected, looks with its filter, coasts. All else
-is association: sifting, distances and assignment, occlusion, recovery, births, and when to end.
+by itself: it begins, predicts, is put where it is detected, observes with its filter, extrapolates.
+All else is association: duplicates, distances and assignment, occlusion, reidentification,
+initiation and termination.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ SIZE = 1920, 1080
 COUNTS = 100, 300, 1000, 3000
 BIRTHS, FRAMES = 6, 18
 """Frames before any is timed, and all of them."""
-OWN = "begin", "foresee", "detect", "turn", "look", "coast"
+OWN = "begin", "predict", "detect", "update_velocity", "observe", "extrapolate"
 
 own = 0.0
 """Seconds of the processor that objects have taken."""

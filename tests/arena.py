@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import csv
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import pytest
 from PIL import Image
 
+from motes.cli import main
 from motes.evaluation import synthetic
 from motes.evaluation.synthetic.clips import Clip
 
 SIZE = (160, 120)
 FRAMES = 20
+Go = Callable[[str], tuple[int, str, str]]
 
 TRACKERS = '''
 """Trackers that a test evaluates."""
@@ -69,10 +75,8 @@ class Dies(Still):
         os._exit(7)
 
 
-class Slow(Still):
-    """Says who it is, and takes its time."""
-
-    pause = 0.1
+class Waits(Still):
+    """Says who it is, and waits until there is a file `released`."""
 
     def init(self, image, box):
         super().init(image, box)
@@ -80,12 +84,14 @@ class Slow(Still):
             print(os.getpid(), file=file)
 
     def update(self, image):
-        time.sleep(self.pause)
+        while not os.path.exists("released"):
+            time.sleep(0.01)
         return super().update(image)
 
 
-class Hangs(Slow):
-    pause = 1000
+class Hangs(Waits):
+    def update(self, image):
+        time.sleep(1000)
 
 
 nothing = 3
@@ -161,6 +167,34 @@ def write_sequence(folder: Path, clip: Clip) -> None:
         x, y, width, height = truths[0].ellipse.box
         rows.append(f"{x + 1},{y + 1},{width},{height}\n")
     (folder / "groundtruth_rect.txt").write_text("".join(rows))
+
+
+@contextlib.contextmanager
+def at_home(folder: Path, module: str) -> Iterator[None]:
+    """Make a folder the current one, from which a module of trackers is imported anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr(sys, "path", sys.path[:])
+        patch.delitem(sys.modules, module, raising=False)
+        yield
+        sys.modules.pop(module, None)
+
+
+def evaluating(capfd: pytest.CaptureFixture[str]) -> Go:
+    """Return what runs `motes evaluate`: exit code, standard output, standard error."""
+
+    def run(line: str) -> tuple[int, str, str]:
+        capfd.readouterr()
+        code = main(["evaluate", *line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+def table(out: str) -> list[dict[str, str]]:
+    """Return the rows of an evaluation's results."""
+    with Path(out, "results.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def tracks(out: Path) -> dict[str, list[str]]:

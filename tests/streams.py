@@ -36,7 +36,7 @@ class Stream:
     def __init__(self, paint: Paint) -> None:
         self._paint = paint
         self.stalled, self.hung_up, self._done = (threading.Event() for _ in range(3))
-        self.connections = 0
+        self.connections = self.refusals = 0
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.url = f"http://user:secret@127.0.0.1:{self._listener.getsockname()[1]}/camera"
         self._begun = time.monotonic()
@@ -48,7 +48,9 @@ class Stream:
                 connection, _ = self._listener.accept()
                 self.connections += 1
                 with connection, contextlib.suppress(OSError, av.FFmpegError):
-                    if not self.hung_up.is_set():
+                    if self.hung_up.is_set():
+                        self.refusals += 1
+                    else:
                         self._answer(connection)
 
     def _answer(self, connection: socket.socket) -> None:

@@ -291,6 +291,7 @@ def test_the_stored_table_is_whole() -> None:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says so")
 def test_little_memory_is_needed(tmp_path: Path) -> None:
     """Of its own; how much of the libraries' files is mapped beside it is up to the system."""

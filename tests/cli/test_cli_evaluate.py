@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import os
 import re
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import arena
-from arena import tracks, wait_for
+from arena import Go, at_home, evaluating, table, tracks, wait_for
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
 PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
-
-Go = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -39,29 +36,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "empty").mkdir()
     (folder / "mine.py").write_text(arena.TRACKERS)
     (folder / "my.toml").write_text("particles = 30\n")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(sys, "path", sys.path[:])
-        patch.delitem(sys.modules, "mine", raising=False)
+    with at_home(folder, "mine"):
         yield folder
-        sys.modules.pop("mine", None)
 
 
 @pytest.fixture
 def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run a command; return exit code, standard output, standard error."""
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["evaluate", *line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-def table(out: str) -> list[dict[str, str]]:
-    with Path(out, "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return evaluating(capfd)
 
 
 WHOLE = "--tracker my.toml --tracker mine:Seeded --seeds 2 --protocol ope --protocol reset"
@@ -74,6 +55,7 @@ def whole(home: Path) -> str:
     return "whole"
 
 
+@pytest.mark.slow
 def test_results(whole: str, go: Go) -> None:
     rows = table(whole)
     assert tuple(rows[0]) == COLUMNS
@@ -99,18 +81,20 @@ def test_what_is_said(whole: str, go: Go) -> None:
     assert code == 0
     assert error == "motes: 16 passes, 0 failed; wrote whole/report.html.\n"
     title, head, first, second, reset, *_ = out.splitlines()
-    assert (title, reset) == ("One pass (OPE):", "Started anew after failures (VOT):")
+    assert (title, reset) == ("One pass (OPE):", "Restarted after failures (VOT):")
     assert head.split()[:3] == ["tracker", "sequences", "AUC"]
     assert re.match(r"  my\.toml +2 of 2  0\.\d{3} ± 0\.\d{3} ", first)
     assert re.match(r"  mine:Seeded +2 of 2  0\.\d{3} ± 0\.\d{3} ", second)
     assert len({len(line) for line in (head, first, second)}) == 1
 
 
+@pytest.mark.slow
 def test_workers_change_nothing(whole: str, go: Go) -> None:
     assert go(f"data {WHOLE} --out two --workers 2")[0] == 0
     assert tracks(Path("two")) == tracks(Path(whole))
 
 
+@pytest.mark.slow
 def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     shutil.copytree(whole, "more")
     gone = Path("more/tracks/mine%3ASeeded/b/ope-1.csv")
@@ -135,6 +119,7 @@ def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) 
     assert tracks(Path(whole)) == before
 
 
+@pytest.mark.slow
 def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     code, out, error = go(
         "worse --tracker mine:Still --tracker mine:Raises --tracker mine:Stil --tracker cv2:mill "
@@ -160,6 +145,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
         assert "no more of this" in Path("failing", name).read_text()
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_few_characters(home: Path) -> None:
     line = "data --sequence a --tracker mine:Still --workers 1 --out plain"
     done = subprocess.run(
@@ -175,6 +161,7 @@ def test_a_terminal_that_knows_few_characters(home: Path) -> None:
     assert "mine:Still" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "darwin", reason="there, names are always UTF-8")
 def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
     folder = Path(os.fsdecode(os.fsencode(home) + b"/worst\xe9"))
@@ -205,7 +192,7 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --reference gone.csv", 3, "gone.csv cannot be read"),
         ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
-        ("data --peer cv2:kcf", 2, "--peer cv2:kcf takes no part; give --tracker cv2:kcf"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
         ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
         ("data --folds 1", 2, "--folds is 1; give 2 or more"),
         ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
@@ -221,6 +208,7 @@ def test_refusals(line: str, code: int, error: str, go: Go) -> None:
     assert not Path("refused").exists()
 
 
+@pytest.mark.slow
 def test_the_same_folder_twice(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole")
     assert (code, out) == (5, "")
@@ -233,13 +221,14 @@ def test_the_same_folder_twice(whole: str, go: Go) -> None:
 
 
 def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motes.evaluation.report.plots.available", lambda: False)
+    monkeypatch.setattr("motes.evaluation.report.plots.has_matplotlib", lambda: False)
     code, _, error = go("data --out refused")
     assert code == 2
     assert "motes[report]" in error
     assert not Path("refused").exists()
 
 
+@pytest.mark.slow
 def test_a_video_with_its_truth(go: Go) -> None:
     Path("truth.txt").write_text(Path("data/a/groundtruth_rect.txt").read_text())
     code, *_ = go(
@@ -250,11 +239,12 @@ def test_a_video_with_its_truth(go: Go) -> None:
     assert tracks(Path("one"))["tracks/mine%3AStill/img/ope-0.csv"][1].startswith("0,85.5,59.")
 
 
+@pytest.mark.slow
 def test_robust(go: Go) -> None:
     line = "data --sequence a --tracker mean_shift --workers 1 --out views"
     code, out, _ = go(f"{line} --robust --max-frames 6")
     assert code == 0
-    assert out.startswith("Seen otherwise (24 views):\n")
+    assert out.startswith("Perturbed views (24 views):\n")
     rows = table("views")
     assert {row["protocol"] for row in rows} == {"robust"}
     assert len({row["start"] for row in rows}) == len(rows) == 24
@@ -271,6 +261,7 @@ def test_robust(go: Go) -> None:
     assert tracks(Path("views")) == before
 
 
+@pytest.mark.slow
 def test_folds(go: Go) -> None:
     line = "data --tracker my.toml --tracker mean_shift --tracker mine:Still --seeds 1 --workers 1"
     assert go(f"{line} --folds 2 --peer mine:Still --out folds")[0] == 0
@@ -280,7 +271,7 @@ def test_folds(go: Go) -> None:
     )
     assert [fold for fold, _ in chosen] == ["1", "2"]
     assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
-    assert "How many times as fast as mine:Still" in text
+    assert "Speed relative to mine:Still" in text
     assert go(f"{line} --out folds --resume")[0] == 0
     assert "folds" not in Path("folds/summary.md").read_text()
 
@@ -305,6 +296,7 @@ def started(line: str, home: Path) -> Iterator[subprocess.Popen[str]]:
     wait_for(lambda: arena.all_gone(processes))  # though nobody told them
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
 )
@@ -335,6 +327,7 @@ def test_ctrl_c_before_anything_is_done(go: Go, monkeypatch: pytest.MonkeyPatch)
     assert table("nothing") == []
 
 
+@pytest.mark.slow
 def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scratch = home / "scratch"
     scratch.mkdir()
@@ -346,12 +339,14 @@ def test_workers_end_with_a_killed_program(home: Path, monkeypatch: pytest.Monke
     wait_for(lambda: not list(scratch.glob("motes-*")))
 
 
+@pytest.mark.slow
 def test_a_killed_run_is_resumed(go: Go, home: Path) -> None:
-    line = "data --tracker mine:Still --tracker mine:Slow --workers 2 --out"
+    line = "data --tracker mine:Still --tracker mine:Waits --workers 2 --out"
     with started(f"{line} killed", home) as process:
         process.kill()
     before = {path: path.read_bytes() for path in Path("killed").glob("tracks/*/*/*.csv")}
     assert 0 < len(before) < 4
+    Path("released").touch()
     assert go(f"{line} killed --resume")[0] == 0
     assert go(f"{line} undisturbed")[0] == 0
     assert {path: path.read_bytes() for path in before} == before

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import arena
+from arena import Go, at_home, evaluating, table
 from crowds import write_crowd
 from motes.cli import main
 from motes.evaluation.mot_scores import COLUMNS
@@ -47,8 +47,6 @@ class Nothing:
         return []
 '''
 
-Go = Callable[..., tuple[int, str, str]]
-
 
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
@@ -64,28 +62,13 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "worse" / "b" / "gt" / "gt.txt").write_text("1,1,5,6,20,30,1\n1,1,5,6,20,30,1\n")
     arena.write_sequence(folder / "one" / "a", arena.still())
     (folder / "crowds_of.py").write_text(TRACKERS)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setattr(sys, "path", sys.path[:])
+    with at_home(folder, "crowds_of"):
         yield folder
-        sys.modules.pop("crowds_of", None)
 
 
 @pytest.fixture
 def go(home: Path, capfd: pytest.CaptureFixture[str]) -> Go:
-    """Run a command; return exit code, standard output, standard error."""
-
-    def run(line: str) -> tuple[int, str, str]:
-        capfd.readouterr()
-        code = main(["evaluate", *line.split()])
-        return code, *capfd.readouterr()
-
-    return run
-
-
-def table(out: str) -> list[dict[str, str]]:
-    with Path(out, "results.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    return evaluating(capfd)
 
 
 WHOLE = "--tracker results=mine --tracker crowds_of:Seeded --seeds 2 --workers 1"
@@ -98,6 +81,7 @@ def whole(home: Path) -> str:
     return "whole"
 
 
+@pytest.mark.slow
 def test_results(whole: str) -> None:
     lines = table(whole)
     assert tuple(lines[0]) == COLUMNS
@@ -137,7 +121,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     code, out, error = go(f"{line} --out failing")
     assert code == 6
     assert error.splitlines() == [
-        "motes: sequence b: gt/gt.txt, line 2: frame 1 has the identity 1 already in line 1",
+        "motes: sequence b: gt/gt.txt, line 2: frame 1 already has the identity 1, in line 1",
         "motes: tracker nix: There is no tracker of this name for many objects; known are "
         "motes:scene, trackers:sort, trackers:bytetrack.",
         "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
@@ -156,9 +140,10 @@ def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     path.write_text(text)
     assert (code, out) == (5, "")
-    assert "with this sequence b, whose truth or detections were others" in error
+    assert "with this sequence b, which had other truth or detections" in error
 
 
+@pytest.mark.slow
 def test_a_detector(go: Go) -> None:
     line = "data --sequence a --tracker crowds_of:Echo --workers 1 --detector crowds_of:Nothing"
     assert go(f"{line} --out seen")[0] == 0

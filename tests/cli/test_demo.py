@@ -32,6 +32,7 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_it_writes_all_files_and_no_others(folder: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
 
@@ -96,6 +97,7 @@ def test_a_short_clip_still_has_a_strip(folder: Path) -> None:
     assert (folder / "strip.png").stat().st_size < 200_000
 
 
+@pytest.mark.slow
 def test_it_says_how_the_trackers_did_and_what_is_next(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -123,6 +125,7 @@ def test_one_file_there_is_enough_to_refuse_before_any_work(tmp_path: Path, name
     assert (tmp_path / name).read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_rows(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "nummiaro.csv").write_text("old")
     demo(out=tmp_path, frames=FRAMES, overwrite=True)
@@ -141,6 +144,7 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         demo(out=tmp_path / "file", frames=1)
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")

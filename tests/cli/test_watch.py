@@ -18,7 +18,7 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch import table
+from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import COLUMNS
 from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
@@ -68,7 +68,7 @@ def test_one_walks_by(go: Go) -> None:
     )
     assert (code, out) == (0, "")
     assert "90 frames, 1 objects, 1 of them gone; " in error
-    assert "each followed by 100 particles and color; " in error
+    assert "each tracked by 100 particles and color; " in error
     assert "wrote o.mkv, e.jsonl, r.csv" in error
     assert "minute 0: appears 1, crosses line 1 left 1, disappears 1" in error
     with Path("r.csv").open(newline="") as file:
@@ -132,9 +132,9 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --zone 1,2,3,4,5,6 --dwell -1", 2, "--dwell: dwell: "),
         ("FILM --zone 1,2,3,4", 2, "--zone takes x,y,x,y,x,y"),
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
-        ("FILM --max_agee 1", 2, "did you mean --max_age?"),
-        ("FILM --min-hits 0", 2, "min_hits"),
-        ("FILM --detector.histry 9", 2, "no key 'detector.histry'; did you mean 'history'?"),
+        ("FILM --max_agee 1", 2, "did you mean --termination.max_age?"),
+        ("FILM --initiation.min-hits 0", 2, "initiation.min_hits"),
+        ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
         ("FILM --detector.speck 4", 2, "detector.speck"),
@@ -160,6 +160,7 @@ def test_errors_are_one_line_with_their_code(go: Go, line: str, code: int, said:
     assert error.splitlines()[-1].startswith("motes: error: ")
 
 
+@pytest.mark.slow
 def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
     """An object that needs more confirmations begins that many frames later."""
 
@@ -168,16 +169,16 @@ def test_the_scene_is_set_by_a_file_and_by_options(go: Go) -> None:
         assert code == 0, error
         return int(out.splitlines()[1].split(",")[0])
 
-    Path("s.toml").write_text("min_hits = 8\n[tracker]\nparticles = 50\n")
+    Path("s.toml").write_text("[initiation]\nmin_hits = 8\n[tracker]\nparticles = 50\n")
     base = first("")
     assert first("--config s.toml") == base + 5
-    assert first("--config s.toml --min-hits 5 --association.appearance 0.4") == base + 2
+    assert first("--config s.toml --initiation.min-hits 5 --association.appearance 0.4") == base + 2
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        ("--detector gaussian --detector.history 40 --max-age 2", "history = 40"),
+        ("--detector gaussian --detector.history 40 --termination.max-age 2", "history = 40"),
         ("--detector people --detector.threshold 0.3", "threshold = 0.3"),
         ("--detector det.txt --containment 0.8", 'file = "det.txt"'),
         ("--detector faces --detector.upsample 0", "upsample = 0"),
@@ -194,6 +195,7 @@ def test_a_dumped_configuration_is_the_same_again(go: Go, options: str, line: st
     assert go("--dump-config --config s.toml") == (0, text, "")
 
 
+@pytest.mark.slow
 def test_a_dumped_run_is_the_same_again(go: Go) -> None:
     """And what a detector is told changes what is found: half of who comes in is too little."""
     strict, loose = (f"--detector gaussian --detector.least {least}" for least in (0.028, 0.01))
@@ -220,6 +222,7 @@ def test_the_picture_is_remarked_on_once(go: Go, tmp_path: Path) -> None:
     assert error.count("Frame 6: the picture changes all over") == 1
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
     with open_source(film) as source:
         for frame in source:

@@ -371,6 +371,9 @@ def test_a_value_that_is_no_utf8_is_named() -> None:
         (Discriminative, {"trust": {"keep": 0}}, "gate"),
         (Discriminative, {"gate": {"of_first": 0.5}}, "relative_to_start"),
         (Discriminative, {"posterior": {"rate": 0.1}}, "learning_rate"),
+        (WatchConfig, {"patience": 3.0}, "termination.max_age"),
+        (WatchConfig, {"max_age": 3.0}, "termination.max_age"),
+        (WatchConfig, {"limit": 9}, "detections.limit"),
     ],
 )
 def test_a_key_that_was_renamed_is_named(kind: Any, values: dict[str, Any], new: str) -> None:
@@ -378,18 +381,23 @@ def test_a_key_that_was_renamed_is_named(kind: Any, values: dict[str, Any], new:
         from_dict(values, kind)
 
 
+def test_a_renamed_key_in_another_place_is_only_unknown() -> None:
+    """It is known where the old one was, not deeper."""
+    with pytest.raises(ConfigError, match=r"no key 'association.max_age'; did you mean"):
+        from_dict({"tracker": {"color": {}}, "association": {"max_age": 3.0}}, WatchConfig)
+
+
 def test_renamed_keys_lead_to_keys_that_are() -> None:
-    text = str([configuration.__struct_fields__ for configuration in _all_kinds(WatchConfig)])
-    text += str([configuration.__struct_fields__ for configuration in _all_kinds(Discriminative)])
-    assert all(f"'{new}'" in text for new in RENAMED.values())
+    paths = _paths(WatchConfig) | _paths(Discriminative)
+    assert all(any(f".{path}".endswith(f".{new}") for path in paths) for new in RENAMED.values())
 
 
-def _all_kinds(kind: Any) -> set[type[Config]]:
-    """Return the types of configuration that one holds, itself included."""
-    found: set[type[Config]] = set()
+def _paths(kind: Any, above: str = "") -> set[str]:
+    """Return the dotted paths of all keys in a type of configuration."""
+    found: set[str] = set()
     for part in get_args(kind) or (kind,):
         if isinstance(part, type) and issubclass(part, Config):
-            found.add(part)
             for field in msgspec.structs.fields(part):
-                found |= _all_kinds(field.type)
+                path = f"{above}{field.name}"
+                found |= {path} | _paths(field.type, f"{path}.")
     return found

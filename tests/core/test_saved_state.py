@@ -51,8 +51,9 @@ def test_what_was_saved_is_taken(name: str) -> None:
         assert check(example(name, moment)) == "followed"
 
 
+@pytest.mark.slow
 def test_no_damage_harms_anybody() -> None:
-    """Every array in other shapes, types and numbers; 1,000 changes of bytes; all kinds of it."""
+    """Every array in other shapes, types and numbers; changes of bytes; all kinds of it."""
     code = """if True:
         import random
         from broken_states import check, every_broken_array, example, main, with_other_bytes
@@ -60,7 +61,7 @@ def test_no_damage_harms_anybody() -> None:
             for where, data in every_broken_array(example(name, moment)):
                 print(where, check(data))
         rng = random.Random(0)
-        for _ in range(1000):
+        for _ in range(250):
             print("bytes", check(with_other_bytes(rng, example("mean_shift:kalman", "lost"))))
         main(seed=5, count=150)
     """
@@ -135,7 +136,12 @@ def test_numbers_that_cannot_be_are_refused(
         ("nummiaro", "reference_size", [3.0, 4.0, 1e9, 5.0, 0.0], "does not fit into the frame"),
         ("nummiaro", "backgrounds", {}, "state.backgrounds has , not color"),
         ("nummiaro", "frames_missed", -1, "state.frames_missed is -1"),
-        ("maggio", "models.orientation.scale", 1e12, r"<= 1000.0 - at `\$.models.*scale"),
+        (
+            "maggio",
+            "models.orientation.scale",
+            1e12,
+            "at `state.models.orientation.scale",
+        ),
     ],
 )
 def test_values_that_cannot_be_are_refused(

@@ -6,6 +6,7 @@ import pickle
 import re
 import sys
 import types
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +17,15 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import arena
-from arena import tracks
+from arena import at_home, tracks
+from kinds import ALGORITHMS
 from motes.core.config import to_toml
 from motes.core.errors import ConfigError, FormatError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.evaluation.adapters.opencv import PEERS, peer
-from motes.evaluation.adapters.registry import TrackerSpec, entry, resolve
+from motes.evaluation.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes.evaluation.adapters.sot import Answer
 from motes.evaluation.adapters.trax import parse, write
 from motes.evaluation.datasets.sot import Sequence, load_dataset
@@ -232,14 +234,12 @@ def test_what_is_no_trace(tmp_path: Path, text: str | None) -> None:
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder, with trackers of the user's own in it."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", sys.path[:])
-    monkeypatch.delitem(sys.modules, "mine", raising=False)
     (tmp_path / "mine.py").write_text(arena.TRACKERS)
     (tmp_path / "server.py").write_text(arena.SERVER)
-    return tmp_path
+    with at_home(tmp_path, "mine"):
+        yield tmp_path
 
 
 def trax(version: int = 4, fault: str = "none") -> str:
@@ -251,7 +251,7 @@ def film() -> list[tuple[Frame, Box]]:
 
 
 def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
-    contestant = entry(name).begin(seed)
+    contestant = tracker_spec(name).begin(seed)
     try:
         clip = film()[:frames]
         first = contestant.init(*clip[0])
@@ -260,7 +260,13 @@ def answers(name: str, frames: int = 6, seed: int = 0) -> list[Answer]:
         contestant.close()
 
 
-EVERYONE = [*PRESETS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+EVERYONE = [*ALGORITHMS, *PEERS, "mine:Still", "mine:Seeded", "changed.toml", trax()]
+
+
+def test_every_preset_is_a_tracker_to_evaluate() -> None:
+    for name in PRESETS:
+        assert tracker_spec(name).name == name
+        assert tracker_spec(name).configuration == to_toml(preset(name))
 
 
 @pytest.mark.parametrize("name", EVERYONE)
@@ -269,7 +275,7 @@ def test_contestants_follow(name: str, home: Path) -> None:
         pytest.importorskip("cv2")
     (home / "changed.toml").write_text('preset = "mean_shift"\nscale = 0.07\n')
     clip = film()
-    entered = entry(name)
+    entered = tracker_spec(name)
     assert entered.name == name
     assert entered.configuration
     contestant = pickle.loads(pickle.dumps(entered)).begin(0)
@@ -293,11 +299,12 @@ def test_contestants_follow(name: str, home: Path) -> None:
     contestant.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "cv2:mil", "mine:Seeded"])
 def test_stochastic_contestants(name: str, home: Path) -> None:
     if name in PEERS:
         pytest.importorskip("cv2")
-    assert entry(name).stochastic
+    assert tracker_spec(name).stochastic
     one, same, other = ([a.ellipse for a in answers(name, seed=seed)] for seed in (1, 1, 2))
     assert one == same
     assert one != other
@@ -307,13 +314,13 @@ def test_stochastic_contestants(name: str, home: Path) -> None:
 def test_other_contestants(name: str, home: Path) -> None:
     if name in PEERS:
         pytest.importorskip("cv2")
-    assert not entry(name).stochastic
+    assert not tracker_spec(name).stochastic
 
 
 def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
     Path("a.toml").write_text("particles = 42\n")
     Path("b.toml").write_text('preset = "nummiaro:adaptive"\nparticles = 42\n')
-    a, b = entry("a.toml").configuration, entry("b.toml").configuration
+    a, b = tracker_spec("a.toml").configuration, tracker_spec("b.toml").configuration
     assert a == to_toml(configure(preset("nummiaro"), {"particles": 42}))
     assert b == to_toml(configure(preset("nummiaro:adaptive"), {"particles": 42}))
 
@@ -335,12 +342,12 @@ def test_a_configuration_is_laid_over_its_preset(home: Path) -> None:
         ("number.toml", "preset is 3"),
         ("gone:thing", "nor a module gone; known are"),
         ("mine:gone", "cannot be imported: AttributeError"),
-        ("mine:nothing", "nothing of mine is a int, nothing to call"),
+        ("mine:nothing", "nothing of mine is a int, which is not callable"),
         ("needy:thing", "cannot be imported: No module named 'not_there'; install it"),
         ("broken:thing", "cannot be imported: SyntaxError"),
         ("leaving:thing", "cannot be imported: SystemExit"),
         ("trax:", "no command"),
-        ('trax:"', "makes no sense"),
+        ('trax:"', "is not valid"),
         ("trax:no-such-program -v", "no program no-such-program"),
     ],
 )
@@ -382,14 +389,14 @@ def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) 
 
 
 def test_a_callable_of_no_file() -> None:
-    assert entry("builtins:object").configuration == "builtins:object"
+    assert tracker_spec("builtins:object").configuration == "builtins:object"
 
 
 def test_a_changed_callable_is_another_configuration(home: Path) -> None:
-    before = entry("mine:Still").configuration
-    assert entry("mine:Still").configuration == before
+    before = tracker_spec("mine:Still").configuration
+    assert tracker_spec("mine:Still").configuration == before
     Path("mine.py").write_text(arena.TRACKERS + "\n# changed\n")
-    assert entry("mine:Still").configuration != before
+    assert tracker_spec("mine:Still").configuration != before
 
 
 REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
@@ -477,7 +484,7 @@ def mute(): return 3
 
 def _odd(value: Any) -> Answer:
     sys.modules.pop("odd", None)
-    contestant = entry("odd:Odd").begin(0)
+    contestant = tracker_spec("odd:Odd").begin(0)
     contestant.init(*film()[0])
     sys.modules["odd"].Odd.value = value
     answer: Answer = contestant.update(film()[1][0])
@@ -488,7 +495,7 @@ def test_callables_must_make_trackers(home: Path) -> None:
     Path("odd.py").write_text(ODD)
     sys.modules.pop("odd", None)
     with pytest.raises(ConfigError, match=r"odd:mute makes a int without init\(\)"):
-        entry("odd:mute").begin(0).init(*film()[0])
+        tracker_spec("odd:mute").begin(0).init(*film()[0])
 
 
 # OpenCV's
@@ -539,7 +546,7 @@ def test_peers_get_whole_pixels_and_bgr(
     pytest.importorskip("cv2")
     recorder = _Recorder()
     monkeypatch.setattr("motes.evaluation.adapters.sot.peer", lambda name, seed: recorder)
-    contestant = entry("cv2:kcf").begin(0)
+    contestant = tracker_spec("cv2:kcf").begin(0)
     frame = film()[0][0]
     assert contestant.init(frame, Box(*box)).ellipse == Ellipse.from_box(box)
     assert recorder.box == whole
@@ -573,12 +580,12 @@ def test_a_program_that_is_lost(home: Path) -> None:
 @pytest.mark.parametrize(
     ("version", "fault", "error"),
     [
-        (4, "ends", "ended with code 9; it said: warming up / out of memory"),
-        (5, "none", "speaks TraX 5"),
-        (1, "polygon", "asks for region polygon;"),
-        (4, "quits", "quit: no more; it said: at work / at work / at work"),
+        (4, "ends", "ended with code 9; its output: warming up / out of memory"),
+        (5, "none", "has TraX 5"),
+        (1, "polygon", "needs region polygon;"),
+        (4, "quits", "quit: no more; its output: at work / at work / at work"),
         (2, "nonsense", r"gave \['here'\] for a rectangle"),
-        (4, "hello", "said hello where state was due"),
+        (4, "hello", "sent hello instead of state"),
     ],
 )
 def test_programs_that_do_not_do(version: int, fault: str, error: str, home: Path) -> None:
@@ -694,8 +701,8 @@ def test_resuming_something_else_is_refused(
     now = note(dataset)
     prepare(out, now)
     other = {
-        "tracker mean_shift, which was": note(dataset, trackers={"mean_shift": "scale = 2"}),
-        "sequence a, whose truth": note(dataset, sequences={"a": "0"}),
+        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
+        "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),
     }
@@ -731,10 +738,7 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
     with VideoWriter(home / "film.mkv", 25) as writer:
         for frame, _ in arena.still():
             writer.write(frame.pixels)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(home)
-        patch.setattr(sys, "path", sys.path[:])
-        patch.delitem(sys.modules, "mine", raising=False)
+    with at_home(home, "mine"):
         names = ["Hangs", "Dies", "Raises", "Exits", "Interrupts", "Still", "Seeded"]
         entries, problems = resolve([trax(fault="hangs"), *(f"mine:{name}" for name in names)])
         assert not problems
@@ -758,13 +762,13 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
                 time_limit=limit,
             )
         ]
-        sys.modules.pop("mine")
     begun = [step.job.name for step in steps if step.errors is None]
     ended = {step.job.name: step.errors for step in steps if step.errors is not None}
     assert sorted(begun) == sorted(ended) == sorted(job.name for job in jobs)
     return home / "out", ended
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("job", "error"),
     [
@@ -814,6 +818,7 @@ def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> 
     np.testing.assert_allclose(np.diff(moved), 0.2)
 
 
+@pytest.mark.slow
 def test_a_time_limit_of_years(
     dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
@@ -822,6 +827,7 @@ def test_a_time_limit_of_years(
     assert steps[-1].errors == {}
 
 
+@pytest.mark.slow
 def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 2)
     first, second = (item.path(tmp_path) for item in jobs[0].passes)

@@ -372,6 +372,7 @@ def test_growth() -> None:
     assert follows == rendered_claims.grown(Orientation(scale_selection=True), clip)
 
 
+@pytest.mark.slow
 def test_a_target_that_turns_around() -> None:
     clip = synthetic.rolling((160, 120), frames=30)
     result = last(zhao_pei_figure2.figure2(["zhao_pei:fixed", "zhao_pei:color"], [clip], 2))
@@ -515,6 +516,7 @@ def test_figure_5_shows_ours_as_bars_and_the_papers_as_dashes() -> None:
     assert dashes == pytest.approx([0.766, 0.437, 0.306, 0.666, 0.437, 0.259], abs=6e-4)
 
 
+@pytest.mark.slow
 def test_trackers_are_run_over_a_dataset(film: Path) -> None:
     films, _ = load_dataset(film)
     *_, now = maggio_table1_figure5.evaluated(["maggio:C"], films, 1, 1)
@@ -653,6 +655,7 @@ RUNS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_every_experiment_writes_what_it_says(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
@@ -819,7 +822,7 @@ def test_an_interrupt_before_the_first_result_is_nothing_but_that(
     assert show(steps(None), Output("it", ("",), None, overwrite=False)) == 130
     assert capfd.readouterr() == ("", "")
     assert show(steps(Result({})), Output("it", ("",), None, overwrite=False)) == 130
-    assert capfd.readouterr() == ("", "motes: There is nothing to show yet.\n")
+    assert capfd.readouterr() == ("", "motes: There are no results yet.\n")
 
 
 def test_real_video(data: Path) -> None:

@@ -206,6 +206,7 @@ def test_od_by_hand(ellipse: tuple[float, ...], truth: tuple[float, ...], distan
     assert 0 <= od(ellipse, truth) <= 1
 
 
+@pytest.mark.slow
 def test_od_against_a_pixel_count() -> None:
     rng = np.random.default_rng(3)
     truths = np.column_stack(

@@ -14,15 +14,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arena import at_home
 from crowds import rows, write_crowd
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.evaluation.adapters.mot import Detecting, Found, Info
-from motes.evaluation.adapters.registry import crowd_entry, detecting, resolve
-from motes.evaluation.datasets.mot import MotSequence, load_crowds
+from motes.evaluation.adapters.mot import DetectorAdapter, FoundObject, SequenceInfo
+from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
+from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.datasets.mot_files import Rows
-from motes.evaluation.mot_scores import COLUMNS, CrowdEvaluation, CrowdOutcome, write_results
+from motes.evaluation.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
 from motes.evaluation.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes.evaluation.protocols.sot import Start
 from motes.evaluation.report.write_mot import details, overall, per_sequence, write_report
@@ -87,24 +88,21 @@ class Corner:
 '''
 DOCUMENT = Path(__file__).parents[2] / "docs" / "evaluate.md"
 MANY = DOCUMENT.read_text(encoding="utf-8").partition("## Many objects")[2]
-INFO = Info("film", 12, 25, 160, 120)
+INFO = SequenceInfo("film", 12, 25, 160, 120)
 
 
 @pytest.fixture
-def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+def home(tmp_path: Path) -> Iterator[Path]:
     """Return the current folder: a sequence, and some trackers."""
     write_crowd(tmp_path / "data" / "film", shift=1)
     (tmp_path / "many.py").write_text(MODULE)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", sys.path[:])
-    monkeypatch.delitem(sys.modules, "many", raising=False)
-    yield tmp_path
-    sys.modules.pop("many", None)
+    with at_home(tmp_path, "many"):
+        yield tmp_path
 
 
 @pytest.fixture
 def crowd(home: Path) -> MotSequence:
-    return load_crowds(home / "data")[0][0]
+    return load_mot_dataset(home / "data")[0][0]
 
 
 def frame(index: int = 0) -> Frame:
@@ -113,9 +111,9 @@ def frame(index: int = 0) -> Frame:
 
 def followed(crowd: MotSequence, name: str, detector: str = "", seed: int = 0) -> Tracks:
     """Return what a tracker says of a sequence, in this process."""
-    entries = [crowd_entry(name)]
+    entries = [mot_tracker_spec(name)]
     if detector:
-        entries = detecting(entries, detector)
+        entries = with_detector(entries, detector)
     running = MotPass(lambda: entries[0].begin(seed), crowd)
     for index in range(crowd.frames):
         running.feed(frame(index))
@@ -171,7 +169,7 @@ def test_our_scenes_clock_goes_by_the_frame_rate(crowd: MotSequence) -> None:
 
 
 def test_our_scene_has_seeds_and_says_its_values(crowd: MotSequence) -> None:
-    entry = crowd_entry("motes:scene")
+    entry = mot_tracker_spec("motes:scene")
     assert entry.stochastic
     assert "[association]" in entry.configuration
 
@@ -190,7 +188,7 @@ def test_some_need_detections(home: Path, name: str) -> None:
     if name.startswith("trackers"):
         pytest.importorskip("trackers")
     (home / "data" / "film" / "det" / "det.txt").unlink()
-    crowd = load_crowds(home / "data")[0][0]
+    crowd = load_mot_dataset(home / "data")[0][0]
     with pytest.raises(ConfigError, match=r"no det/det\.txt; name a --detector"):
         followed(crowd, name)
     assert len(followed(crowd, "many:Blind").rows.ids) == 12
@@ -199,31 +197,33 @@ def test_some_need_detections(home: Path, name: str) -> None:
 def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", None)
     with pytest.raises(MissingDependencyError, match=r"motes\[peers\]"):
-        crowd_entry("trackers:sort")
+        mot_tracker_spec("trackers:sort")
 
 
 def test_a_detector_of_ones_own(crowd: MotSequence) -> None:
     found = followed(crowd, "many:Echo", "many:Corner").rows
     assert found.boxes.tolist() == [[index + 1, 3, 3, 4] for index in range(12)]
-    entry = detecting([crowd_entry("many:Shifted")], "many:Corner")[0]
+    entry = with_detector([mot_tracker_spec("many:Shifted")], "many:Corner")[0]
     assert entry.begin(3).update is not None
     assert followed(crowd, "many:Shifted", "many:Corner", seed=5).rows.boxes[0, 0] == 6
 
 
 def test_the_background_detector(home: Path) -> None:
     pytest.importorskip("cv2")
-    [entry] = detecting([crowd_entry("many:Echo")], "background")
-    assert entry.configuration.startswith(crowd_entry("many:Echo").configuration + "; background")
+    [entry] = with_detector([mot_tracker_spec("many:Echo")], "background")
+    assert entry.configuration.startswith(
+        mot_tracker_spec("many:Echo").configuration + "; background"
+    )
     contestant = entry.begin(0)
-    assert isinstance(contestant, Detecting)
+    assert isinstance(contestant, DetectorAdapter)
     assert isinstance(contestant._detector, BackgroundDetector)
 
 
 def test_results_have_no_use_for_a_detector(home: Path) -> None:
     (home / "r").mkdir()
     (home / "r" / "film.txt").write_text("")
-    entry = crowd_entry("results=r")
-    assert detecting([entry], "many:Corner") == [entry]
+    entry = mot_tracker_spec("results=r")
+    assert with_detector([entry], "many:Corner") == [entry]
 
 
 @pytest.mark.parametrize(
@@ -239,7 +239,7 @@ def test_results_have_no_use_for_a_detector(home: Path) -> None:
 )
 def test_unknown_detectors(home: Path, name: str, error: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        detecting([crowd_entry("many:Echo")], name)
+        with_detector([mot_tracker_spec("many:Echo")], name)
     assert str(caught.value).startswith(error)
 
 
@@ -253,9 +253,9 @@ def test_results_are_taken_as_they_are(crowd: MotSequence, home: Path) -> None:
     assert (read.frames.tolist(), read.ids.tolist()) == ([1, 3], [9, 7])
     assert read.scores.tolist() == [1, -5]
     assert np.isnan(found.seconds).all()
-    before = crowd_entry("results=r").configuration
+    before = mot_tracker_spec("results=r").configuration
     (home / "r" / "film.txt").write_text("1,9,1,2,3,5,1\n")
-    assert crowd_entry("results=r").configuration != before
+    assert mot_tracker_spec("results=r").configuration != before
 
 
 def test_bad_results(crowd: MotSequence, home: Path) -> None:
@@ -269,9 +269,9 @@ def test_bad_results(crowd: MotSequence, home: Path) -> None:
 
 
 def say(crowd: MotSequence, value: Any) -> Any:
-    crowd_entry("many:Blind")
+    mot_tracker_spec("many:Blind")
     sys.modules["many"].Blind.value = value
-    contestant = crowd_entry("many:Blind").begin(0)
+    contestant = mot_tracker_spec("many:Blind").begin(0)
     contestant.start(INFO)
     return contestant.update(frame(), [])
 
@@ -279,7 +279,7 @@ def say(crowd: MotSequence, value: Any) -> Any:
 def test_what_a_callable_may_say(crowd: MotSequence) -> None:
     assert say(crowd, []).found == []
     said = say(crowd, iter([(np.int64(3), np.array([1, 2, 3, 4.5]), np.float32(0.5))]))
-    assert said.found == [Found(3, Box(1, 2, 3, 4.5), 0.5)]
+    assert said.found == [FoundObject(3, Box(1, 2, 3, 4.5), 0.5)]
 
 
 @pytest.mark.parametrize(
@@ -300,7 +300,7 @@ def test_what_a_callable_may_say(crowd: MotSequence) -> None:
     ],
 )
 def test_what_a_callable_may_not_say(crowd: MotSequence, value: Any) -> None:
-    with pytest.raises(ConfigError, match=r"update of many:Blind returned .*; it returns a list"):
+    with pytest.raises(ConfigError, match=r"update of many:Blind .*; it must return a list"):
         say(crowd, value)
 
 
@@ -317,7 +317,7 @@ def test_a_callable_that_makes_no_tracker(crowd: MotSequence) -> None:
 def test_names(home: Path) -> None:
     entries, problems = resolve(
         ["many:Echo", "many:Shifted", "nummiaro", "trackers:sor", "no:Such", "results=no",
-         "results=data"], crowd_entry,
+         "results=data"], mot_tracker_spec,
     )  # fmt: skip
     assert [(entry.name, entry.stochastic) for entry in entries] == [
         ("many:Echo", False),
@@ -397,7 +397,7 @@ def test_tracks_of_another_length_are_refused(tmp_path: Path) -> None:
     save_tracks(tmp_path / "a.csv", Tracks(rows(), np.zeros(2)))
     film = MotSequence("a", "nowhere", 3, 25.0, rows(), None)
     with pytest.raises(FormatError, match=r"a\.csv is for 2 frames, but the sequence has 3\."):
-        CrowdOutcome.load(tmp_path / "a.csv", film)
+        MotOutcome.load(tmp_path / "a.csv", film)
 
 
 def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
@@ -410,7 +410,7 @@ def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_a_run(home: Path, crowd: MotSequence) -> None:
-    entries, _ = resolve(["many:Shifted", "many:Raises"], crowd_entry)
+    entries, _ = resolve(["many:Shifted", "many:Raises"], mot_tracker_spec)
     jobs, problems = plan(entries, [crowd], ["mot"], 2)
     assert problems == []
     assert [len(job.passes) for job in jobs] == [2, 1]
@@ -421,15 +421,15 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
     assert failed == Pass("many:Raises", "film", Start("mot", "", 0, None), 0)
     assert why == "At frame 6: ValueError: no more of this"
     assert unfinished(jobs[:1], home / "out") == []
-    first, second = CrowdOutcome.of(jobs[0], home / "out", {})
+    first, second = MotOutcome.of(jobs[0], home / "out", {})
     assert first.tally.motp == pytest.approx(19 / 21)  # one pixel of 20, as the detections are
     assert second.tally.motp == pytest.approx(18 / 22)
-    [broken] = CrowdOutcome.of(jobs[1], home / "out", errors)
+    [broken] = MotOutcome.of(jobs[1], home / "out", errors)
     assert (broken.trace, broken.error) == (None, why)
     assert set(broken.scores.values()) == {None}
     assert broken.seconds.shape == (0,)
     (home / "out" / "tracks" / "many%3AShifted" / "film" / "mot-1.txt").write_text("x\n")
-    _, damaged = CrowdOutcome.of(jobs[0], home / "out", {})
+    _, damaged = MotOutcome.of(jobs[0], home / "out", {})
     assert damaged.trace is None
     assert re.search(r"line 1: 1 numbers.*Delete it and --resume\.", damaged.error)
 
@@ -445,13 +445,13 @@ def test_the_documents_columns() -> None:
 
 def outcome(
     tracker: str, crowd: MotSequence, found: int | None, seed: int = 0, seconds: float = 0.002
-) -> CrowdOutcome:
+) -> MotOutcome:
     """Return a pass that says the truth in its first frames only; None for one that failed."""
     item = Pass(tracker, crowd.name, Start("mot", "", 0, None), seed)
     if found is None:
-        return CrowdOutcome(crowd, item, None, "It broke.")
+        return MotOutcome(crowd, item, None, "It broke.")
     said = crowd.truth.where(crowd.truth.frames <= found)
-    return CrowdOutcome(crowd, item, Tracks(said, np.full(crowd.frames, seconds)))
+    return MotOutcome(crowd, item, Tracks(said, np.full(crowd.frames, seconds)))
 
 
 def film(name: str, frames: int) -> MotSequence:
@@ -502,7 +502,7 @@ def test_no_times_are_no_numbers() -> None:
 
 
 def test_sequences_are_combined_and_not_averaged() -> None:
-    evaluation = CrowdEvaluation(OUTCOMES)
+    evaluation = MotEvaluation(OUTCOMES)
     assert evaluation.mean("good", "mot", "mota").mean == pytest.approx(35 / 40)
     assert evaluation.mean("good", "mot", "frames").mean == 40
     lucky = evaluation.mean("lucky", "mot", "mota")
@@ -515,7 +515,7 @@ def test_sequences_are_combined_and_not_averaged() -> None:
 
 
 def test_results_csv(tmp_path: Path) -> None:
-    write_results(tmp_path, CrowdEvaluation(OUTCOMES))
+    write_results(tmp_path, MotEvaluation(OUTCOMES))
     with (tmp_path / "results.csv").open(newline="") as file:
         lines = list(csv.DictReader(file))
     names = [(line["tracker"], line["sequence"], line["seed"]) for line in lines]
@@ -532,7 +532,7 @@ def test_results_csv(tmp_path: Path) -> None:
     assert [line["frames"] for line in lines[-4:]] == ["40", "40", "40", "30"]
     assert (lines[7]["error"], lines[7]["mota"]) == ("It broke.", "")
     assert (lines[8]["error"], lines[8]["fps"]) == ("", "500")
-    write_results(tmp_path, CrowdEvaluation([]))
+    write_results(tmp_path, MotEvaluation([]))
     assert (tmp_path / "results.csv").read_text() == ",".join(COLUMNS) + "\n"
 
 
@@ -540,7 +540,7 @@ def test_results_csv(tmp_path: Path) -> None:
 
 
 def test_tables() -> None:
-    evaluation = CrowdEvaluation(OUTCOMES)
+    evaluation = MotEvaluation(OUTCOMES)
     table = overall(evaluation)
     by_tracker = {row[0].text: dict(zip(table.head, row, strict=True)) for row in table.rows}
     assert by_tracker["good"]["MOTA"].text == "0.875"
@@ -569,10 +569,10 @@ def test_the_best_are_marked() -> None:
     """In every column, where a tracker does all badly."""
     x = [5, 6, 5, 90, 90, 5, 5, *[900] * 23]
     lines = [(i, 1 + (i > 5), x[i - 1], 6, 20, 30) for i in range(1, 31)]
-    bad = CrowdOutcome(
+    bad = MotOutcome(
         LONG, replace(OUTCOMES[0].item, tracker="bad"), Tracks(rows(*lines), np.ones(30))
     )
-    table = overall(CrowdEvaluation([bad, outcome("good", LONG, 30)]))
+    table = overall(MotEvaluation([bad, outcome("good", LONG, 30)]))
     worse, better = table.rows
     assert [cell.best for cell in worse] == [False] * len(worse)
     assert [cell.best for cell in better] == [False] * 2 + [True] * (len(better) - 2)
@@ -580,7 +580,7 @@ def test_the_best_are_marked() -> None:
 
 def test_the_report(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    write_report(tmp_path, CrowdEvaluation(OUTCOMES), [], "Trackers & more")
+    write_report(tmp_path, MotEvaluation(OUTCOMES), [], "Trackers & more")
     text = (tmp_path / "summary.md").read_text()
     assert "## All objects (MOT)" in text
     assert re.search(r"\| lucky \| 2 of 2 \| .* \| 0\.688 ± 0\.088 \|", text)
@@ -595,7 +595,7 @@ def test_the_report(tmp_path: Path) -> None:
 
 
 def test_a_report_of_nothing(tmp_path: Path) -> None:
-    write_report(tmp_path, CrowdEvaluation([]), [], "Nothing")
+    write_report(tmp_path, MotEvaluation([]), [], "Nothing")
     assert "Nothing was run." in (tmp_path / "summary.md").read_text()
     assert "Nothing was run." in (tmp_path / "report.html").read_text()
 
@@ -604,4 +604,4 @@ def test_errors_are_ours(home: Path) -> None:
     """All that is raised on purpose is a MotesError."""
     for name in ("trackers:", "results=", "x", ":", "a:"):
         with pytest.raises(MotesError):
-            crowd_entry(name)
+            mot_tracker_spec(name)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
 from motes.core.errors import MissingDependencyError
-from motes.evaluation.datasets.distractors import DISTRACTORS, counted
+from motes.evaluation.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes.evaluation.datasets.mot_files import Rows, read_rows, write_rows
 from motes.evaluation.metrics.mot import Tally, tally
 
@@ -22,7 +22,7 @@ SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")
 
 
 def ours(truth: Rows, results: Rows, frames: int, distractors: tuple[int, ...]) -> Tally:
-    return tally(*counted(truth, results, distractors), frames)
+    return tally(*evaluated_rows(truth, results, distractors), frames)
 
 
 def line(identity: int, frames: range, x: float = 0, shift: float = 0) -> list[tuple[float, ...]]:
@@ -93,11 +93,11 @@ def test_what_counts_is_as_in_the_motchallenge() -> None:
     here = [(1, i, 20 * i, 0, 10, 10) for i in range(5)]
     labels = [(1, 1), (0, 1), (1, 7), (1, 3), (0, 8)]
     truth = rows(*(line + label for line, label in zip(here, labels, strict=True)))
-    kept, results = counted(truth, rows(*here), DISTRACTORS)
+    kept, results = evaluated_rows(truth, rows(*here), DISTRACTORS)
     assert kept.ids.tolist() == [0]
     assert results.ids.tolist() == [0, 1, 3]  # two false positives
     unlabeled = rows(*((*line, flag, -1) for line, (flag, _) in zip(here, labels, strict=True)))
-    kept, results = counted(unlabeled, rows(*here), DISTRACTORS)
+    kept, results = evaluated_rows(unlabeled, rows(*here), DISTRACTORS)
     assert kept.ids.tolist() == [0, 2, 3]
     assert len(results.ids) == 5
 
@@ -105,8 +105,8 @@ def test_what_counts_is_as_in_the_motchallenge() -> None:
 def test_a_box_goes_to_whom_it_fits_best() -> None:
     """A static person beside a pedestrian takes nothing away from him."""
     truth = rows((1, 1, 0, 0, 10, 10, 1, 1), (1, 2, 3, 0, 10, 10, 1, 7))
-    assert len(counted(truth, rows((1, 5, 1, 0, 10, 10)), DISTRACTORS)[1].ids) == 1
-    assert len(counted(truth, rows((1, 5, 2, 0, 10, 10)), DISTRACTORS)[1].ids) == 0
+    assert len(evaluated_rows(truth, rows((1, 5, 1, 0, 10, 10)), DISTRACTORS)[1].ids) == 1
+    assert len(evaluated_rows(truth, rows((1, 5, 2, 0, 10, 10)), DISTRACTORS)[1].ids) == 0
 
 
 def test_sums_are_combined() -> None:
@@ -145,6 +145,7 @@ LABELED = crowds(st.tuples(st.sampled_from([0, 1, 1]), st.sampled_from([1, 1, 2,
 NOTHING = rows()
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(PLAIN, PLAIN)
 @example(NOTHING, NOTHING)
@@ -162,6 +163,7 @@ def test_as_trackeval(truth: Rows, results: Rows) -> None:
     assert_equal(tally(truth, results, FRAMES), theirs(truth, results, FRAMES))
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(LABELED, PLAIN)
 def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:

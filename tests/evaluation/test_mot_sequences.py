@@ -10,7 +10,7 @@ import pytest
 from crowds import rows
 from evaluations import pictures
 from motes.core.errors import FormatError, SourceError
-from motes.evaluation.datasets.mot import MotSequence, has_crowds, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
 from motes.evaluation.datasets.mot_files import Kind, Rows, read_rows, write_rows
 from motes.evaluation.synthetic.clips import still
 from motes.video.sources import open_source
@@ -70,18 +70,18 @@ def test_empty_rows(tmp_path: Path) -> None:
     ("text", "error"),
     [
         ("1,1,5,6,20,30\n", "line 1: 6 numbers, but a line has 7 or more: frame, id, x"),
-        ("1,1,5,6,20,30,1\n1,2,5,6,20,thirty,1\n", "line 2: 'thirty' is no number"),
+        ("1,1,5,6,20,30,1\n1,2,5,6,20,thirty,1\n", "line 2: 'thirty' is not a number"),
         ("1,1,5,6,20,nan,1\n", "line 1: nan is not finite"),
-        ("1,1,5,6,20,,1\n", "line 1: '' is no number"),
+        ("1,1,5,6,20,,1\n", "line 1: '' is not a number"),
         ("1.5,1,5,6,20,30,1\n", "line 1: frame and id are whole numbers, not 1.5, 1"),
         ("1,1.5,5,6,20,30,1\n", "line 1: frame and id are whole numbers, not 1, 1.5"),
         ("0,1,5,6,20,30,1\n", "line 1: there is no frame 0; the video has the frames 1 to 9"),
         ("10,1,5,6,20,30,1\n", "line 1: there is no frame 10;"),
         (
             "1,1,5,6,20,30,1\n\n1,1,5,6,20,30,1\n",
-            "line 3: frame 1 has the identity 1 already in line 1",
+            "line 3: frame 1 already has the identity 1, in line 1",
         ),
-        ("1,1,5,6,20,30,1,14\n", "line 1: 14 is no class; they are 1 to 13"),
+        ("1,1,5,6,20,30,1,14\n", "line 1: 14 is not a class; classes are 1 to 13"),
     ],
 )
 def test_bad_rows(tmp_path: Path, text: str, error: str) -> None:
@@ -120,7 +120,7 @@ def test_rows_are_read_back(tmp_path: Path) -> None:
 
 
 def loaded(path: Path) -> MotSequence:
-    crowds, problems = load_crowds(path)
+    crowds, problems = load_mot_dataset(path)
     assert problems == []
     return crowds[0]
 
@@ -146,7 +146,7 @@ def test_a_dataset(tmp_path: Path) -> None:
     pictures(tmp_path / "others", 2)
     (tmp_path / ".hidden").mkdir()
     (tmp_path / "c" / "gt" / "gt.txt").write_text("1,1,2\n")
-    crowds, problems = load_crowds(tmp_path)
+    crowds, problems = load_mot_dataset(tmp_path)
     assert [crowd.name for crowd in crowds] == ["a", "b"]
     assert [(problem.where, problem.what) for problem in problems] == [
         (
@@ -158,16 +158,16 @@ def test_a_dataset(tmp_path: Path) -> None:
 
 
 def test_what_is_a_dataset_of_many_objects(tmp_path: Path) -> None:
-    assert not has_crowds(tmp_path)
-    assert not has_crowds(tmp_path / "missing")
+    assert not has_mot_sequences(tmp_path)
+    assert not has_mot_sequences(tmp_path / "missing")
     folder = write(tmp_path)
-    assert has_crowds(tmp_path)
-    assert has_crowds(folder)
-    assert not has_crowds(folder / "seqinfo.ini")
+    assert has_mot_sequences(tmp_path)
+    assert has_mot_sequences(folder)
+    assert not has_mot_sequences(folder / "seqinfo.ini")
     (folder / "seqinfo.ini").unlink()
-    assert has_crowds(tmp_path)
+    assert has_mot_sequences(tmp_path)
     (folder / "gt" / "gt.txt").unlink()
-    assert not has_crowds(tmp_path)
+    assert not has_mot_sequences(tmp_path)
 
 
 def test_other_places(tmp_path: Path) -> None:
@@ -199,16 +199,16 @@ def test_a_digest_tells_truth_and_detections_apart(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "text", "error"),
     [
-        ("seqinfo.ini", None, "it has no seqinfo.ini, which says seqLength and frameRate"),
-        ("seqinfo.ini", "seqLength=4\n", "seqinfo.ini makes no sense: File contains no section"),
+        ("seqinfo.ini", None, "it has no seqinfo.ini; add one with seqLength and frameRate"),
+        ("seqinfo.ini", "seqLength=4\n", "seqinfo.ini is not valid: File contains no section"),
         ("seqinfo.ini", "[Other]\nseqLength=4\n", "seqinfo.ini does not have 'Sequence'"),
         ("seqinfo.ini", "[Sequence]\nseqLength=4\n", "seqinfo.ini does not have 'frameRate'"),
-        ("seqinfo.ini", INI.replace("=4", "=four"), "seqinfo.ini makes no sense: invalid literal"),
-        ("seqinfo.ini", INI.replace("=4", "=0"), "seqinfo.ini says 0 frames, and 12.5 of them"),
-        ("seqinfo.ini", INI.replace("12.5", "0"), "seqinfo.ini says 4 frames, and 0 of them a"),
-        ("seqinfo.ini", INI.replace("=4", "=5"), "seqinfo.ini says 5 frames, but img1/ has 4"),
+        ("seqinfo.ini", INI.replace("=4", "=four"), "seqinfo.ini is not valid: invalid literal"),
+        ("seqinfo.ini", INI.replace("=4", "=0"), "seqinfo.ini has 0 frames at 12.5 frames per"),
+        ("seqinfo.ini", INI.replace("12.5", "0"), "seqinfo.ini has 4 frames at 0 frames per"),
+        ("seqinfo.ini", INI.replace("=4", "=5"), "seqinfo.ini has 5 frames, but img1/ has 4"),
         ("seqinfo.ini", INI.replace("img1", "no"), "it has no folder no/, and no videos instead"),
-        ("gt/gt.txt", None, "it has no truth; that would be gt/gt.txt"),
+        ("gt/gt.txt", None, "it has no truth; add a file gt/gt.txt"),
         ("gt/gt.txt", "1,2,50,6,20,30,0,1,1\n", "gt/gt.txt has no row that counts"),
         ("gt/gt.txt", "1,2,50,6,20,30,1,3,1\n", "gt/gt.txt has no row that counts"),
         ("det/det.txt", "1,-1\n", "det/det.txt, line 1: 2 numbers"),
@@ -221,7 +221,7 @@ def test_bad_sequences(tmp_path: Path, path: str, text: str | None, error: str) 
         (folder / path).unlink()
     else:
         (folder / path).write_text(text)
-    crowds, problems = load_crowds(folder)
+    crowds, problems = load_mot_dataset(folder)
     assert crowds == []
     assert problems[0].what.startswith(error)
     assert "\n" not in problems[0].what
@@ -235,11 +235,11 @@ def test_a_folder_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(Path, "iterdir", refuse)
     with pytest.raises(SourceError, match="cannot be read: Permission denied"):
-        load_crowds(tmp_path)
+        load_mot_dataset(tmp_path)
 
 
 def test_real_sequences(data: Path) -> None:
-    crowds, problems = load_crowds(data / "mot")
+    crowds, problems = load_mot_dataset(data / "mot")
     assert problems == []
     found = {crowd.name: (crowd.frames, crowd.rate, len(crowd.truth.ids)) for crowd in crowds}
     assert found == {

@@ -17,11 +17,11 @@ from motes.evaluation.adapters.registry import resolve
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.protocols.perturbations import (
-    OCCLUSION,
-    Viewed,
+    OCCLUSION_FRAMES,
+    PerturbedSequence,
     mirrored,
     perturbations,
-    show,
+    perturbed_frames,
 )
 from motes.evaluation.protocols.sot import Start
 from motes.evaluation.report.sections import title
@@ -31,7 +31,7 @@ from motes.evaluation.runner import plan
 from motes.evaluation.scores import fit
 
 WIDTH, HEIGHT, FRAMES = 96, 72, 60
-Made = dict[str, tuple[Viewed, list[Start]]]
+Made = dict[str, tuple[PerturbedSequence, list[Start]]]
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ LATER = ["from-quarter", "from-half", "from-three-quarters"]
 @pytest.mark.parametrize("view", [*STILL, *LATER])
 def test_the_truth_is_where_the_target_is(made: Made, view: str) -> None:
     seen = made[view][0]
-    frames = list(show(seen))
+    frames = list(perturbed_frames(seen))
     assert [frame.index for frame in frames] == list(range(seen.frames))
     assert all(a.time < b.time for a, b in itertools.pairwise(frames))
     for frame, box in zip(frames, seen.boxes, strict=True):
@@ -104,20 +104,21 @@ def test_mirrored_twice_is_as_before() -> None:
 def test_the_occluder_passes_over_the_target(made: Made) -> None:
     seen = made["occluded"][0]
     shares = []
-    for frame, (x, y, width, height) in zip(show(seen), seen.boxes, strict=True):
+    for frame, (x, y, width, height) in zip(perturbed_frames(seen), seen.boxes, strict=True):
         if np.isfinite(x):
             inside = frame.pixels[int(y) : int(y + height), int(x) : int(x + width), 1]
             shares.append(float((inside < 127).mean()))
     touched = np.flatnonzero(shares)
-    middle = (seen.frames - min(OCCLUSION, seen.frames // 3)) // 2
+    middle = (seen.frames - min(OCCLUSION_FRAMES, seen.frames // 3)) // 2
     assert max(shares) == 1
-    assert middle <= touched[0] < touched[-1] < middle + OCCLUSION
+    assert middle <= touched[0] < touched[-1] < middle + OCCLUSION_FRAMES
     assert np.array_equal(seen.boxes, made["original"][0].boxes, equal_nan=True)
 
 
 def test_pixels_change_as_the_view_says(made: Made) -> None:
     before, gray, hue, blurred = (
-        next(show(made[view][0])).pixels for view in ("original", "gray", "hue", "blurred")
+        next(perturbed_frames(made[view][0])).pixels
+        for view in ("original", "gray", "hue", "blurred")
     )
     assert (gray[0, 0] == 27).all()  # 0.299 of 90
     assert (gray[..., 0] == gray[..., 2]).all()
@@ -157,14 +158,14 @@ def test_the_report_has_the_spread_and_the_number_of_views(tmp_path: Path) -> No
     passes.append(outcome("c", where, "broken", 0, "robust", "x"))
     passes.append(outcome("c", where, trace(shifted([0.0] * 20)), 0, "sre", "shift-up"))
     found = Evaluation(passes)
-    assert title(found, "robust") == "Seen otherwise (3 views)"
+    assert title(found, "robust") == "Perturbed views (3 views)"
     values = [float(each.scores["auc"] or 0) for each in passes[5:15]]
     assert found.aucs("b", "robust").tolist() == sorted(values)
     assert found.aucs("c", "robust").size == 0
     write_report(tmp_path, passes, [], Comparisons(), "Views")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "<h2>Seen otherwise (3 views)</h2>" in page
-    assert "## Seen otherwise (3 views)" in (tmp_path / "summary.md").read_text().replace("\\", "")
+    assert "<h2>Perturbed views (3 views)</h2>" in page
+    assert "## Perturbed views (3 views)" in (tmp_path / "summary.md").read_text().replace("\\", "")
     (figure,) = re.findall(r"<figure><h3>Spread</h3>.*?</figure>", page, flags=re.DOTALL)
     worst = {who: found.worst_tenth(who, "robust").mean for who in "ab"}
     assert [f"{who}: {worst[who]:.3f}" in figure for who in "ab"] == [True, True]

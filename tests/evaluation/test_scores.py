@@ -257,13 +257,13 @@ def test_references(tmp_path: Path, text: str) -> None:
     [
         ("", "first line must name at least two columns"),
         ("sequence\nDavid\n", "first line must name at least two columns"),
-        ("sequence,MIL,MIL\nDavid,0.1,0.2\n", "a name of its own"),
-        ("sequence,MIL,\nDavid,0.1,0.2\n", "a name of its own"),
+        ("sequence,MIL,MIL\nDavid,0.1,0.2\n", "a different name"),
+        ("sequence,MIL,\nDavid,0.1,0.2\n", "a different name"),
         ("sequence,MIL\n", "no sequence after"),
         ("sequence,MIL\nDavid,0.1,0.2\n", "line 2 has 3 columns"),
-        ("sequence,MIL\nDavid,0.1\ndavid,0.2\n", "line 3 must name a sequence of its own"),
-        ("sequence,MIL\n,0.2\n", "line 2 must name a sequence"),
-        ("sequence,MIL\nDavid,good\n", "line 2, column MIL: 'good' is no number"),
+        ("sequence,MIL\nDavid,0.1\ndavid,0.2\n", "line 3 must name another sequence"),
+        ("sequence,MIL\n,0.2\n", "line 2 must name another sequence"),
+        ("sequence,MIL\nDavid,good\n", "line 2, column MIL: 'good' is not a number"),
         ("sequence,MIL\nDavid,38.4\n", "from 0 to 1, not 38.4"),
         ("sequence,MIL\nDavid,inf\n", "from 0 to 1, not inf"),
     ],
@@ -334,7 +334,7 @@ def test_mean_over_sequences_then_seeds() -> None:
 
 def test_mean_over_what_was_finished() -> None:
     found = Evaluation(two_trackers())
-    assert found.tried("b", "ope") == ["Book", "Ant", "Cow"]
+    assert found.attempted("b", "ope") == ["Book", "Ant", "Cow"]
     assert found.finished("b", "ope") == ["Book", "Ant"]
     mean, deviation = found.mean("b", "ope", "auc")
     assert mean == pytest.approx(UNIT * (0.9 + 0.5) / 2)
@@ -392,7 +392,7 @@ def test_lost_status_is_over_all_frames() -> None:
         ]
     ).lost_status("a", "ope")
     assert found.missed.mean == pytest.approx(5 / 30)
-    assert found.said.mean == pytest.approx(4 / 30)
+    assert found.reported.mean == pytest.approx(4 / 30)
     assert (found.recall.mean, found.precision.mean) == pytest.approx((0.8, 1))
     assert found.f1.mean == pytest.approx(8 / 9)
 

@@ -94,7 +94,7 @@ def test_rows_without_target(row: str) -> None:
         ("1,2,3,4,5,6", "not 6"),
         ("1,2,3,4,5,6,7,8,9", "not 9"),
         ("3", "not 1"),
-        ("1,b,3,4", "'b' is no number"),
+        ("1,b,3,4", "'b' is not a number"),
         ("1,,3,4", "not 3"),
         ("1,2,inf,4", "finite"),
         ("m1,2,3", "whole numbers"),
@@ -455,10 +455,10 @@ def test_annotation_by_motes_track(tmp_path: Path, form: str) -> None:
     [
         ("frame,x,y,a,b\n1,2,3,4,5\n", "line 2: a track has the column theta"),
         ("frame,x,y,a,b,theta\n1,2,3,4\n", "line 2: 4 values for 6 columns"),
-        ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "line 3: frame 0 is there twice"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,5,0\n0,2,3,4,5,0\n", "line 3: frame 0 is repeated"),
         ("frame,x,y,a,b,theta\n-1,2,3,4,5,0\n", "line 2: frame -1"),
-        ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "line 2: inf is no index"),
-        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "line 2: 'b' is no number"),
+        ("frame,x,y,a,b,theta\n1e999,2,3,4,5,0\n", "line 2: inf is not the index"),
+        ("frame,x,y,a,b,theta\n0,2,3,4,b,0\n", "line 2: 'b' is not a number"),
         ("frame,x,y,a,b,theta\n", "has no frame with a target"),
         ('{"frame": 0, "x": 1}\n', "line 1: a track has the column y"),
         ('{"frame": 0, \n', "line 1: "),
@@ -522,7 +522,7 @@ def broken(folder: Path, how: str) -> None:
 
 
 BROKEN = {
-    "no truth": "it has no truth; that would be groundtruth_rect.txt",
+    "no truth": "it has no truth; add groundtruth_rect.txt",
     "empty truth": "groundtruth_rect.txt is for 0 frames, but there are 4",
     "no text": "groundtruth_rect.txt is not text; save it as UTF-8",
     "truth is a folder": "there are no pictures in groundtruth_rect.txt/",

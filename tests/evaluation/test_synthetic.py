@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Clip, Stem, Target
+from motes.evaluation.synthetic.beetle import Target
+from motes.evaluation.synthetic.clips import Clip, Stem
 from motes.evaluation.synthetic.scenery import GRAIN
 
 CLIPS: list[Callable[..., Clip]] = [
@@ -121,6 +122,7 @@ def test_the_texture_turns_with_the_target() -> None:
             assert np.abs(pixels - upright)[inside].mean() > 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", CLIPS)
 def test_every_clip_is_the_same_each_time_in_any_order(make: Callable[..., Clip]) -> None:
     clip, again = make(SMALL, frames=30, seed=5), make(SMALL, frames=30, seed=5)
@@ -224,9 +226,10 @@ def test_growing_grows_and_shrinks() -> None:
     assert np.allclose(states[:, 2] / states[:, 3], states[0, 2] / states[0, 3])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [1, 2, 7, 12, 40])
 def test_occluded_hides_for_the_given_length(length: int) -> None:
-    visible = np.array([t.visible for _, (t,) in synthetic.occluded(frames=235, length=length)])
+    visible = np.array([t.visible for _, (t,) in synthetic.occluded((320, 240), 235, length)])
     hidden = "".join("x" if value == 0 else " " for value in visible).split()
     assert hidden == ["x" * length] * 2
 
@@ -247,6 +250,7 @@ def test_still_has_the_size_asked_for_and_moves_slowly(target: tuple[int, int]) 
     assert np.hypot(*np.diff(clip.targets[0].states[:, :2], axis=0).T).max() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(32, 32), (97, 73), (120, 200), (400, 90)])
 @pytest.mark.parametrize("make", CLIPS)
 def test_odd_sizes(make: Callable[..., Clip], size: tuple[int, int]) -> None:

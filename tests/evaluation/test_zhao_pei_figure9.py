@@ -1,4 +1,4 @@
-"""Objects detected over objects there, on made-up crowds and from the command line."""
+"""Objects detected over objects present, on made-up crowds and from the command line."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.evaluation import synthetic
-from motes.evaluation.datasets.mot import MotSequence, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
 
 
 def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
-    (found,), problems = load_crowds(write_crowd(folder, shift))
+    (found,), problems = load_mot_dataset(write_crowd(folder, shift))
     assert not problems
     return found
 
@@ -36,7 +36,7 @@ def counted(
     """Return the last result, and there, followed and detected of every frame."""
     *_, result = zhao_pei_figure9.figure9(each, detector, "nummiaro:adaptive", 0)
     (table,) = result.tables.values()
-    assert table.head[1:4] == ("there", "followed", "detected accurately")
+    assert table.head[1:4] == ("present", "followed", "detected accurately")
     return result, [[cell.value or 0.0 for cell in row[1:4]] for row in table.rows]
 
 
@@ -59,7 +59,7 @@ def test_what_need_not_be_found_does_not_count(tmp_path: Path) -> None:
     lines = truth.read_text().splitlines()
     others = [",".join([*line.split(",")[:7], "12", "1"]) for line in lines[1::2]]
     truth.write_text("\n".join([*lines[::2], *others]))
-    (each,), _ = load_crowds(tmp_path)
+    (each,), _ = load_mot_dataset(tmp_path)
     assert counted(each)[1] == [[1, 0, 0]] * 2 + [[1, 1, 1]] * 10
 
 
@@ -84,7 +84,7 @@ def test_another_detector_sees_each_frame_at_its_time(tmp_path: Path) -> None:
 
 def test_the_hidden_are_followed_and_the_lost_are_not(tmp_path: Path) -> None:
     """Detections end; 0.4 seconds later, in frame 16, a scene gives up."""
-    (each,), _ = load_crowds(write_crowd(tmp_path, frames=18))
+    (each,), _ = load_mot_dataset(write_crowd(tmp_path, frames=18))
     assert each.detections is not None
     early = each.detections.where(each.detections.frames <= 6)
     _, counts = counted(MotSequence(each.name, each.source, 18, 25, each.truth, early))
@@ -126,7 +126,7 @@ def some(rng: np.random.Generator, count: int) -> Rows:
 
 def test_one_object_is_a_crowd(tmp_path: Path) -> None:
     film = sequence(frames=4, absent=[1], source=pictures(tmp_path / "img", 4))
-    each = zhao_pei_figure9.crowd_of(film)
+    each = zhao_pei_figure9.as_mot_sequence(film)
     assert (each.name, each.source, each.frames, each.rate) == (film.name, film.source, 4, 25)
     assert [each.truth.listed(i) for i in range(4)] == [
         [(1, Box(*TARGET), 1.0)], [], [(1, Box(*TARGET), 1.0)], [(1, Box(*TARGET), 1.0)]
@@ -157,8 +157,8 @@ def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFix
     arena.write_sequence(tmp_path / "beetle", clip)
     assert main(["experiment", "zhao-figure9", str(tmp_path / "beetle")]) == 0
     out, error = capfd.readouterr()
-    assert "Objects detected over objects there, beetle" in out
-    assert "plot is drawn into the folder of --out" in error
+    assert "Objects detected over objects present, beetle" in out
+    assert "For the plot, give a folder with --out" in error
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from functools import cache
 from msgspec.structs import asdict
 
 from motes.core.config import from_dict, from_toml, merge, to_dict, to_toml
-from motes.evaluation.adapters.registry import entry
+from motes.evaluation.adapters.registry import tracker_spec
 from motes.mot.pipeline_config import WatchConfig
 from motes.mot.scene_config import scene_config
 from motes.sot import presets
@@ -26,7 +26,7 @@ def check_tracker(data: bytes) -> str:
     """Read the configuration of a tracker; what is read is written and read as the same."""
 
     def read() -> None:
-        written = entry(str(put("tracker.toml", data))).configuration
+        written = tracker_spec(str(put("tracker.toml", data))).configuration
         again = from_dict(from_toml(written, "it"), presets.TrackerConfig)
         if to_toml(again) != written:
             raise DefectError(f"A configuration is read as another one: {written}")

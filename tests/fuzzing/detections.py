@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from motes.core.frame import Frame
-from motes.evaluation.datasets.distractors import counted
+from motes.evaluation.datasets.distractors import evaluated_rows
 from motes.evaluation.datasets.mot_files import Kind, read_rows
 from motes.evaluation.metrics.mot import tally
 from motes.mot.detection.pretrained import RecordedDetections
@@ -59,5 +59,5 @@ def _measure(path: Path, kind: Kind) -> None:
     if kind != "detections":
         truth = read_rows(put("truth.txt", TRUTH), FRAMES, "truth")
         pair = (rows, truth) if kind == "truth" else (truth, rows)
-        numbers = tally(*counted(*pair, (8,)), FRAMES)
+        numbers = tally(*evaluated_rows(*pair, (8,)), FRAMES)
         check_finite([*numbers.hota.tolist(), numbers.mota, numbers.motp, numbers.idf1])

@@ -8,11 +8,11 @@ import msgspec
 import numpy as np
 
 from motes.core.geometry import Box, Ellipse
-from motes.evaluation.adapters.registry import entry
+from motes.evaluation.adapters.registry import tracker_spec
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import read_rows
 from motes.evaluation.datasets.sot import Sequence
-from motes.evaluation.mot_scores import CrowdOutcome
+from motes.evaluation.mot_scores import MotOutcome
 from motes.evaluation.protocols.mot import Tracks, save_tracks
 from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, Start
 from motes.evaluation.protocols.trace import TrackerOutput, save_trace
@@ -104,7 +104,7 @@ def _crowd(files: dict[str, bytes]) -> str:
     truth = read_rows(put("truth.txt", detections.TRUTH), FRAMES, "truth")
     crowd = MotSequence("One", "One", FRAMES, 25.0, truth, None)
     return _resumed(
-        CrowdOutcome, crowd, [Pass("motes:scene", "One", Start("mot", "", 0, None), 0)], files
+        MotOutcome, crowd, [Pass("motes:scene", "One", Start("mot", "", 0, None), 0)], files
     )
 
 
@@ -122,7 +122,7 @@ def _resumed(
             path.parent.mkdir(parents=True, exist_ok=True)
             (path.with_suffix(ending) if ending else path).write_bytes(data)
     read = False
-    for ended in kind.of(Job(entry("nummiaro"), where, tuple(passes)), out, {}):
+    for ended in kind.of(Job(tracker_spec("nummiaro"), where, tuple(passes)), out, {}):
         if ended.trace is None:
             check_message(ended.error)
         else:

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from motes.core.errors import MotesError
-from motes.evaluation.datasets.mot import MotSequence, load_crowds
+from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.datasets.regions import read_mask
 from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
 from motes.evaluation.report.reference import Reference
@@ -112,7 +112,7 @@ def check_information(data: bytes) -> str:
         (root / "One" / part).mkdir(exist_ok=True)
         (root / "One" / part / name).write_bytes(detections.TRUTH)
     (root / "One" / "seqinfo.ini").write_bytes(data)
-    return _outcome(lambda: load_crowds(root))
+    return _outcome(lambda: load_mot_dataset(root))
 
 
 def references() -> list[bytes]:

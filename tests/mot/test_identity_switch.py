@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection
@@ -41,9 +42,8 @@ def box(x: int) -> Box:
 def known(frame: Frame, x: int, identity: int) -> TrackedObject:
     """Return an object that was seen for a frame, alone."""
     tracker, rng = scene_config().tracker, np.random.default_rng(0)
-    thing = TrackedObject.begin(identity, tracker, rng, frame, [(frame.time, box(x))] * 2)
-    thing.shape_model = shape_model(thing, frame)
-    return thing
+    one = TrackedObject.begin(identity, tracker, rng, frame, [(frame.time, box(x))] * 2)
+    return replace(one, shape_model=shape_model(one, frame))
 
 
 @pytest.mark.parametrize(
@@ -65,7 +65,7 @@ def test_colors_tell_who_is_who_or_edges_do(
     assert not is_identity_switch(one, other, before)
     assert is_identity_switch(one, other, after) == told
     if told:
-        one.swap_identity(other)
+        one, other = one.with_identity_of(other), other.with_identity_of(one)
         assert not is_identity_switch(one, other, after)
         assert (one.identity, other.identity) == (2, 1)
 

@@ -7,20 +7,23 @@ import tracemalloc
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.mot.association import DetectionOutcome
+from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
-from motes.mot.scene_config import SceneConfig
+from motes.mot.scene_config import DetectionSelection, Initiation, SceneConfig
 from motes.mot.track_initiation import SCORES, TrackInitiation
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS
 
 GRAY = np.full((480, 640, 3), 100, np.uint8)
+CERTAIN = Initiation(min_score_quantile=0.0)
+"""No detection is too doubtful."""
 BORN, HIDDEN, FRAMES = 3, 4, 7
 """Objects are born in the frame before; from then on, half of them have no detection, then all."""
 
@@ -59,7 +62,7 @@ def found(index: int, count: int) -> list[Detection]:
 def work(count: int) -> Work:
     """Follow so many objects, all detected, half of them hidden, and found again; count."""
     there: list[Detection] = []
-    scene, calls = Scene(lambda _: there, config(min_score_quantile=0.0)), 0
+    scene, calls = Scene(lambda _: there, config(initiation=CERTAIN)), 0
     outcomes = set[DetectionOutcome]()
 
     def called(_frame: object, event: str, _argument: object) -> None:
@@ -93,6 +96,7 @@ def work(count: int) -> Work:
     return Work(calls, peak)
 
 
+@pytest.mark.slow
 def test_four_times_the_objects_take_four_times_the_work() -> None:
     """Sixteen times, if anything was asked of each pair; the work is counted, not timed."""
     work(20)  # imports
@@ -103,7 +107,8 @@ def test_four_times_the_objects_take_four_times_the_work() -> None:
 
 def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> None:
     there = [Detection(Box(*box), score) for score, box in enumerate(grid(12).tolist())]
-    scene = Scene(lambda _: there, config(limit=8, min_score_quantile=0.0))
+    eight = config(detections=DetectionSelection(limit=8), initiation=CERTAIN)
+    scene = Scene(lambda _: there, eight)
     for index in range(4):
         scene.update(Frame(index, index / 25, GRAY))
         surplus = [
@@ -121,8 +126,8 @@ def test_of_too_many_detections_the_surest_are_taken_and_that_is_told_once() -> 
 
 def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
     """The surest come first, so that the last ones alone would let too many pass."""
-    births, count = TrackInitiation(0.2, 3, 0.25), 4 * SCORES
+    births, count = TrackInitiation(), 4 * SCORES
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
-    births.note(scored)
-    doubtful = [each is None for each in births.update(0.0, scored)]
+    _, hits = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
+    doubtful = [each is None for each in hits]
     assert doubtful == [i >= 0.75 * count for i in range(count)]

@@ -7,8 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from motes.mot import assignment, overlaps, pairs
-from motes.mot.assignment import assign_pairs
-from motes.mot.association import Association, assign, intersection_over_first
+from motes.mot.assignment import assign, assign_pairs
+from motes.mot.association import Association
+from motes.mot.boxes import intersection_over_first
 from motes.mot.overlaps import overlapping, singles
 from motes.mot.pairs import candidates, meeting
 

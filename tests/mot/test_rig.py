@@ -24,9 +24,11 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.cameras import camera_process
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage, CameraReporter
-from motes.mot.cameras.reidentification import Camera, CameraReport, CrossCameraAssociation, Rig
+from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig import RigRunner
+from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place
@@ -104,6 +106,7 @@ def read(name: str = "r.csv") -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     code, _, error = go(HALL + OFFICE + PASSAGE)
     assert code == 0, error
@@ -117,6 +120,7 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     assert float(first["time"]) == pytest.approx(int(first["frame"]) / 25 + 2, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
     code, out, error = go(HALL + OFFICE.replace("office.mkv", "none.mkv"), "-o -")
     assert code == 6
@@ -203,6 +207,7 @@ def running(folder: Path, *streams: Stream) -> Iterator[tuple[subprocess.Popen[s
         program.kill()
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: Path) -> None:
     with camera(moving) as first, camera(moving) as second:
         with running(tmp_path, first, second) as (program, rows, messages):
@@ -231,6 +236,7 @@ def test_a_killed_process_is_started_again_and_ctrl_c_keeps_all_rows(tmp_path: P
         _until(lambda: not any(map(_runs, children)))
 
 
+@pytest.mark.slow
 def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
     """Its manager sends the signal to all of its processes; only the program itself acts on it."""
     with camera(moving) as first, camera(moving) as second:
@@ -251,6 +257,7 @@ def test_a_service_that_is_stopped_keeps_all_rows(tmp_path: Path) -> None:
         _until(lambda: not any(map(_runs, children)))
 
 
+@pytest.mark.slow
 def test_no_process_outlives_a_killed_program(tmp_path: Path) -> None:
     with camera(moving) as stream, running(tmp_path, stream) as (program, *_):
         children = _children(program.pid)
@@ -284,6 +291,7 @@ def told(
     return reports, said
 
 
+@pytest.mark.slow
 def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -55,6 +55,7 @@ def watched(method: Method, picture: Callable[[int], Picture | Floats], frames: 
     return scene
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_nothing_for_300_frames_is_nothing(method: Method) -> None:
     empty = ground(0)
@@ -62,6 +63,7 @@ def test_nothing_for_300_frames_is_nothing(method: Method) -> None:
     assert (scene.created, scene.warnings) == (0, {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("gain", [0.4, 1.6])
 def test_a_sudden_light_makes_no_crowd(method: Method, gain: float) -> None:
@@ -73,6 +75,7 @@ def test_a_sudden_light_makes_no_crowd(method: Method, gain: float) -> None:
     assert scene.warnings["light"].startswith(f"Frame {CHANGE}: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_cut_makes_no_crowd(method: Method) -> None:
     before, after = ground(0), ground(7)
@@ -81,6 +84,7 @@ def test_a_cut_makes_no_crowd(method: Method) -> None:
     assert list(scene.warnings) == ["light"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [0.5, 2, 5, 12])
 def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: float) -> None:
@@ -111,6 +115,7 @@ def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
     assert min(found[CHANGE + 11 :]) >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_flood_is_limited_and_said_once(method: Method) -> None:
     """150 patches flicker; a hundred of them are taken in each frame."""

@@ -21,11 +21,11 @@ from motes.core.track import Status
 from motes.mot.tracked_object import SceneTrack
 from motes.output.annotations import coco, cvat
 from motes.output.documents import write_document
-from motes.output.journal import Head, Journal, JournalWriter, Picture, Sighting, sightings
+from motes.output.journal import FrameRow, Header, Journal, JournalWriter, ObjectRow, object_rows
 from sightings import seen
 
 SIZE = (100, 60)
-HEAD = Head("film.mp4", *SIZE, "sea & <bird>")
+HEAD = Header("film.mp4", *SIZE, "sea & <bird>")
 
 
 def frames() -> dict[int, list[SceneTrack]]:
@@ -39,11 +39,11 @@ def frames() -> dict[int, list[SceneTrack]]:
     }
 
 
-def pictures(tracks: Mapping[int, Sequence[SceneTrack]]) -> list[Picture]:
-    return [Picture(index, index / 4, sightings(here)) for index, here in tracks.items()]
+def pictures(tracks: Mapping[int, Sequence[SceneTrack]]) -> list[FrameRow]:
+    return [FrameRow(index, index / 4, object_rows(here)) for index, here in tracks.items()]
 
 
-def journal(folder: Path, kept: Sequence[Picture]) -> Journal:
+def journal(folder: Path, kept: Sequence[FrameRow]) -> Journal:
     writer = JournalWriter(folder / "kept.rows.jsonl", HEAD)
     for picture in kept:
         writer.add(picture)
@@ -85,7 +85,7 @@ def test_coco(tmp_path: Path) -> None:
 
 
 def test_images_of_a_folder_keep_their_names(tmp_path: Path) -> None:
-    kept = journal(tmp_path, [Picture(0, 0.0, (), "left/a1.jpg"), Picture(3, 0.1, (), "b.jpg")])
+    kept = journal(tmp_path, [FrameRow(0, 0.0, (), "left/a1.jpg"), FrameRow(3, 0.1, (), "b.jpg")])
     images = json.loads(b"".join(coco(kept)))["images"]
     assert [each["file_name"] for each in images] == ["left/a1.jpg", "b.jpg"]
 
@@ -135,7 +135,7 @@ def test_cvat(tmp_path: Path) -> None:
 
 
 def test_nothing_at_all(tmp_path: Path) -> None:
-    nothing = journal(tmp_path, [Picture(0, 0.0, ())])
+    nothing = journal(tmp_path, [FrameRow(0, 0.0, ())])
     assert json.loads(b"".join(coco(nothing)))["annotations"] == []
     assert ElementTree.fromstring(b"".join(cvat(nothing))).find("track") is None
 
@@ -224,8 +224,8 @@ def test_cocos_own_tool(tmp_path: Path) -> None:
     ellipses = [
         Ellipse(*rng.uniform((0, 0, 8, 8, 0), (*SIZE, 25, 25, 4)).tolist()) for _ in range(20)
     ]
-    objects = [Sighting(i, each, 0.5, Status.TRACKING) for i, each in enumerate(ellipses, 1)]
-    write_document(tmp_path / "a.json", journal(tmp_path, [Picture(0, 0.0, tuple(objects))]))
+    objects = [ObjectRow(i, each, 0.5, Status.TRACKING) for i, each in enumerate(ellipses, 1)]
+    write_document(tmp_path / "a.json", journal(tmp_path, [FrameRow(0, 0.0, tuple(objects))]))
     with contextlib.redirect_stdout(io.StringIO()) as said:
         found = tool.COCO(str(tmp_path / "a.json"))
         found.info()

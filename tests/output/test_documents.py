@@ -22,7 +22,7 @@ from motes.cli import main
 from motes.core.errors import SourceError
 from motes.evaluation.synthetic.clips import crowd
 from motes.output.annotations import coco
-from motes.output.journal import Head, Journal, JournalWriter, Picture
+from motes.output.journal import FrameRow, Header, Journal, JournalWriter
 
 Go = Callable[..., tuple[int, str, str]]
 FRAMES = 12
@@ -133,6 +133,7 @@ def signaled(name: str, film: Path, line: str) -> subprocess.CompletedProcess[st
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     ended = signaled("SIGKILL", film, f"track FILM {BOX} -o a.json")
     assert ended.returncode == -signal.SIGKILL, ended.stderr
@@ -149,6 +150,7 @@ def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     assert [(row["frame"], row["identity"]) for row in rows] == [(str(i), "1") for i in range(8)]
 
 
+@pytest.mark.slow
 def test_ctrl_c_gives_a_whole_document(tmp_path: Path, film: Path) -> None:
     ended = signaled("SIGINT", film, f"track FILM {BOX} -o {tmp_path}/a.json")
     assert ended.returncode == 130, ended.stderr
@@ -194,7 +196,7 @@ class Full:
 def test_a_disk_that_gets_full_keeps_whole_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     add = JournalWriter.add
 
-    def fill(self: JournalWriter, picture: Picture) -> None:
+    def fill(self: JournalWriter, picture: FrameRow) -> None:
         if picture.frame == 5:
             self._file = Full(self._file, 20)  # type: ignore[assignment]
         add(self, picture)
@@ -215,7 +217,7 @@ def test_what_is_there_already_stays(go: Go) -> None:
         Path(f"{name}.json.rows.jsonl").symlink_to("mine" if name == "a" else "nowhere")
         assert go(f"track FILM {BOX} -o {name}.json")[0] == 5
         with pytest.raises(FileExistsError):
-            JournalWriter(Path(f"{name}.json.rows.jsonl"), Head("film", 1, 1, "object"))
+            JournalWriter(Path(f"{name}.json.rows.jsonl"), Header("film", 1, 1, "object"))
     code, _, error = go("watch FILM -o c.json --events c.json.rows.jsonl")
     assert (code, "Two outputs are the same file" in error) == (2, True)
     assert Path("mine").read_text() == "mine"
@@ -224,9 +226,9 @@ def test_what_is_there_already_stays(go: Go) -> None:
 
 def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "a.json.rows.jsonl"
-    writer = JournalWriter(path, Head("film", 8, 8, "object"))
+    writer = JournalWriter(path, Header("film", 8, 8, "object"))
     for index in range(3):
-        writer.add(Picture(index, index / 4, ()))
+        writer.add(FrameRow(index, index / 4, ()))
     writer.close()
     data = path.read_bytes()
     path.write_bytes(data[:-5])

@@ -232,5 +232,5 @@ def test_a_row_that_does_not_fit_leaves_whole_rows(tmp_path: Path) -> None:
 def test_what_is_no_file_cannot_be_resumed() -> None:
     with pytest.raises(ConfigError, match="Standard output cannot be resumed"):
         TrackWriter("-", resume=True)
-    with pytest.raises(ConfigError, match="no ordinary file"):
+    with pytest.raises(ConfigError, match="not an ordinary file"):
         TrackWriter("/dev/null", "csv", resume=True)

@@ -13,6 +13,7 @@ CLIP = [frame for frame, _ in synthetic.demo((160, 120), frames=6)]
 REGIONS = [Box(20, 30, 20, 30), Box(60.5, 40, 24, 20), Box(100, 20, 30, 40)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2, 5])
 @pytest.mark.parametrize("preset", ["nummiaro:adaptive", "ng_delp"])
 def test_each_is_followed_as_if_alone(preset: str, threads: int) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from kinds import FILTER_KINDS
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
@@ -19,6 +20,7 @@ from motes.sot.filtering.fusion import Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import PRESETS, configure
 from motes.sot.tracker import Tracker
 from oracles import region, scene
@@ -105,9 +107,7 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
         kind(**values)
 
 
-@pytest.mark.parametrize(
-    "name", [name for name, config in PRESETS.items() if isinstance(config, ParticleFilter)]
-)
+@pytest.mark.parametrize("name", FILTER_KINDS)
 @pytest.mark.parametrize(
     "likelihood",
     [
@@ -117,7 +117,7 @@ def test_values_that_make_no_sense(kind: Any, values: dict[str, float]) -> None:
     ],
     ids=["adaptive", "fixed", "exponential"],
 )
-def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
+def test_every_filter_takes_every_likelihood(name: str, likelihood: dict[str, Any]) -> None:
     config = configure(PRESETS[name], {"likelihood": likelihood})
     assert isinstance(config, ParticleFilter)
     kinds: dict[str, type[Likelihood]] = {
@@ -130,6 +130,7 @@ def test_every_preset_takes_every_likelihood(name: str, likelihood: dict[str, An
     tracker.init(scene(0, (30, 36)), region((30, 36)))
     tracker.update(scene(1, (31, 36)))
     info = tracker.info
+    assert isinstance(info, FilterInfo)
     if len(config.cues) == 1:
         d = info.distances[None]
         expected = Weights.from_log(config.likelihood.log(list(config.cues), d)[0])

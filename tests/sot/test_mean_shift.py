@@ -157,7 +157,7 @@ def overlaps(config: str | TrackerConfig, seed: int = 0) -> Floats:
     return np.array(values)
 
 
-JUMPING = [synthetic.jumping((320, 240), frames=60)[index] for index in range(60)]
+JUMPING = list(synthetic.jumping((320, 240), frames=60))
 LEAP, LANDED = slice(20, 29), slice(42, 56)
 SEEDS = range(6)
 
@@ -179,6 +179,7 @@ def test_a_predicted_start_follows_the_leap() -> None:
     assert overlaps(replace(FAST, prediction=Kalman())).min() > 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive"])
 def test_the_particle_filter_follows_a_target_that_leaps(name: str) -> None:
     """Section VI: it "is able to follow the fast moving object during the whole sequence"."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,24 +15,27 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from kinds import FILTER_KINDS
 from motes.core.config import from_flag, from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.cues import AdaptableCue
+from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.model_update import (
-    AnyStrategy,
     ExponentialForgetting,
     GaussianBins,
     KalmanBins,
     KalmanMemory,
     PerCue,
+    Strategy,
+    UpdateDiagnostics,
     UpdateResult,
     critical,
 )
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 from motes.sot.tracker import Tracker
 from oracles import region, scene
@@ -55,7 +58,7 @@ def series(seed: int, bins: int, frames: int) -> list[Floats]:
     return out
 
 
-def lessons(strategy: AnyStrategy, first: Floats, seen: list[Floats]) -> Iterator[UpdateResult]:
+def lessons(strategy: Strategy, first: Floats, seen: list[Floats]) -> Iterator[UpdateResult]:
     model, memory = first, None
     for each in seen:
         learned = strategy.learn(memory, model, first, each)
@@ -322,6 +325,11 @@ def small(**changes: Any) -> ParticleFilter:
 BOTH = PerCue(cues={"color": KalmanBins(frames=2), "hog": GaussianBins()})
 
 
+def diagnostics(tracker: Tracker) -> Mapping[str, UpdateDiagnostics]:
+    assert isinstance(tracker.info, FilterInfo)
+    return tracker.info.update_diagnostics
+
+
 def started(config: TrackerConfig) -> Tracker:
     tracker = Tracker(config, 1)
     tracker.init(scene(0, (30.0, 36)), region((30.0, 36)))
@@ -332,7 +340,7 @@ def started(config: TrackerConfig) -> Tracker:
 def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
     config = small(adaptation=strategy)
     tracker = started(config)
-    assert tracker.info.update_diagnostics == {}  # the first frame is the model
+    assert diagnostics(tracker) == {}  # the first frame is the model
     memories: dict[str, Any] = dict.fromkeys(config.cues)
     models = tracker.info.models
     for picture in walk(1, 2, 3, 4, 5):
@@ -345,12 +353,12 @@ def test_steps_learn_what_the_strategy_says(strategy: Any) -> None:
             seen = cue.observe(before, picture, track.ellipse)
             each = config.strategies[name]
             learned = each.learn(memories[name], before.histogram, before.anchor, seen)
-            lesson = tracker.info.update_diagnostics[name]
+            lesson = diagnostics(tracker)[name]
             assert learned.diagnostics is not None
             np.testing.assert_array_equal(lesson.residuals, learned.diagnostics.residuals)
             assert lesson[1:] == learned.diagnostics[1:]
             memories[name] = learned.memory
-            after: Any = tracker._state.models[name]  # type: ignore[union-attr]
+            after: Any = tracker._state.models[name]
             np.testing.assert_array_equal(after.histogram, learned.histogram)
             assert (after.histogram != before.histogram).any() == (lesson.gain > 0)
             models[name] = after
@@ -365,7 +373,7 @@ def test_each_cue_has_its_own_strategy() -> None:
     tracker = started(config)
     for picture in walk(1, 2, 3):
         tracker.update(picture)
-        assert list(tracker.info.update_diagnostics) == ["hog"]
+        assert list(diagnostics(tracker)) == ["hog"]
     with pytest.raises(ConfigError, match=r"adaptation\.cues names 'edges'; the cues in use are"):
         small(adaptation=PerCue(cues={"edges": GaussianBins()}))
 
@@ -377,7 +385,7 @@ def test_nothing_is_learned_while_the_target_is_not_there() -> None:
     state: Any = tracker._state
     for index in range(4, 12):
         tracker.update(scene(index, None))
-        assert tracker.info.update_diagnostics == {}
+        assert diagnostics(tracker) == {}
         after: Any = tracker._state
         assert after.models == state.models
         assert after.memories == state.memories
@@ -404,14 +412,14 @@ def test_where_nothing_is_seen_the_model_stays() -> None:
     before: Any = tracker._state
     tracker.update(red)
     after: Any = tracker._state
-    assert list(tracker.info.update_diagnostics) == ["color"]
+    assert list(diagnostics(tracker)) == ["color"]
     assert list(after.memories) == ["color"]
     np.testing.assert_array_equal(after.models["hog"].histogram, before.models["hog"].histogram)
 
 
-@pytest.mark.parametrize("name", [n for n, c in PRESETS.items() if isinstance(c, ParticleFilter)])
+@pytest.mark.parametrize("name", FILTER_KINDS)
 @pytest.mark.parametrize("kind", ["forgetting", "kalman", "gaussian"])
-def test_every_preset_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
+def test_every_filter_takes_every_strategy(name: str, kind: str, tmp_path: Path) -> None:
     config = configure(
         PRESETS[name],
         {
@@ -472,7 +480,7 @@ def test_strategies_from_flags() -> None:
     assert kalman.adaptation == KalmanBins(frames=5)
     zhao = configure(preset("zhao_pei"), from_flag("adaptation.cues.color.alpha", "0.05"))
     assert isinstance(zhao, ParticleFilter)
-    expected: dict[str, AnyStrategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
+    expected: dict[str, Strategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
     assert zhao.adaptation == PerCue(cues=expected)
     still = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
     assert isinstance(still, ParticleFilter)

@@ -23,7 +23,9 @@ from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import ConstantVelocity, Noise, RandomWalk
 from motes.sot.filtering.resampling import SCHEMES, Resampling, Weights
-from motes.sot.particle_filter import FilterState, ParticleFilter, scatter
+from motes.sot.filtering.scatter import scatter
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterState
 from motes.sot.presets import preset
 from oracles import frame, region, scene
 
@@ -128,6 +130,7 @@ def kalman(motion: RandomWalk | ConstantVelocity) -> tuple[Floats, Floats, float
     return means, deviations, log_likelihood
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 @pytest.mark.parametrize(
     ("scheme", "threshold"),
@@ -152,6 +155,7 @@ def test_means_and_likelihood(
     assert ratio.std() < 1.5  # else the line before says nothing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", MODELS, ids=["random_walk", "constant_velocity"])
 def test_the_error_falls_as_the_root_of_n(motion: RandomWalk | ConstantVelocity) -> None:
     exact, deviations, _ = kalman(motion)

@@ -19,6 +19,7 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling, SpeedBudget
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo
 
 FIRST = Ellipse(50, 50, 10, 40)  # a mean half-axis of 20
 WIDE = KldSampling(min=1, max=10**6, error=0.1, bin=1.0)
@@ -65,7 +66,7 @@ def test_bins_are_in_units_of_the_target() -> None:
 
 
 def test_a_range_upside_down() -> None:
-    with pytest.raises(ConfigError, match="least is 60, and most is 50"):
+    with pytest.raises(ConfigError, match="min is 60, and max is 50"):
         KldSampling(min=60, max=50)
 
 
@@ -95,6 +96,7 @@ def numbers(config: ParticleFilter, **options: Any) -> list[int]:
     for frame in CLIP[1:]:
         track = tracker.update(frame)
         info = tracker.info
+        assert isinstance(info, FilterInfo)
         assert len(info.weights) == len(info.ellipses) == len(info.distances)
         assert info.weights.sum() == pytest.approx(1)
         assert track.effective_sample_size <= len(info.weights) + 1e-9

@@ -77,7 +77,7 @@ def test_a_camera_that_hangs_up_is_opened_again_and_its_frames_go_on() -> None:
     assert np.abs(frames[22].pixels.astype(int) - picture(22)).mean() < 5
     assert len(said) == 4
     assert said[0] == f"{source.name} ended. It is tried again, with growing pauses."
-    assert said[1].startswith(f"{source.name} is back after 0.")
+    assert said[1].startswith(f"{source.name} is back after ")
     assert "secret" not in "".join(said)
     assert source.report.drops == 2
     assert "dropped 2 time(s)" in (source.report.problems or "")
@@ -92,7 +92,6 @@ def test_a_camera_that_hangs_up_is_an_error_for_who_does_not_reconnect() -> None
 
 def test_a_stream_that_stalls_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
     said: list[str] = []
 
     def listen(line: str) -> None:
@@ -144,7 +143,7 @@ def test_an_error_in_such_a_file_stays_one(tmp_path: Path, monkeypatch: pytest.M
 
     def send(connection: socket.socket, number: int) -> None:
         connection.sendall(HEAD + b"\r\n" + data)
-        done.wait(20)
+        done.wait()
 
     with server(send) as url, open_source(url, on_drop=lambda line: None) as source:
         with pytest.raises(SourceError, match="does not answer"):

@@ -41,6 +41,7 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
+from motes.video.report import Report
 from motes.video.sources import open_source, read_image
 
 DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[3] / "shared" / "data")) / "video"
@@ -56,7 +57,7 @@ KNOWN = {
 need_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no real videos in {DATA}")
 
 
-def read(source: str | Path, **selection: Any) -> tuple[list[Frame], decoder.Report]:
+def read(source: str | Path, **selection: Any) -> tuple[list[Frame], Report]:
     with open_source(source, **selection) as frames:
         return list(frames), frames.report
 
@@ -681,13 +682,6 @@ def server(data: bytes, length: int, pause: float | None = None) -> Iterator[str
         listener.close()
 
 
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
-    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
-
-
-@pytest.mark.usefixtures("impatient")
 def test_a_video_from_a_server(whole: Path) -> None:
     data = whole.read_bytes()
     with server(data, len(data)) as url, open_source(url) as source:
@@ -696,9 +690,11 @@ def test_a_video_from_a_server(whole: Path) -> None:
         assert len(list(source)) == 12
 
 
-@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("ending", ["mp4", "mkv", "avi", "mpg"])
-def test_a_server_that_stops_sending_is_noticed(tmp_path: Path, ending: str) -> None:
+def test_a_server_that_stops_sending_is_noticed(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     codec: Codec = "mpeg2video" if ending == "mpg" else "libx264"
     path = clip(tmp_path / f"stalls.{ending}", 60, noisy=True, codec=codec)
     data = path.read_bytes()
@@ -709,9 +705,12 @@ def test_a_server_that_stops_sending_is_noticed(tmp_path: Path, ending: str) -> 
     assert "secret" not in str(caught.value)
 
 
-@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("pause", [None, 0.05])
-def test_a_server_that_never_answers_is_noticed(pause: float | None) -> None:
+def test_a_server_that_never_answers_is_noticed(
+    pause: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(decoder, "OPEN_TIMEOUT", 0.4)
+    monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     with server(b"", 1000, pause) as url:
         assert "does not answer" in error_of(url)
 

@@ -208,6 +208,7 @@ def left(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".mkv", ".mp4"])
 def test_any_number_of_pictures_makes_a_film(tmp_path: Path, ending: str) -> None:
     """Seven once made none."""
@@ -224,6 +225,7 @@ def test_any_number_of_pictures_makes_a_film(tmp_path: Path, ending: str) -> Non
         assert times == pytest.approx([index / fps for index in range(count)], abs=0.0011)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_killed_program_leaves_all_but_the_last_picture(tmp_path: Path, ending: str) -> None:
     result = run(
@@ -266,6 +268,7 @@ def test_a_film_can_be_read_at_any_moment_of_its_end(
     assert counts[-1] == 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_full_disk_is_one_clear_error(tmp_path: Path, ending: str) -> None:
     result = run(
@@ -295,6 +298,7 @@ def test_a_full_disk_is_one_clear_error(tmp_path: Path, ending: str) -> None:
     assert kept >= int(written) - 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_disk_that_is_full_only_in_the_end_keeps_the_partial_file(
     tmp_path: Path, ending: str

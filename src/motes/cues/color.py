@@ -9,7 +9,6 @@ import math
 from functools import cached_property
 from typing import Annotated, Literal
 
-import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
@@ -18,30 +17,18 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
-from motes.cues.histogram_cue import HistogramCue
+from motes.core.types import Floats
+from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
 from motes.kernels.structures import ColorBins, Reading
 
-Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
 SPACES = {"rgb": kernels.color.RGB, "hsv": kernels.color.HSV, "hsv+v": kernels.color.HSV_V}
 
 
-class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
-    """A target's color histogram.
-
-    Attributes
-    ----------
-    histogram
-        (m,), sums to 1.
-    anchor
-        (m,), the histogram of the first frame, from which adaptation may not stray too far.
-    """
-
-    histogram: NotNegative
-    anchor: NotNegative
+class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
+    """A target's color histogram."""
 
     @cached_property
     def roots(self) -> Floats:

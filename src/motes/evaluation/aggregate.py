@@ -1,4 +1,4 @@
-"""Means over sequences and seeds, and trackers compared."""
+"""Means over sequences and seeds, and comparisons of trackers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.scores import PROTOCOL_NAMES, E, Outcome, in_order
 
 Floats = NDArray[np.float64]
-Of = Callable[[Outcome], ArrayLike]
-"""What is averaged: a number or an array of a pass that finished."""
+Quantity = Callable[[Outcome], ArrayLike]
+"""A function that returns a number or an array for a pass that finished."""
 
 
 class Mean(NamedTuple):
-    """Mean and standard deviation (of a sample) over seeds; the latter is NaN for one seed."""
+    """Mean and sample standard deviation over seeds; the deviation is NaN for one seed."""
 
     mean: float
     deviation: float = np.nan
 
     @classmethod
     def over(cls, values: Floats) -> Mean:
-        """Return the mean of those values (seeds,) that are not NaN; NaN if all are."""
+        """Return the mean of the values (seeds,) that are not NaN; NaN if all are."""
         known = values[np.isfinite(values)]
         mean = float(known.mean()) if known.size else np.nan
         return cls(mean, float(known.std(ddof=1)) if known.size > 1 else np.nan)
@@ -37,13 +37,13 @@ class Comparison(NamedTuple):
     Attributes
     ----------
     tracker
-        Its name.
+        The name of the tracker.
     sequences
         Number of sequences that both finished.
     difference
-        Of the means over these, this tracker's less the first one's.
+        The tracker's mean over these sequences minus that of the first tracker.
     won, drawn
-        Number of sequences on which it is better, and as good.
+        Number of sequences on which it is better, and on which both are equal.
     """
 
     tracker: str
@@ -54,46 +54,57 @@ class Comparison(NamedTuple):
 
 
 class LostStatus(NamedTuple):
-    """Whether a tracker knows that it failed, over the frames of all sequences."""
+    """How well a tracker reports its losses, over the frames of all sequences.
+
+    Attributes
+    ----------
+    missed
+        Share of frames in which the target is lost.
+    reported
+        Share of frames in which the tracker reports a loss.
+    recall, precision, f1
+        See `metrics.sot.detection_recall`.
+    """
 
     missed: Mean
-    said: Mean
+    reported: Mean
     recall: Mean
     precision: Mean
     f1: Mean
 
 
 class Share(NamedTuple):
-    """A share of what there is in all passes of a seed.
+    """A share of all counted items in the passes of a seed.
 
     Attributes
     ----------
     total
-        How much there is.
+        Number of items.
     share
-        NaN where there is nothing.
+        The share; NaN without items.
     """
 
     total: Mean
     share: Mean
 
 
-def measure(protocol: str) -> str:
-    """Return the column of results.csv by which trackers are ranked in a protocol."""
+def ranking_column(protocol: str) -> str:
+    """Return the column of results.csv by which a protocol ranks trackers."""
     return {"reset": "accuracy", "mot": "hota"}.get(protocol, "auc")
 
 
 class Passes(ABC, Generic[E]):
-    """Outcomes by tracker, protocol and sequence.
+    """Results by tracker, protocol and sequence.
 
-    Numbers of a tracker are over the sequences that it finished: those with no pass that failed.
+    Numbers of a tracker are over the sequences that it finished, which are those without a failed
+    pass.
 
     Attributes
     ----------
     outcomes
-        In order.
+        All results, in order.
     trackers, sequences, protocols
-        Their names; trackers and sequences as they come first among the outcomes.
+        Their names; trackers and sequences in the order of their first results.
     """
 
     def __init__(self, outcomes: Iterable[E]) -> None:
@@ -110,8 +121,8 @@ class Passes(ABC, Generic[E]):
             by_sequence = self._outcomes[item.tracker, item.start.protocol]
             by_sequence.setdefault(item.sequence, []).append(outcome)
 
-    def tried(self, tracker: str, protocol: str) -> list[str]:
-        """Return the sequences that a tracker was to be run on."""
+    def attempted(self, tracker: str, protocol: str) -> list[str]:
+        """Return the sequences on which a tracker was run."""
         return list(self._outcomes[tracker, protocol])
 
     def finished(self, tracker: str, protocol: str) -> list[str]:
@@ -128,7 +139,7 @@ class Passes(ABC, Generic[E]):
         return [o for name in self.finished(tracker, protocol) for o in by_sequence[name]]
 
     def seeds(self, tracker: str, protocol: str) -> dict[int, list[E]]:
-        """Return those passes by seed."""
+        """Return the passes of `passes` by seed."""
         by_seed: dict[int, list[E]] = {}
         for outcome in self.passes(tracker, protocol):
             by_seed.setdefault(outcome.item.seed, []).append(outcome)
@@ -137,46 +148,50 @@ class Passes(ABC, Generic[E]):
     def seconds(
         self, tracker: str, protocol: str, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return the running times of all updates, or of those on some sequences."""
+        """Return the running times of all updates, or of those on some sequences, (n,)."""
         wanted = set(self.sequences if sequences is None else sequences)
         passes = (o for o in self.passes(tracker, protocol) if o.item.sequence in wanted)
         return np.concatenate([[], *(o.seconds for o in passes)])
 
     @abstractmethod
     def per_seed(
-        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return a number, or an array, of the sequences that a tracker finished, (seeds, ...).
+        """Return a number or an array for the sequences that a tracker finished, (seeds, ...).
 
         Parameters
         ----------
         tracker, protocol
-            Whose, and where.
-        of
-            What: a column of results.csv, or a function.
+            Names of the tracker and the protocol.
+        quantity
+            A column of results.csv, or a function.
         sequences
-            Only over these, of those that the tracker finished.
+            Only these sequences, all of which the tracker finished; by default all.
         """
 
     def mean(
-        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
     ) -> Mean:
-        """Return mean and standard deviation over seeds of what `per_seed` gives."""
-        return Mean.over(self.per_seed(tracker, protocol, of, sequences))
+        """Return mean and standard deviation over seeds of `per_seed`."""
+        return Mean.over(self.per_seed(tracker, protocol, quantity, sequences))
 
 
 class Evaluation(Passes[Outcome]):
-    """Outcomes of passes that followed one object.
+    """Results of passes with one object.
 
-    A mean is over the sequences first, each of them the mean over its starts, and then over seeds.
+    A mean is taken over the starts of each sequence, then over sequences, then over seeds.
     """
 
     def per_seed(
-        self, tracker: str, protocol: str, of: str | Of, sequences: Iterable[str] | None = None
+        self,
+        tracker: str,
+        protocol: str,
+        quantity: str | Quantity,
+        sequences: Iterable[str] | None = None,
     ) -> Floats:
         """Return means over sequences, (seeds, ...); NaN where no pass has a number.
 
-        As in `Passes`; the function is of the outcome of a pass.
+        As in `Passes`; the quantity is a column, or a function of the result of a pass.
         """
         wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
         means = []
@@ -184,14 +199,18 @@ class Evaluation(Passes[Outcome]):
             values: dict[str, list[ArrayLike]] = {}
             for outcome in outcomes:
                 if outcome.item.sequence in wanted:
-                    value = _column(outcome, of) if isinstance(of, str) else of(outcome)
+                    value = (
+                        _column(outcome, quantity)
+                        if isinstance(quantity, str)
+                        else quantity(outcome)
+                    )
                     values.setdefault(outcome.item.sequence, []).append(value)
             if values:
                 means.append(_mean([_mean(starts) for starts in values.values()]))
         return np.array(means)
 
     def worst_tenth(self, tracker: str, protocol: str) -> Mean:
-        """Return the mean of the lowest tenth of AUC among the passes of each seed, rounded up."""
+        """Return the mean of the lowest tenth of AUC (rounded up) among the passes of each seed."""
         lowest = []
         for outcomes in self.seeds(tracker, protocol).values():
             if (values := _aucs(outcomes)).size:
@@ -199,11 +218,11 @@ class Evaluation(Passes[Outcome]):
         return Mean.over(np.array(lowest))
 
     def aucs(self, tracker: str, protocol: str) -> Floats:
-        """Return the AUC of each pass that has one, of all seeds, in rising order."""
+        """Return the AUC of each pass that has one, of all seeds, in increasing order."""
         return _aucs(self.passes(tracker, protocol))
 
     def per_start(self, tracker: str, protocol: str, start: str) -> Mean:
-        """Return the AUC of a protocol's start: the mean over sequences, then over seeds."""
+        """Return the AUC of one start of a protocol: the mean over sequences, then over seeds."""
 
         def auc(outcome: Outcome) -> float:
             return _column(outcome, "auc") if outcome.item.start.label == start else np.nan
@@ -211,34 +230,32 @@ class Evaluation(Passes[Outcome]):
         return self.mean(tracker, protocol, auc)
 
     def comparisons(self, protocol: str) -> list[Comparison]:
-        """Compare each tracker with the first one, by `measure`, on sequences that both finished.
+        """Compare each tracker with the first one, on the sequences that both finished.
 
-        The value of a sequence is its mean over seeds; the interval of 95 % is over sequences.
+        The value of a sequence is its mean over seeds of the `ranking_column`; the 95 % interval is
+        over sequences.
         """
         return [self._compare(tracker, protocol) for tracker in self.trackers[1:]]
 
     def _compare(self, tracker: str, protocol: str) -> Comparison:
-        first, column = self.trackers[0], measure(protocol)
+        first, column = self.trackers[0], ranking_column(protocol)
         pairs = []
         for name in self.finished(tracker, protocol):
-            pair = [self.mean(who, protocol, column, [name]).mean for who in (tracker, first)]
+            pair = [self.mean(each, protocol, column, [name]).mean for each in (tracker, first)]
             if np.isfinite(pair).all():
                 pairs.append(pair)
         ours, theirs = np.array(pairs, np.float64).reshape(-1, 2).T
         return Comparison(
             tracker,
             len(pairs),
-            # A generator of its own, so that a row does not depend on the rows before.
+            # A new generator for each row, so that it does not depend on the rows before.
             metrics.paired_difference(np.random.default_rng(0), ours, theirs),
             int(np.count_nonzero(ours > theirs)),
             int(np.count_nonzero(ours == theirs)),
         )
 
     def lost_status(self, tracker: str, protocol: str) -> LostStatus:
-        """Return how well a tracker says that it is lost; each seed over the frames of all passes.
-
-        `missed` is the share of frames in which it should say so, `said` in which it does.
-        """
+        """Return how well a tracker reports its losses; each seed over the frames of all passes."""
         rows = []
         for outcomes in self.seeds(tracker, protocol).values():
             lost, missed = [], []
@@ -247,18 +264,18 @@ class Evaluation(Passes[Outcome]):
                 assert outcome.trace is not None
                 lost.append(outcome.trace.lost[outcome.fit.rows])
                 missed.append(outcome.fit.missed)
-            said, true = np.concatenate(lost), np.concatenate(missed)
-            if said.size:
+            reported, true = np.concatenate(lost), np.concatenate(missed)
+            if reported.size:
                 scores = (
-                    metrics.detection_recall(said, true),
-                    metrics.detection_precision(said, true),
-                    metrics.detection_f1(said, true),
+                    metrics.detection_recall(reported, true),
+                    metrics.detection_precision(reported, true),
+                    metrics.detection_f1(reported, true),
                 )
-                rows.append((true.mean(), said.mean(), *scores))
+                rows.append((true.mean(), reported.mean(), *scores))
         return LostStatus(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 5).T))
 
     def recovery(self, tracker: str, protocol: str) -> Share:
-        """Return how many losses count, and the share after which the target was found again."""
+        """Return the number of losses, and the share after which the target was found again."""
 
         def count(outcome: Outcome) -> tuple[float, float]:
             return _column(outcome, "losses"), _column(outcome, "recovered")
@@ -266,7 +283,7 @@ class Evaluation(Passes[Outcome]):
         return self._pooled(tracker, protocol, count)
 
     def coverage(self, tracker: str, protocol: str) -> Share:
-        """Return in how many frames a tracker says how far off it may be, and is right in 95 %."""
+        """Return the number of frames with a covariance, and the share in its 95 % ellipse."""
 
         def count(outcome: Outcome) -> tuple[float, float]:
             assert outcome.fit is not None
@@ -278,7 +295,7 @@ class Evaluation(Passes[Outcome]):
     def _pooled(
         self, tracker: str, protocol: str, count: Callable[[Outcome], tuple[float, float]]
     ) -> Share:
-        """Return a share of all that is counted of the passes: how much there is, and the share."""
+        """Return a count summed over the passes, and the share of a second count in it."""
         rows = []
         for outcomes in self.seeds(tracker, protocol).values():
             whole, part = np.nansum([count(outcome) for outcome in outcomes], axis=0)
@@ -286,9 +303,9 @@ class Evaluation(Passes[Outcome]):
         return Share(*map(Mean.over, np.array(rows, np.float64).reshape(-1, 2).T))
 
     def reliability(self, tracker: str, protocol: str) -> metrics.Reliability | None:
-        """Return a tracker's reliability over all passes; None if it has no confidence.
+        """Return a tracker's reliability over all passes; None if it gives no confidence.
 
-        Each pass counts the same, however long it is.
+        Each pass counts equally, whatever its length.
         """
         return _reliability(self.passes(tracker, protocol))
 
@@ -321,7 +338,7 @@ def _aucs(outcomes: Iterable[Outcome]) -> Floats:
 
 
 def _mean(values: list[ArrayLike]) -> Floats:
-    """Return the mean of arrays of one shape, each number over those that are not NaN."""
+    """Return the mean of arrays of one shape; each number over the values that are not NaN."""
     table = np.array(values, np.float64)
     known = np.isfinite(table)
     count = np.maximum(known.sum(axis=0), 1)

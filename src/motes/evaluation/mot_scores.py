@@ -1,4 +1,4 @@
-"""What passes over videos with many objects are worth, in numbers, and results.csv of them."""
+"""Scores of passes with many objects, and their results.csv."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from motes.evaluation.aggregate import Passes
-from motes.evaluation.datasets.distractors import counted
+from motes.evaluation.datasets.distractors import evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.metrics.mot import Tally, tally
 from motes.evaluation.protocols.mot import Tracks, load_tracks
@@ -20,7 +20,7 @@ from motes.evaluation.scores import (
     PassResult,
     Scores,
     check_length,
-    digits,
+    format_score,
     row_of,
     speed,
     write_table,
@@ -48,7 +48,7 @@ NUMBERS: dict[str, Callable[[Tally], float | int]] = {
     "mostly_tracked": lambda t: t.mostly_tracked,
     "mostly_lost": lambda t: t.mostly_lost,
 }
-"""Columns of results.csv, and how they are made of what was counted."""
+"""Columns of results.csv, and how they are computed from a tally."""
 
 COLUMNS = (
     *("tracker", "sequence", "protocol", "start", "seed"),
@@ -56,66 +56,70 @@ COLUMNS = (
     *("ms_median", "ms_95", "fps", "error"),
 )
 COMBINED = "COMBINED"
-"""In the place of a sequence's name, where all of them are counted as one."""
+"""Stands in place of the sequence's name in rows that count all sequences as one."""
 
 
-class CrowdOutcome(PassResult[MotSequence, Tracks]):
-    """What came of a pass that followed many objects."""
+class MotOutcome(PassResult[MotSequence, Tracks]):
+    """The result of a pass with many objects."""
 
     @staticmethod
     def load(path: Path, sequence: MotSequence) -> Tracks:
-        """Read tracks of all the sequence's frames."""
+        """Read tracks that must cover all frames of the sequence."""
         tracks = load_tracks(path)
         check_length(path, len(tracks.seconds), sequence.frames)
         return tracks
 
     @cached_property
     def tally(self) -> Tally:
-        """What was counted, of a pass that did not fail."""
+        """The counts of a pass that did not fail."""
         assert self.trace is not None
-        truth, results = counted(self.sequence.truth, self.trace.rows, self.sequence.distractors)
+        truth, results = evaluated_rows(
+            self.sequence.truth, self.trace.rows, self.sequence.distractors
+        )
         return tally(truth, results, self.sequence.frames)
 
     @property
     def seconds(self) -> Floats:
-        """Of all frames, as far as known."""
+        """Running times of all frames, as far as known."""
         seconds = np.zeros(0) if self.trace is None else self.trace.seconds
         return seconds[np.isfinite(seconds)]
 
     @property
     def scores(self) -> Scores:
-        """Nothing if the pass failed."""
+        """The numbers of results.csv; None for each column if the pass failed."""
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
         return _scores([self])
 
 
-def _scores(outcomes: list[CrowdOutcome]) -> Scores:
-    """Return the numbers of results.csv of passes that did not fail, counted as one."""
+def _scores(outcomes: list[MotOutcome]) -> Scores:
+    """Return the numbers of results.csv for passes that did not fail, counted as one."""
     sums = _sum(outcomes)
     seconds = np.concatenate([outcome.seconds for outcome in outcomes])
-    return {**{name: of(sums) for name, of in NUMBERS.items()}, **speed(seconds)}
+    return {**{name: quantity(sums) for name, quantity in NUMBERS.items()}, **speed(seconds)}
 
 
-def _sum(outcomes: list[CrowdOutcome]) -> Tally:
+def _sum(outcomes: list[MotOutcome]) -> Tally:
     return reduce(add, (outcome.tally for outcome in outcomes))
 
 
-class CrowdEvaluation(Passes[CrowdOutcome]):
-    """Outcomes of passes that followed many objects.
+class MotEvaluation(Passes[MotOutcome]):
+    """Results of passes with many objects.
 
-    A number over several sequences is not their mean, but made of what was counted in all of them,
-    as TrackEval's combined ones are.
+    A number over several sequences is not the mean of their numbers. It is computed from the counts
+    of all of them together, like the combined numbers of TrackEval.
     """
 
     def per_seed(
-        self, tracker: str, protocol: str, of: Any, sequences: Iterable[str] | None = None
+        self, tracker: str, protocol: str, quantity: Any, sequences: Iterable[str] | None = None
     ) -> Floats:
-        """Return a number of sequences together, (seeds, ...).
+        """Return a number for several sequences together, (seeds, ...).
 
-        As in `Passes`; the function is of a tally.
+        As in `Passes`; the quantity is a column, or a function of a tally.
         """
-        number: Callable[[Tally], ArrayLike] = NUMBERS[of] if isinstance(of, str) else of
+        number: Callable[[Tally], ArrayLike] = (
+            NUMBERS[quantity] if isinstance(quantity, str) else quantity
+        )
         wanted = set(self.finished(tracker, protocol) if sequences is None else sequences)
         chosen = (
             [outcome for outcome in outcomes if outcome.item.sequence in wanted]
@@ -124,10 +128,10 @@ class CrowdEvaluation(Passes[CrowdOutcome]):
         return np.array([number(_sum(outcomes)) for outcomes in chosen if outcomes], np.float64)
 
 
-def write_results(out: Path, evaluation: CrowdEvaluation) -> None:
-    """Write results.csv into a folder, with the `COLUMNS`: a row for each pass, and combined ones.
+def write_results(out: Path, evaluation: MotEvaluation) -> None:
+    """Write results.csv into a folder: a row for each pass with the `COLUMNS`, and combined rows.
 
-    These count all sequences that a tracker finished as one, and are there for each seed.
+    A combined row counts all sequences that a tracker finished as one; there is one for each seed.
 
     Raises
     ------
@@ -138,6 +142,6 @@ def write_results(out: Path, evaluation: CrowdEvaluation) -> None:
     for tracker in evaluation.trackers:
         for protocol in evaluation.protocols:
             for seed, outcomes in evaluation.seeds(tracker, protocol).items():
-                numbers = map(digits, _scores(outcomes).values())
+                numbers = map(format_score, _scores(outcomes).values())
                 rows.append([tracker, COMBINED, protocol, "", str(seed), *numbers, ""])
     write_table(out / "results.csv", COLUMNS, rows)

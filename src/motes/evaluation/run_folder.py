@@ -1,4 +1,4 @@
-"""The folder of an evaluation: what it holds, and whether it may be used once more."""
+"""The folder of an evaluation: its record of the run, and checks before it is used again."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PARTIAL, leftovers, write_whole
 from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.datasets.sot import printable
-from motes.evaluation.protocols.perturbations import LONGEST
+from motes.evaluation.protocols.perturbations import MAX_FRAMES
 from motes.evaluation.runner import Job
 
 
 class Record(Config, frozen=True):
-    """What a folder holds, in `run.json`, so that it can be resumed.
+    """The settings of an evaluation, saved as `run.json` so that it can be resumed.
 
     Attributes
     ----------
     motes
-        The version that made it.
+        The version of motes.
     dataset
-        Its path.
+        The path of the dataset.
     sequences
         Names, and digests of their truth and detections.
     trackers
         Names and configurations.
     protocols, seeds, time_limit, max_frames
-        Of the last run.
+        Those of the last run.
     """
 
     motes: str
@@ -43,17 +43,17 @@ class Record(Config, frozen=True):
     protocols: tuple[str, ...]
     seeds: int
     time_limit: float
-    max_frames: int = LONGEST
+    max_frames: int = MAX_FRAMES
 
 
 def record(
     dataset: Path,
     jobs: Iterable[Job],
-    entries: Iterable[TrackerSpec],
+    specs: Iterable[TrackerSpec],
     protocols: Iterable[str],
     seeds: int,
     time_limit: float,
-    max_frames: int = LONGEST,
+    max_frames: int = MAX_FRAMES,
 ) -> Record:
     """Return the record of an evaluation."""
     sequences = {job.sequence.name: job.sequence for job in jobs}
@@ -61,7 +61,7 @@ def record(
         motes=__version__,
         dataset=printable(os.path.abspath(dataset)),
         sequences={name: sequence.digest for name, sequence in sequences.items()},
-        trackers={entry.name: entry.configuration for entry in entries},
+        trackers={spec.name: spec.configuration for spec in specs},
         protocols=tuple(protocols),
         seeds=seeds,
         time_limit=time_limit,
@@ -71,7 +71,7 @@ def record(
 
 RECORD = "run.json"
 FILES = (RECORD, "results.csv", "summary.md", "report.html")
-"""What an evaluation writes beside the folder `tracks`."""
+"""The files that an evaluation writes beside the folder `tracks`."""
 
 
 def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = False) -> None:
@@ -80,10 +80,10 @@ def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = F
     Raises
     ------
     ConfigError
-        If it shall be resumed and overwritten at once.
+        If both `resume` and `overwrite` are given.
     FormatError
-        If it holds an evaluation already that is not to be resumed or overwritten, or another one
-        than shall be resumed, or cannot be written.
+        If the folder holds an evaluation and neither is given; if the evaluation to be resumed had
+        other settings; or if the folder cannot be written.
     """
     if resume and overwrite:
         raise ConfigError("--resume and --overwrite contradict each other; give one of them.")
@@ -94,10 +94,10 @@ def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = F
             f"--overwrite, or choose another --out."
         )
     if present and resume:
-        now = _continued(out, now)
+        now = _resumed_record(out, now)
     try:
         if overwrite:
-            _clear(out)
+            _remove_results(out)
         out.mkdir(parents=True, exist_ok=True)
         write_whole(out / RECORD, msgspec.json.format(msgspec.json.encode(now)) + b"\n")
     except OSError as error:
@@ -106,8 +106,8 @@ def prepare(out: Path, now: Record, *, resume: bool = False, overwrite: bool = F
         ) from None
 
 
-def _continued(out: Path, now: Record) -> Record:
-    """Return the record of an evaluation that is resumed; raise a FormatError if it is another."""
+def _resumed_record(out: Path, now: Record) -> Record:
+    """Return the record of a resumed evaluation; raise a FormatError if its settings differ."""
     try:
         before: Record = from_dict(from_json((out / RECORD).read_bytes()), Record)
     except (OSError, ConfigError) as error:
@@ -116,12 +116,12 @@ def _continued(out: Path, now: Record) -> Record:
             f"--overwrite, or choose another --out."
         ) from None
     changed = [
-        f"tracker {name}, which was configured otherwise"
+        f"tracker {name}, which had another configuration"
         for name, text in now.trackers.items()
         if before.trackers.get(name, text) != text
     ]
     changed += [
-        f"sequence {name}, whose truth or detections were others"
+        f"sequence {name}, which had other truth or detections"
         for name, text in now.sequences.items()
         if before.sequences.get(name, text) != text
     ]
@@ -148,8 +148,8 @@ def _continued(out: Path, now: Record) -> Record:
     )
 
 
-def _clear(out: Path) -> None:
-    """Remove what an evaluation wrote, and nothing else."""
+def _remove_results(out: Path) -> None:
+    """Remove the files that an evaluation wrote, and nothing else."""
     tracks = [
         path
         for ending in (".csv", ".txt", f".csv{PARTIAL}", f".txt{PARTIAL}")
@@ -159,5 +159,5 @@ def _clear(out: Path) -> None:
     for path in [*summaries, *tracks]:
         path.unlink(missing_ok=True)
     for folder in [*out.glob("tracks/*/*/"), *out.glob("tracks/*/"), out / "tracks"]:
-        with contextlib.suppress(OSError):  # somebody has put something there
+        with contextlib.suppress(OSError):  # a user has put other files there
             folder.rmdir()

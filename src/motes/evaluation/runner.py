@@ -1,8 +1,9 @@
 """Passes of trackers over sequences, in worker processes that may hang, crash and be stopped.
 
-A job is one tracker on one sequence in one protocol: its film is decoded once, and every frame is
-handed to all of its passes in turn. So memory stays flat however long the film is. Each pass gets a
-copy of the frame's pixels, so that none finds them changed, or what another has computed.
+A job is one tracker on one sequence in one protocol. Its video is decoded once, and each frame is
+given to all of its passes in turn, so the memory needed does not depend on the length of the video.
+Each pass gets its own copy of the frame: it sees neither changed pixels nor values cached by
+another pass.
 """
 
 from __future__ import annotations
@@ -36,21 +37,26 @@ from motes.evaluation.adapters.sot import explain
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Problem, Sequence
 from motes.evaluation.protocols.mot import MotPass
-from motes.evaluation.protocols.perturbations import LONGEST, Viewed, perturbations, show
+from motes.evaluation.protocols.perturbations import (
+    MAX_FRAMES,
+    PerturbedSequence,
+    perturbations,
+    perturbed_frames,
+)
 from motes.evaluation.protocols.sot import Start, TrackerPass, starts
 from motes.video.sources import open_source
 
 LONGEST_NAME = 120
-"""Of a folder; longer names are cut, and told apart by a digest."""
+"""Longest name of a folder; longer names are cut and get a digest, so that they stay different."""
 TIME_LIMIT = 1800.0
-"""Seconds for a job, unless somebody says otherwise."""
-WAIT = 3600.0
-"""Seconds; for very long ones no system can be told to wait."""
+"""Seconds for a job, by default."""
+LONGEST_WAIT = 3600.0
+"""Seconds; operating systems limit how long a process can wait at once."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pass:
-    """One tracker over one sequence, from one start, with one seed."""
+    """One tracker on one sequence, with one start and one seed."""
 
     tracker: str
     sequence: str
@@ -65,7 +71,7 @@ class Pass:
 
 
 def slug(name: str) -> str:
-    """Return a name for a folder, another one for every name."""
+    """Return a folder name, a different one for each name."""
     quoted = quote(name, safe="+")
     if len(quoted) <= LONGEST_NAME:
         return quoted
@@ -76,57 +82,57 @@ def slug(name: str) -> str:
 class Job:
     """All passes of a tracker over a sequence in a protocol."""
 
-    entry: TrackerSpec
+    spec: TrackerSpec
     sequence: Sequence | MotSequence
     passes: tuple[Pass, ...]
 
     @property
     def name(self) -> str:
-        """For people."""
+        """The name of the job in messages."""
         protocol = self.passes[0].start.protocol
-        return f"{self.entry.name} on {self.sequence.name}, {protocol}"
+        return f"{self.spec.name} on {self.sequence.name}, {protocol}"
 
 
 def plan(
-    entries: Iterable[TrackerSpec],
+    specs: Iterable[TrackerSpec],
     sequences: Iterable[Sequence | MotSequence],
     protocols: Iterable[str],
     seeds: int,
-    longest: int = LONGEST,
+    max_frames: int = MAX_FRAMES,
 ) -> tuple[list[Job], list[Problem]]:
-    """Return all jobs, sequence by sequence, and which sequences cannot be opened.
+    """Return all jobs, sequence by sequence, and the problems of sequences that cannot be opened.
 
-    A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other one with 0.
-    In the protocol `robust`, each view is a job of its own, of at most `longest` frames.
+    A stochastic tracker is run with the seeds 0 to `seeds` - 1, any other tracker with seed 0. In
+    the protocol `robust`, each view is a separate job of at most `max_frames` frames.
     """
-    entries, protocols = list(entries), list(protocols)
+    specs, protocols = list(specs), list(protocols)
     jobs: list[Job] = []
     problems: list[Problem] = []
     for sequence in sequences:
         try:
-            with open_source(sequence.source) as film:
-                size = film.width, film.height
+            with open_source(sequence.source) as source:
+                size = source.width, source.height
         except MotesError as error:
             problems.append(Problem(f"sequence {sequence.name}", str(error)))
             continue
         for protocol in protocols:
-            seen: Iterable[tuple[Sequence | MotSequence, list[Start]]]
+            views: Iterable[tuple[Sequence | MotSequence, list[Start]]]
             if protocol == "robust" and isinstance(sequence, Sequence):
-                seen = perturbations(sequence, *size, longest)
+                views = perturbations(sequence, *size, max_frames)
             else:
-                seen = [(sequence, starts(protocol, sequence, *size))]
-            for (view, begins), entry in itertools.product(seen, entries):
+                views = [(sequence, starts(protocol, sequence, *size))]
+            for (view, view_starts), spec in itertools.product(views, specs):
                 passes = (
-                    Pass(entry.name, sequence.name, start, seed)
-                    for start in begins
-                    for seed in range(seeds if entry.stochastic else 1)
+                    Pass(spec.name, sequence.name, start, seed)
+                    for start in view_starts
+                    for seed in range(seeds if spec.stochastic else 1)
                 )
-                jobs.append(Job(entry, view, tuple(passes)))
+                jobs.append(Job(spec, view, tuple(passes)))
     return jobs, problems
 
 
 def unfinished(jobs: Iterable[Job], out: Path) -> list[Job]:
-    """Return jobs with those of their passes whose tracks are not there yet."""
+    """Return the jobs with only those passes whose tracks do not exist yet."""
     left = (
         replace(job, passes=tuple(item for item in job.passes if not item.path(out).exists()))
         for job in jobs
@@ -134,16 +140,16 @@ def unfinished(jobs: Iterable[Job], out: Path) -> list[Job]:
     return [job for job in left if job.passes]
 
 
-class Step(NamedTuple):
-    """A job has begun, or is over.
+class JobEvent(NamedTuple):
+    """The start or the end of a job.
 
     Attributes
     ----------
     job
-        Which one.
+        The job.
     errors
-        Why passes failed, in one line each; the others have written their tracks. None if it has
-        just begun.
+        The passes that failed, each with the reason in one line; all others have written their
+        tracks. None at the start of the job.
     """
 
     job: Job
@@ -152,22 +158,22 @@ class Step(NamedTuple):
 
 def run(
     jobs: Iterable[Job], out: Path, workers: int, time_limit: float
-) -> Generator[Step, None, None]:
-    """Do jobs in worker processes, and tell how it goes.
+) -> Generator[JobEvent, None, None]:
+    """Run jobs in worker processes; yield the start and the end of each job.
 
-    Workers end with the generator, and with this process, whatever ends it. Close the generator
-    if it is not exhausted.
+    The workers end with the generator, and also with this process, however it ends. Close the
+    generator if it is not exhausted.
 
     Parameters
     ----------
     jobs
-        What to do.
+        The jobs to run.
     out
         The folder of the evaluation.
     workers
-        How many jobs are done at a time.
+        Number of jobs that run at the same time.
     time_limit
-        Seconds for each job; one that takes longer is stopped, and all of its passes fail.
+        Seconds for each job; a job that takes longer is stopped, and all of its passes fail.
 
     Raises
     ------
@@ -177,24 +183,24 @@ def run(
     context, queue = multiprocessing.get_context("spawn"), deque(jobs)
     idle: list[_Worker] = []
     busy: list[_Worker] = []
-    # Here are the temporary files of all workers, so that those of stopped ones vanish as well.
+    # The temporary files of all workers are here, so that those of stopped ones are removed too.
     with tempfile.TemporaryDirectory(prefix="motes-") as scratch:
         try:
             while queue or busy:
                 while queue and len(busy) < workers:
                     busy.append(idle.pop() if idle else _Worker(context, out, scratch))
-                    busy[-1].give(queue.popleft())
-                    yield Step(busy[-1].job, None)
-                moment = min(worker.deadline for worker in busy) - time.monotonic()
+                    busy[-1].assign(queue.popleft())
+                    yield JobEvent(busy[-1].job, None)
+                timeout = min(worker.deadline for worker in busy) - time.monotonic()
                 handles = [handle for worker in busy for handle in worker.handles]
-                wait(handles, min(max(moment, 0), WAIT))
+                wait(handles, min(max(timeout, 0), LONGEST_WAIT))
                 for worker in list(busy):
-                    errors = worker.listen(time_limit)
+                    errors = worker.poll(time_limit)
                     if errors is not None:
                         busy.remove(worker)
                         if worker.alive:
                             idle.append(worker)
-                        yield Step(worker.job, errors)
+                        yield JobEvent(worker.job, errors)
         finally:
             with blocked_signals():
                 for worker in (*idle, *busy):
@@ -202,44 +208,43 @@ def run(
 
 
 class _Worker:
-    """A process that does one job after the other."""
+    """A process that runs one job after another."""
 
     job: Job
 
     def __init__(self, context: SpawnContext, out: Path, scratch: str) -> None:
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs, out, scratch))
-        with (
-            blocked_signals()
-        ):  # and so is the process, from its first instruction on: Ctrl-C is for us
+        self._pipe, worker_end = context.Pipe()
+        self._process = context.Process(target=_serve, args=(worker_end, out, scratch))
+        # The process inherits the blocked signals: Ctrl-C is handled by the main program alone.
+        with blocked_signals():
             self._process.start()
-        theirs.close()
+        worker_end.close()
         self.alive = True
         self.deadline = math.inf
 
     @property
     def handles(self) -> tuple[Any, ...]:
-        """What becomes ready when there is something to listen to."""
+        """Handles that become ready when `poll` has something to read."""
         return self._pipe, self._process.sentinel
 
-    def give(self, job: Job) -> None:
-        """Have a job done."""
+    def assign(self, job: Job) -> None:
+        """Give the worker a job."""
         self.job, self.deadline = job, math.inf
-        with contextlib.suppress(OSError):  # if it is dead, it will be found so
+        with contextlib.suppress(OSError):  # `poll` will notice if the process is dead
             self._pipe.send(job)
 
-    def listen(self, time_limit: float) -> dict[Pass, str] | None:
-        """Return the errors of the job that is over; None as long as it goes on."""
+    def poll(self, time_limit: float) -> dict[Pass, str] | None:
+        """Return the errors of the job if it has ended; None while it runs."""
         running = self._process.is_alive()
         with contextlib.suppress(EOFError, OSError):
             while self._pipe.poll():
-                said = self._pipe.recv()
-                if isinstance(said, FormatError):
-                    raise said
-                if said is not None:
-                    errors: dict[Pass, str] = said
+                message = self._pipe.recv()
+                if isinstance(message, FormatError):
+                    raise message
+                if message is not None:
+                    errors: dict[Pass, str] = message
                     return errors
-                self.deadline = time.monotonic() + time_limit  # it has begun
+                self.deadline = time.monotonic() + time_limit  # None: the job has started
         if running and time.monotonic() < self.deadline:
             return None
         self.end()
@@ -251,7 +256,7 @@ class _Worker:
         return dict.fromkeys(self.job.passes, error)
 
     def end(self) -> None:
-        """End the process, and all that it started."""
+        """End the process and all processes that it started."""
         self.alive = False
         if self._process.pid is not None:
             with contextlib.suppress(ProcessLookupError):
@@ -261,44 +266,44 @@ class _Worker:
         self._pipe.close()
 
 
-# In a worker
+# The functions below run in a worker.
 
 
 def _serve(pipe: Connection, out: Path, scratch: str) -> None:
-    """Do jobs as they come."""
-    os.setpgid(0, 0)  # a group of its own, with all programs that trackers start
+    """Run jobs as they arrive."""
+    os.setpgid(0, 0)  # a new process group, with all programs that trackers start
     os.dup2(2, 1)  # standard output is for results
     os.environ["TMPDIR"] = tempfile.tempdir = scratch
     parent = multiprocessing.parent_process()
     assert parent is not None
-    threading.Thread(target=_end_with, args=(parent.sentinel, scratch), daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(parent.sentinel, scratch), daemon=True).start()
     with contextlib.suppress(EOFError):
         while True:
             job = pipe.recv()
             pipe.send(None)
             try:
-                pipe.send(_do(job, out))
+                pipe.send(_run_job(job, out))
             except FormatError as error:
                 pipe.send(error)
 
 
-def _end_with(sentinel: int, scratch: str) -> None:
-    """End this group with the program, whatever ends it, and clean up in its place."""
+def _end_with_parent(sentinel: int, scratch: str) -> None:
+    """End this process group when the main program ends, and remove its files."""
     wait([sentinel])
     shutil.rmtree(scratch, ignore_errors=True)
     os.killpg(0, signal.SIGKILL)
 
 
-def _do(job: Job, out: Path) -> dict[Pass, str]:
-    """Do a job; return the errors of the passes that failed."""
+def _run_job(job: Job, out: Path) -> dict[Pass, str]:
+    """Run a job; return the errors of the passes that failed."""
     errors: dict[Pass, str] = {}
-    running = {item: _running(job, item) for item in job.passes}
+    running = {item: _new_pass(job, item) for item in job.passes}
     try:
-        for frame in _film(job.sequence):
+        for frame in _frames(job.sequence):
             for item in list(running):
                 try:
                     running[item].feed(Frame(frame.index, frame.time, frame.pixels.copy()))
-                except BaseException as error:  # whatever a tracker does
+                except BaseException as error:  # a tracker may raise anything
                     errors[item] = f"At frame {frame.index}: {explain(error)}"
                     running.pop(item).close()
             if not running:
@@ -315,26 +320,28 @@ def _do(job: Job, out: Path) -> dict[Pass, str]:
     return errors
 
 
-def _running(job: Job, item: Pass) -> TrackerPass | MotPass:
-    """Return a pass that has not begun yet."""
-    begin = partial(job.entry.begin, item.seed)
+def _new_pass(job: Job, item: Pass) -> TrackerPass | MotPass:
+    """Return a pass that has not started yet."""
+    make_adapter = partial(job.spec.begin, item.seed)
     if isinstance(job.sequence, MotSequence):
-        return MotPass(begin, job.sequence)
-    return TrackerPass(begin, item.start, job.sequence.boxes)
+        return MotPass(make_adapter, job.sequence)
+    return TrackerPass(make_adapter, item.start, job.sequence.boxes)
 
 
-def _film(sequence: Sequence | MotSequence) -> Iterator[Frame]:
-    """Yield the frames of a sequence; raise a SourceError if they are not as many as the truth."""
-    if isinstance(sequence, Viewed):
-        yield from show(sequence)
+def _frames(sequence: Sequence | MotSequence) -> Iterator[Frame]:
+    """Yield the frames of a sequence; raise a SourceError if the truth has more or fewer rows."""
+    if isinstance(sequence, PerturbedSequence):
+        yield from perturbed_frames(sequence)
         return
     count, rows = 0, sequence.frames
-    with open_source(sequence.source) as film:
-        for frame in film:
+    with open_source(sequence.source) as source:
+        for frame in source:
             count += 1
             if count > rows:
-                raise SourceError(f"{film.name} has more frames than its truth, which has {rows}.")
+                raise SourceError(
+                    f"{source.name} has more frames than its truth, which has {rows}."
+                )
             yield frame
         if count < rows:
-            why = f" ({film.report.problems})" if film.report.problems else ""
-            raise SourceError(f"{film.name} has {count} frames{why}, but its truth has {rows}.")
+            why = f" ({source.report.problems})" if source.report.problems else ""
+            raise SourceError(f"{source.name} has {count} frames{why}, but its truth has {rows}.")

@@ -1,4 +1,4 @@
-"""What a pass over a sequence is worth, in numbers, and the files that hold such numbers."""
+"""Scores of a pass over a sequence, and the files of scores."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ Scores = dict[str, float | int | None]
 S = TypeVar("S")
 T = TypeVar("T")
 
-MISSED = 0.1
-"""With an overlap (IoU) below this, a tracker does not have the target."""
+MISS_IOU = 0.1
+"""With an overlap (IoU) below this, the tracker has lost the target."""
 
-CORRECT = 0.5
-"""With an overlap above this, it does; its confidence is measured against that."""
+CORRECT_IOU = 0.5
+"""With an overlap (IoU) above this, a frame is correct; the confidence is compared with that."""
 
 PROTOCOL_NAMES = {
     "ope": "One pass (OPE)",
     "sre": "Perturbed starts (SRE)",
     "tre": "Perturbed times (TRE)",
-    "reset": "Started anew after failures (VOT)",
-    "robust": "Seen otherwise",
+    "reset": "Restarted after failures (VOT)",
+    "robust": "Perturbed views",
     "mot": "All objects (MOT)",
 }
-"""Their names for people, in the order of reports."""
+"""The titles of the protocols, in the order of reports."""
 
 COLUMNS = (
     *("tracker", "sequence", "protocol", "start", "seed", "frames"),
@@ -55,25 +55,25 @@ COLUMNS = (
     *("accuracy", "robustness", "failures"),
     *("ms_median", "ms_95", "fps", "error"),
 )
-"""Of results.csv; see `score`."""
+"""The columns of results.csv; see `score`."""
 
 
 class Fit(NamedTuple):
-    """How a trace fits the truth, for the frames in which that can be judged.
+    """A trace compared with the truth, in the frames in which that is possible.
 
     Attributes
     ----------
     rows
-        (n,), which rows of the trace these are: not those of a tracker that waits for its next
-        start.
+        (n,), the rows of the trace that are compared: all except those in which the tracker waits
+        for its next start.
     overlaps
-        (n,), IoU of the boxes; NaN where there is no target.
+        (n,), IoU of the boxes; NaN without a target.
     distances
-        (n,), between the boxes' centers, in pixels; NaN where there is no target, infinite where
-        the tracker gave no region.
+        (n,), distances between the centers of the boxes, in pixels; NaN without a target, infinite
+        if the tracker gave no region.
     covered
-        (n,), whether the truth's center lies in the 95 % ellipse of the tracker's position, 1 or 0;
-        NaN where there is no target, or the tracker is started, lost, or without a covariance.
+        (n,), 1 if the truth's center lies in the 95 % ellipse of the tracker's position, else 0;
+        NaN without a target, and if the tracker is started, lost, or gives no covariance.
     """
 
     rows: NDArray[np.int64]
@@ -88,13 +88,13 @@ class Fit(NamedTuple):
 
     @property
     def missed(self) -> Flags:
-        """Whether the tracker does not have it, or there is none, (n,)."""
-        return ~(self.overlaps >= MISSED)
+        """Whether the tracker has lost the target, or there is none, (n,)."""
+        return ~(self.overlaps >= MISS_IOU)
 
     @property
     def correct(self) -> Flags:
-        """Whether it has the target well enough, (n,)."""
-        flags: Flags = self.overlaps > CORRECT
+        """Whether the overlap is large enough for a correct frame, (n,)."""
+        flags: Flags = self.overlaps > CORRECT_IOU
         return flags
 
 
@@ -119,23 +119,26 @@ def fit(trace: TrackerOutput, sequence: Sequence) -> Fit:
 
 
 def updates(trace: TrackerOutput) -> Floats:
-    """Return the running times of a trace's updates, in seconds; starts are none."""
+    """Return the running times of a trace's updates, without starts, in seconds."""
     measured = (trace.events != STARTED) & (trace.events != SKIPPED) & np.isfinite(trace.seconds)
     seconds: Floats = trace.seconds[measured]
     return seconds
 
 
 def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Scores:
-    """Return the numbers of results.csv by column, without those that name the pass.
+    """Return the numbers of results.csv by column, without the columns that name the pass.
 
-    None stands for what makes no sense: `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses`
-    and `recovered` after a restart, so that the protocol `reset` has `accuracy`, `robustness` and
-    `failures` instead; `lost_frame` of a target that is never lost; `lost_recall` where it would be
-    a share of no frames, and `lost_precision` and `coverage` likewise; `ece` without a confidence;
-    times without an update.
+    A number that is not defined is None:
 
-    Frames without a target count for the lost status and the confidence only: there, to be lost is
-    right, and no confidence is. The frame of the start counts like any other, but for the times.
+    - after a restart, `auc`, `precision_20`, `iou`, `od`, `lost_frame`, `losses` and `recovered`:
+      the protocol `reset` has `accuracy`, `robustness` and `failures` instead;
+    - `lost_frame`, if the target is never lost;
+    - `lost_recall`, `lost_precision` and `coverage`, if they would be a share of no frames;
+    - `ece` without a confidence, and times without an update.
+
+    Frames without a target count only for the lost status and the confidence: there, `lost` is
+    right, and every confidence is wrong. The frame of the start counts like all others, except for
+    the times.
     """
     found, present = (judged := fit(trace, sequence)).overlaps, judged.present
     lost, confidence = trace.lost[judged.rows], trace.confidence[judged.rows]
@@ -179,7 +182,7 @@ def score(trace: TrackerOutput, sequence: Sequence, protocol: str = "ope") -> Sc
 
 
 def speed(seconds: Floats) -> Scores:
-    """Return the columns of results.csv on the running times (n,) of updates."""
+    """Return the columns of results.csv for running times (n,) of updates, in seconds."""
     if not seconds.size:
         return dict.fromkeys(("ms_median", "ms_95", "fps"))
     median, high = metrics.time_quantiles(seconds)
@@ -193,16 +196,16 @@ def _is_nan(value: float | int | None) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class PassResult(ABC, Generic[S, T]):
-    """What came of a pass.
+    """The result of a pass.
 
     Attributes
     ----------
     sequence, item
         The sequence, and the pass over it.
     trace
-        What the tracker said; None if it failed.
+        The tracker's output; None if the pass failed.
     error
-        Why it failed, in one line.
+        The reason of a failure, in one line.
     """
 
     sequence: S
@@ -213,7 +216,7 @@ class PassResult(ABC, Generic[S, T]):
     @property
     @abstractmethod
     def scores(self) -> Scores:
-        """The numbers of results.csv by column, without those that name the pass."""
+        """The numbers of results.csv by column, without the columns that name the pass."""
 
     @property
     @abstractmethod
@@ -223,20 +226,20 @@ class PassResult(ABC, Generic[S, T]):
     @staticmethod
     @abstractmethod
     def load(path: Path, sequence: S) -> T:
-        """Read what the tracker said; raise a FormatError if that is not possible."""
+        """Read the tracker's output; raise a FormatError if that is not possible."""
 
     @classmethod
     def of(cls, job: Job, out: Path, errors: Mapping[Pass, str]) -> list[Self]:
-        """Return what came of a job's passes, as far as they are over.
+        """Return the results of a job's passes that have ended.
 
         Parameters
         ----------
         job
-            Which one.
+            The job.
         out
-            The folder of the evaluation, which has their tracks.
+            The folder of the evaluation, which holds the tracks.
         errors
-            Why passes failed.
+            The passes that failed, with the reasons.
         """
         sequence: Any = job.sequence
         found = []
@@ -252,34 +255,34 @@ class PassResult(ABC, Generic[S, T]):
 
 
 def check_length(path: Path, found: int, frames: int) -> None:
-    """Check that a track has as many frames as its sequence; raise a FormatError if not."""
+    """Raise a FormatError unless a track has as many frames as its sequence."""
     if found != frames:
         raise FormatError(f"{path} is for {found} frames, but the sequence has {frames}.")
 
 
 class Outcome(PassResult[Sequence, TrackerOutput]):
-    """What came of a pass that followed one object."""
+    """The result of a pass with one object."""
 
     @staticmethod
     def load(path: Path, sequence: Sequence) -> TrackerOutput:
-        """Read a trace, which goes on to the sequence's end."""
+        """Read a trace that must continue to the end of the sequence."""
         trace = load_trace(path)
         check_length(path, int(trace.frames[-1]) + 1, sequence.frames)
         return trace
 
     @property
     def seconds(self) -> Floats:
-        """Of updates, not of starts."""
+        """Running times of updates, without starts."""
         return np.zeros(0) if self.trace is None else updates(self.trace)
 
     @cached_property
     def fit(self) -> Fit | None:
-        """How the trace fits the truth."""
+        """The trace compared with the truth; None if the pass failed."""
         return None if self.trace is None else fit(self.trace, self.sequence)
 
     @cached_property
     def scores(self) -> Scores:
-        """As `score` returns them; nothing if the pass failed."""
+        """The numbers of `score`; None for each column if the pass failed."""
         if self.trace is None:
             return dict.fromkeys(COLUMNS[5:-1])
         return score(self.trace, self.sequence, self.item.start.protocol)
@@ -289,7 +292,7 @@ E = TypeVar("E", bound=PassResult[Any, Any])
 
 
 def in_order(outcomes: Iterable[E]) -> list[E]:
-    """Return outcomes by tracker and sequence as they come first, protocol, start and seed."""
+    """Sort results by tracker and sequence (first come first), protocol, start and seed."""
     outcomes = list(outcomes)
     trackers = {name: i for i, name in enumerate(dict.fromkeys(o.item.tracker for o in outcomes))}
     sequences = {name: i for i, name in enumerate(dict.fromkeys(o.item.sequence for o in outcomes))}
@@ -306,7 +309,7 @@ def in_order(outcomes: Iterable[E]) -> list[E]:
 def write_results(out: Path, outcomes: Iterable[Outcome]) -> None:
     """Write results.csv into a folder: a row for each pass, with the `COLUMNS`.
 
-    What makes no sense is empty.
+    Numbers that are not defined are empty.
 
     Raises
     ------
@@ -320,25 +323,25 @@ def row_of(outcome: PassResult[Any, Any]) -> list[str]:
     """Return the row of a pass in results.csv."""
     item = outcome.item
     names = [item.tracker, item.sequence, item.start.protocol, item.start.label, str(item.seed)]
-    return [*names, *map(digits, outcome.scores.values()), " ".join(outcome.error.split())]
+    return [*names, *map(format_score, outcome.scores.values()), " ".join(outcome.error.split())]
 
 
-def digits(value: float | int | None) -> str:
-    """Return a number with six significant digits, nothing if there is none."""
+def format_score(value: float | int | None) -> str:
+    """Return a number with six significant digits, an empty text for None."""
     if value is None:
         return ""
     return str(value) if isinstance(value, int) else f"{value:.6g}"
 
 
 def write_table(path: Path, columns: Many[str], rows: Iterable[Many[str]]) -> None:
-    """Write a file of CSV; raise a FormatError if that is not possible."""
+    """Write a CSV file; raise a FormatError if that is not possible."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([columns, *rows])
     write_text(path, text.getvalue())
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file as a whole, as UTF-8; what is none, as in names of files, is escaped.
+    """Write a complete file in UTF-8; other bytes, as in file names, are escaped.
 
     Raises
     ------

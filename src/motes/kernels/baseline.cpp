@@ -10,6 +10,7 @@ static PyObject* has_avx2(PyObject*, PyObject*) {
 #if defined(_MSC_VER) && defined(_M_X64)
     return PyBool_FromLong(IsProcessorFeaturePresent(40 /* PF_AVX2_INSTRUCTIONS_AVAILABLE */));
 #elif defined(__x86_64__)
+    __builtin_cpu_init();
     return PyBool_FromLong(__builtin_cpu_supports("avx2"));
 #else
     return PyBool_FromLong(0);

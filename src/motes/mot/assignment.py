@@ -1,23 +1,39 @@
-"""Which of many objects is which of many detections, one to one, where few pairs are possible."""
+"""One-to-one assignment of least cost."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from motes.mot.association import assign
 from motes.mot.pairs import Floats, Integers
 
 DENSE = 2**16
-"""Up to this many cells, a whole matrix of costs takes the least time."""
+"""Largest number of cells for which a full matrix of costs takes the least time."""
+
+
+def assign(costs: Floats) -> list[tuple[int, int]]:
+    """Return rows and columns of the one-to-one assignment of least cost.
+
+    As many pairs as possible are formed of those that are not ruled out, (n, m) with infinite cost.
+    """
+    from scipy.optimize import linear_sum_assignment  # takes half a second to import
+
+    allowed = np.isfinite(costs)
+    if not allowed.any():
+        return []
+    # A pair that is ruled out costs more than any number of others.
+    forbidden = 1 + 2 * min(costs.shape) * costs[allowed].max()
+    rows, columns = linear_sum_assignment(np.where(allowed, costs, forbidden))
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    return [(i, j) for i, j in pairs if allowed[i, j]]
 
 
 def assign_pairs(
     i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
 ) -> list[tuple[int, int]]:
-    """Return the pairs of the one-to-one assignment of least cost, sorted.
+    """Return the pairs of the one-to-one assignment of least cost where few are possible, sorted.
 
-    As many pairs as possible are formed of those with finite costs. What has no pair in common, not
-    even by way of others, is assigned by itself.
+    As many pairs as possible are formed of those with finite costs. Each connected component of the
+    graph of pairs is assigned by itself.
 
     Parameters
     ----------
@@ -41,7 +57,7 @@ def assign_pairs(
 
 
 def _component(i: Integers, j: Integers, costs: Floats) -> list[tuple[int, int]]:
-    """Return the assignment of rows and columns that are all connected."""
+    """Return the assignment of one connected component."""
     if len(i) <= 1:
         return list(zip(i.tolist(), j.tolist(), strict=True))
     rows, row = np.unique(i, return_inverse=True)
@@ -54,7 +70,7 @@ def _component(i: Integers, j: Integers, costs: Floats) -> list[tuple[int, int]]
 def _dense(
     i: Integers, j: Integers, costs: Floats, shape: tuple[int, int]
 ) -> list[tuple[int, int]]:
-    """Return the assignment by a matrix of all costs."""
+    """Return the assignment with a matrix of all costs."""
     matrix = np.full(shape, np.inf)
     matrix[i, j] = costs
     return assign(matrix)
@@ -65,7 +81,8 @@ def _sparse(
 ) -> list[tuple[int, int]]:
     """Return the assignment without such a matrix.
 
-    Each row also has a column of its own, for no pair, which costs more than any number of pairs.
+    Each row also has a column of its own that stands for no pair. It costs more than any number of
+    pairs.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import min_weight_full_bipartite_matching

@@ -1,7 +1,7 @@
-"""Who is who of two objects that part again: by color, or by edges where colors are alike.
+"""Which of two objects is which when they part: by color, or by edges where colors are alike.
 
-Zhao and Pei, section 3: the color histogram tells who is hidden, and the histogram of oriented
-gradients where it cannot.
+Zhao and Pei, section 3: the color histogram tells two objects apart after an occlusion, and the
+histogram of oriented gradients where their colors are alike.
 """
 
 from __future__ import annotations
@@ -12,28 +12,28 @@ from numpy.typing import NDArray
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.cues.hog import Hog, HogModel
-from motes.mot.association import as_rows
+from motes.mot.boxes import as_rows
 from motes.mot.tracked_object import TrackedObject
 
 EDGES = Hog(cells=3, rotation_normalized=False)
-"""The 72 bins by which the paper tells targets of one color apart, as they stand."""
+"""The 72 bins by which the paper tells targets of one color apart, without rotation."""
 SWAP_MARGIN = 0.2
-"""So much smaller the distances to the models have to be, both together, to say who is who."""
+"""Least difference between the sums of distances for a decision by one cue."""
 
 
-def shape_model(thing: TrackedObject, frame: Frame) -> HogModel:
-    """Return what the edges of an object look like, where it is in a frame."""
-    return EDGES.learn(frame, thing.track.ellipse)
+def shape_model(each: TrackedObject, frame: Frame) -> HogModel:
+    """Return the edges of an object, learned where it is in a frame."""
+    return EDGES.learn(frame, each.track.ellipse)
 
 
 def is_identity_switch(one: TrackedObject, other: TrackedObject, frame: Frame) -> bool:
-    """Return whether each of two objects looks like the other one was before they met."""
+    """Return whether each of two objects looks like the other one did before they met."""
     boxes = as_rows([one.track.box, other.track.box])
-    colors = np.array([thing.distances(frame, boxes) for thing in (one, other)])
+    colors = np.array([each.distances(frame, boxes) for each in (one, other)])
     if abs(swap_gain(colors)) > SWAP_MARGIN or one.shape_model is None or other.shape_model is None:
         return swap_gain(colors) > SWAP_MARGIN
     ellipses = np.array([Ellipse.from_box(box) for box in boxes.tolist()])
-    shapes = [EDGES.distances(thing.shape_model, frame, ellipses) for thing in (one, other)]
+    shapes = [EDGES.distances(each.shape_model, frame, ellipses) for each in (one, other)]
     return swap_gain(np.array(shapes)) > SWAP_MARGIN
 
 

@@ -1,7 +1,7 @@
-"""How much boxes overlap that do: as pairs, so that many boxes take no matrix of all pairs.
+"""Overlaps of many boxes, as lists of the pairs that overlap instead of a matrix of all pairs.
 
-Each function returns indices into the first and the second boxes, sorted by the first, then by the
-second, and a value for each pair: (k,) each.
+`overlapping`, `lying` and `nested` return indices of the first and of the second boxes, sorted by
+the first, then by the second, and a value for each pair: (k,) each.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
-from motes.mot.association import intersection_over_first
+from motes.mot.boxes import intersection_over_first
 from motes.mot.pairs import Floats, Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
 
 BLOCK = 500
-"""Detections are compared in blocks of this size, so that a heap of them needs little memory."""
+"""Number of boxes that are compared at a time, to limit memory where most of them overlap."""
 
 
 def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
-    """Return pairs of boxes (n, 4) and (m, 4) with a least intersection over union, and that.
+    """Return the pairs of boxes (n, 4) and (m, 4) with a least intersection over union, and it.
 
-    With a least one of 0, all n m pairs.
+    If the least one is 0, these are all n m pairs.
     """
     if least > 0:
         i, j = meeting(first, second)
@@ -34,13 +34,13 @@ def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
 
 
 def lying(first: Floats, second: Floats, share: float) -> Overlaps:
-    """Return pairs where more than a share of the first box lies in the second, and how much."""
+    """Return the pairs where the second box covers more than a share of the first, and how much."""
     i, j = meeting(first, second)
     return _where(i, j, shares := intersection_over_first(first[i], second[j]), shares > share)
 
 
 def nested(first: Floats, second: Floats, share: float) -> Overlaps:
-    """Return pairs where more than a share of either box lies in the other, and how much."""
+    """Return the pairs where one box covers more than a share of the other, and how much."""
     i, j = meeting(first, second)
     shares = np.maximum(
         intersection_over_first(first[i], second[j]), intersection_over_first(second[j], first[i])
@@ -49,16 +49,16 @@ def nested(first: Floats, second: Floats, share: float) -> Overlaps:
 
 
 def largest(i: Integers, j: Integers, values: Floats) -> dict[int, int]:
-    """Return for each i its j with the largest value; of equal values, the smallest j."""
+    """Return for each i the j with the largest value; of equal values, the smallest j."""
     order = np.lexsort((j, -values, i))
     rows, first = np.unique(i[order], return_index=True)
     return dict(zip(rows.tolist(), j[order][first].tolist(), strict=True))
 
 
 def singles(boxes: Floats, share: float) -> list[int]:
-    """Return which boxes (n, 4) are kept if each one drops those after it that are the same.
+    """Return which boxes (n, 4) stay if each one removes its duplicates among those after it.
 
-    Boxes are the same if more than a share of either lies in the other.
+    Two boxes are duplicates if one covers more than a share of the other.
     """
     kept: list[int] = []
     for start in range(0, len(boxes), BLOCK):
@@ -76,8 +76,8 @@ def singles(boxes: Floats, share: float) -> list[int]:
 def holding(places: Floats, boxes: Floats, share: float, larger: float) -> dict[int, list[int]]:
     """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
 
-    Two objects or more lie in such a box with more than a share, and it is so many times larger
-    than any of them. An object in several such boxes counts where more of it lies.
+    Such a box covers more than a share of two objects or more, and it is more than `larger` times
+    as large as each. An object in several such boxes belongs to the one that covers most of it.
     """
     i, j, shares = lying(places, boxes, share)
     sizes = np.zeros(len(boxes))
@@ -88,6 +88,12 @@ def holding(places: Floats, boxes: Floats, share: float, larger: float) -> dict[
     for place, box in largest(*_where(i, j, shares, several[j])).items():
         out[box].append(place)
     return out
+
+
+def grouped(i: Integers, j: Integers) -> dict[int, Integers]:
+    """Return for each i all its j; i is sorted."""
+    found, starts = np.unique(i, return_index=True)
+    return dict(zip(found.tolist(), np.split(j, starts[1:]), strict=True)) if len(i) else {}
 
 
 def _where(i: Integers, j: Integers, values: Floats, chosen: NDArray[np.bool_]) -> Overlaps:

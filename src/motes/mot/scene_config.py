@@ -14,7 +14,91 @@ from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import PRESETS, preset
 
 MAX_POSITIONS = 2000
-"""An object's background is looked at around so many places at its birth: a few milliseconds."""
+"""Largest number of places at which a new object's background is measured: some milliseconds."""
+
+
+class DetectionSelection(Config, frozen=True):
+    """Which detections of a frame are used.
+
+    Attributes
+    ----------
+    limit
+        Number of detections that are used at most: those with the highest scores.
+    duplicate_overlap
+        Of two detections, the one with the lower score is a duplicate if more than this share of
+        either lies in the other.
+    """
+
+    limit: Count = 10_000
+    duplicate_overlap: Share = 0.6
+
+
+class Smoothing(Config, frozen=True):
+    """How slowly an object follows its detections.
+
+    Attributes
+    ----------
+    velocity
+        Share of its old velocity that an object keeps at a detection.
+    size
+        Share of its old size that an object keeps at a detection.
+    """
+
+    velocity: Share = 0.8
+    size: Share = 0.5
+
+
+class Occlusion(Config, frozen=True):
+    """When an object without a detection is occluded.
+
+    Attributes
+    ----------
+    overlap
+        Another object occludes it if that covers more than this share of it.
+    max_time_without_detection
+        Seconds for which an object may be followed by its appearance alone. After them it counts as
+        occluded.
+    """
+
+    overlap: Annotated[float, Meta(gt=0, le=1)] = 0.3
+    max_time_without_detection: NonNegative = 0.12
+
+
+class Initiation(Config, frozen=True):
+    """When detections become an object.
+
+    Attributes
+    ----------
+    min_hits
+        Number of frames in a row that have to confirm a new object.
+    min_score_quantile
+        Share of all detections, those with the lowest scores, that begin no objects.
+    """
+
+    min_hits: Count = 3
+    min_score_quantile: Share = 0.25
+
+
+class Termination(Config, frozen=True):
+    """When an object without a detection ends.
+
+    An occluded object is kept for as long as it was known before, between `min_max_age` and
+    `max_age`; and for twice that time where another object is visible in its place.
+
+    Attributes
+    ----------
+    max_age
+        Longest time for which an occluded object is kept, in seconds; twice that where another
+        object is visible in its place.
+    max_age_at_border
+        The same for an object at the border of the frame, or outside.
+    min_max_age
+        Shortest time for which an occluded object is kept, in seconds.
+    """
+
+    max_age: Positive = 3.0
+    max_age_at_border: NonNegative = 0.2
+    min_max_age: NonNegative = 0.4
 
 
 class SceneConfig(Config, frozen=True):
@@ -23,57 +107,35 @@ class SceneConfig(Config, frozen=True):
     Attributes
     ----------
     tracker
-        What follows each object.
+        The particle filter that follows each object.
+    detections
+        Which detections of a frame are used.
     association
         What makes a detection the same object as before.
-    duplicate_overlap
-        A detection with more than this share in a surer one, or the other way round, is the same.
-    min_score_quantile
-        This share of all detections, the least sure ones, begins no objects.
-    min_hits
-        A detection becomes an object when it is confirmed in so many frames in a row.
-    velocity_smoothing
-        Share of its velocity that an object keeps when a detection says another one.
-    size_smoothing
-        Share of its size that an object keeps when a detection says another one.
-    occlusion_overlap
-        An object is hidden by another if that covers more than this share of it.
-    max_time_without_detection
-        Seconds for which colors alone may follow an object that no detection confirms.
-    max_age
-        Seconds for which a hidden object is waited for, if it was known for as long before; twice
-        that where another object is seen.
-    max_age_at_border
-        The same where it should be at the border, or outside.
-    min_max_age
-        Seconds for which any hidden object is waited for.
+    smoothing
+        How slowly an object follows its detections.
+    occlusion
+        When an object without a detection is occluded.
+    initiation
+        When detections become an object.
+    termination
+        When an object without a detection ends.
     containment
-        A box with more than this share of it in another one lies within that.
-    merged_blob_ratio
-        A detection with two objects in it is so many times larger than either.
-    limit
-        No more detections than these, the surest, are taken of one frame.
+        A box lies in another one if that covers more than this share of it.
     """
 
     tracker: ParticleFilter
+    detections: DetectionSelection = DetectionSelection()
     association: Association = Association()
-    duplicate_overlap: Share = 0.6
-    min_score_quantile: Share = 0.25
-    min_hits: Count = 3
-    velocity_smoothing: Share = 0.8
-    size_smoothing: Share = 0.5
-    occlusion_overlap: Annotated[float, Meta(gt=0, le=1)] = 0.3
-    max_time_without_detection: NonNegative = 0.12
-    max_age: Positive = 3.0
-    max_age_at_border: NonNegative = 0.2
-    min_max_age: NonNegative = 0.4
+    smoothing: Smoothing = Smoothing()
+    occlusion: Occlusion = Occlusion()
+    initiation: Initiation = Initiation()
+    termination: Termination = Termination()
     containment: Share = 0.7
-    merged_blob_ratio: Annotated[float, Meta(ge=1)] = 1.4
-    limit: Count = 10_000
 
 
 def scene_config(tracker: str | ParticleFilter = "nummiaro:adaptive") -> SceneConfig:
-    """Return the configuration of a scene whose objects a preset follows.
+    """Return the configuration of a scene whose objects are followed by a preset.
 
     Raises
     ------

@@ -1,67 +1,79 @@
-"""What becomes an object: what is detected in several frames in a row, and surely enough."""
+"""What may become an object: detections that are confirmed in several frames in a row."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import msgspec
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.mot.assignment import assign_pairs
-from motes.mot.association import as_rows
+from motes.mot.boxes import as_rows
 from motes.mot.overlaps import overlapping
+from motes.mot.scene_config import Initiation
 
-Tentative: TypeAlias = list[tuple[float, Box]]
-"""Times and boxes of detections that may be one object."""
+Tentative: TypeAlias = tuple[tuple[float, Box], ...]
+"""The hits of a tentative track, oldest first: times and boxes of detections."""
 
 SCORES = 1000
-"""How sure detections are is judged by so many of the latest, or all of a frame that has more."""
+"""Number of latest scores that are kept; a frame with more detections is kept whole."""
 
 
-class TrackInitiation:
-    """Keeps what may become an object, from frame to frame.
+class TrackInitiation(msgspec.Struct, frozen=True):
+    """The tentative tracks of a scene.
 
-    Parameters
+    Attributes
     ----------
-    overlap
-        Least intersection over union of a detection with the one before.
-    confirm
-        How many frames in a row make an object.
-    doubt
-        This share of all detections, the least sure ones, begins none.
+    candidates
+        The tentative tracks that the last frame confirmed.
+    scores
+        The latest scores of detections, oldest first.
+    created
+        How many of them have become objects so far.
     """
 
-    def __init__(self, overlap: float, confirm: int, doubt: float) -> None:
-        self._overlap, self._confirm, self._doubt = overlap, confirm, doubt
-        self._candidates: list[Tentative] = []
-        self._scores: list[float] = []
+    candidates: tuple[Tentative, ...] = ()
+    scores: tuple[float, ...] = ()
+    created: int = 0
 
-    def note(self, found: Sequence[Detection]) -> None:
-        """Learn how sure detections are: all those of a frame."""
-        scores = [*self._scores, *(each.score for each in found)]
-        self._scores = scores[-max(SCORES, len(found)) :]
+    def with_scores(self, detections: Sequence[Detection]) -> TrackInitiation:
+        """Return these with the scores of all detections of a frame added."""
+        scores = (*self.scores, *(each.score for each in detections))
+        return replace(self, scores=scores[-max(SCORES, len(detections)) :])
 
-    def update(self, time: float, free: Sequence[Detection]) -> list[Tentative | None]:
-        """Return the sightings of what each detection of no object may be, or None if in doubt.
+    def update(
+        self, time: float, free: Sequence[Detection], overlap: float, config: Initiation
+    ) -> tuple[TrackInitiation, list[Tentative | None]]:
+        """Return the tentative tracks after a frame, and for each free detection the hits up to it.
 
-        Those with `confirm` sightings are objects from now on, and are forgotten here.
+        Parameters
+        ----------
+        time
+            Of the frame, in seconds.
+        free
+            The detections that belong to no object.
+        overlap
+            Least intersection over union of a detection with the one before.
+        config
+            Detections with `min_hits` hits become objects, and are no candidates any more. A
+            detection with one of the lowest scores has None for hits.
         """
-        before = self._candidates
+        before = self.candidates
         boxes = as_rows(each.box for each in free)
         latest = as_rows(candidate[-1][1] for candidate in before)
-        i, j, overlaps = overlapping(latest, boxes, self._overlap)
+        i, j, overlaps = overlapping(latest, boxes, overlap)
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
-        sure = np.quantile(self._scores, self._doubt) if free else 0.0
-        out: list[Tentative | None] = [
-            None if each.score < sure else [*history.get(j, []), (time, each.box)]
+        least = np.quantile(self.scores, config.min_score_quantile) if free else 0.0
+        hits = [
+            None if each.score < least else (*history.get(j, ()), (time, each.box))
             for j, each in enumerate(free)
         ]
-        self._candidates = [
-            candidate
-            for candidate in out
-            if candidate is not None and len(candidate) < self._confirm
-        ]
-        return out
+        sure = [each for each in hits if each is not None]
+        tentative = tuple(each for each in sure if len(each) < config.min_hits)
+        created = self.created + len(sure) - len(tentative)
+        return replace(self, candidates=tentative, created=created), hits

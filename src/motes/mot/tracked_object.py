@@ -1,20 +1,23 @@
-"""One of a scene's objects: what is known of it, how it moves, is seen, hides and ends."""
+"""One of a scene's objects: its filter, its motion, and its status from detection to detection."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Self
+from dataclasses import dataclass
+from typing import Any, Self
 
+import msgspec
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, finite
 from motes.cues.hog import HogModel
-from motes.sot.particle_filter import FilterState, ParticleFilter, fuse_distances
+from motes.sot.filtering.fusion import fuse_distances
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterState
 
 Floats = NDArray[np.float64]
 
@@ -28,10 +31,10 @@ class SceneTrack:
     identity
         From 1 up; the same from entry to exit, and never used twice.
     track
-        Where it is. While it is `occluded`, that is only foreseen, with confidence 0; in its last
-        frame it is `lost`.
+        Where it is. While it is `occluded`, its place is only predicted, with confidence 0; in its
+        last frame it is `lost`.
     occluded_by
-        The identity of what hides it, if that is an object.
+        The identity of the object that occludes it, if any.
     detected
         Whether a detection confirms it in this frame.
     """
@@ -41,35 +44,67 @@ class SceneTrack:
     occluded_by: int | None = None
     detected: bool = False
 
+    @property
+    def box(self) -> Box:
+        """The axis-parallel box around the ellipse: x, y, width, height."""
+        return self.track.box
 
-@dataclass(slots=True, eq=False)
-class TrackedObject:
-    """What is known of an object.
+    @property
+    def xyxy(self) -> tuple[float, float, float, float]:
+        """The box as left, top, right and bottom; see `Track.xyxy`."""
+        return self.track.xyxy
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the columns of a row file of objects, with values that `json.dumps` takes.
+
+        The keys are frame, time, identity, x, y, width, height, confidence, status and occluded_by;
+        x and y are those of the box. Numbers are not rounded; one that is not finite is None.
+        """
+        each = self.track.to_dict()
+        return {
+            "frame": each["frame"],
+            "time": each["time"],
+            "identity": int(self.identity),
+            **{name: finite(value) for name, value in self.box._asdict().items()},
+            "confidence": each["confidence"],
+            "status": each["status"],
+            "occluded_by": self.occluded_by,
+        }
+
+    def __repr__(self) -> str:
+        hidden = "" if self.occluded_by is None else f", occluded_by={self.occluded_by}"
+        return f"SceneTrack(identity={self.identity}, {self.track!r}{hidden})"
+
+
+class TrackedObject(msgspec.Struct, frozen=True, eq=False):
+    """The state of an object. Each method returns the object as it is after a step.
+
+    Only `rng` is not frozen: `observe` draws from it, and each object has its own.
 
     Attributes
     ----------
     identity
         From 1 up.
     tracker, rng, state
-        What follows it, its random numbers, and where that is.
+        The filter that follows it, its random numbers, and the filter's state.
     track
         Where the object is.
     velocity
         In pixels a second, (2,).
     first_time, last_time
         Times of its first and its last detection.
+    predicted
+        The ellipse where it should be in this frame, by its velocity.
+    before_observation
+        The filter's state before the observation of this frame.
     detected, occluded_by
         As in `SceneTrack`.
-    predicted
-        Where it should be in this frame.
-    before_observation
-        The state before it looked at the frame.
     near_other
-        Whether another one is so near that one may hide the other.
+        Whether another object is so near that one may occlude the other.
     shape_model
-        What its edges looked like when the last one came so near.
+        Its edges when another object last came so near.
     occluder_candidate
-        The identity of who last hid it, until it is clear which of both is which.
+        The identity of the object that last occluded it, until both are told apart.
     """
 
     identity: int
@@ -80,13 +115,13 @@ class TrackedObject:
     velocity: Floats
     first_time: float
     last_time: float
+    predicted: Ellipse
+    before_observation: FilterState
     detected: bool = True
     occluded_by: int | None = None
     near_other: bool = False
     shape_model: HogModel | None = None
     occluder_candidate: int | None = None
-    before_observation: FilterState = field(init=False)
-    predicted: Ellipse = field(init=False)
 
     @classmethod
     def begin(
@@ -95,98 +130,118 @@ class TrackedObject:
         tracker: ParticleFilter,
         rng: np.random.Generator,
         frame: Frame,
-        sightings: Sequence[tuple[float, Box]],
+        hits: Sequence[tuple[float, Box]],
     ) -> Self:
-        """Return an object that was detected at some times in some boxes, now in the last one."""
-        (began, first), (now, last) = sightings[0], sightings[-1]
+        """Return a new object from its detections, times and boxes; the last is in this frame."""
+        (began, first), (now, last) = hits[0], hits[-1]
         start, end = ellipse_from_box(tracker, first), ellipse_from_box(tracker, last)
         state, info = tracker.init(rng, frame, end)
         velocity = np.zeros(2)
         if now > began:
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
-        return cls(identity, tracker, rng, state, track, velocity, began, now)
+        return cls(identity, tracker, rng, state, track, velocity, began, now, end, state)
 
     @property
-    def hidden(self) -> bool:
-        """Whether it is there, but not seen."""
+    def occluded(self) -> bool:
+        """Whether it is there, but cannot be seen."""
         return self.track.status is Status.OCCLUDED
 
     @property
-    def to_track(self) -> SceneTrack:
-        """What others are told about it."""
-        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected)
-
-    def predict(self, dt: float) -> None:
-        """Say where it should be by now, and move its particles there."""
-        old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()
-        self.predicted = old._replace(x=old.x + dx, y=old.y + dy)
-        self._move(old, self.predicted)
-        self.detected = False
-
-    def detect(self, box: Box, time: float, steadiness: float = 0.0) -> None:
-        """Put it where it is detected; that share of its size is kept of the old."""
-        found, old = ellipse_from_box(self.tracker, box), self.predicted
-        a = steadiness * old.a + (1 - steadiness) * found.a
-        b = steadiness * old.b + (1 - steadiness) * found.b
-        ellipse = found._replace(a=a, b=b)
-        self._move(old, ellipse)
-        self.state = replace(
-            self.state, reference_size=ellipse, status=Status.TRACKING, frames_missed=0
-        )
-        self.track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
-        self.last_time, self.detected, self.occluded_by = time, True, None
-
-    def update_velocity(self, inertia: float, dt: float) -> None:
-        """Learn its velocity from how far off the detection is; `inertia` is kept of the old."""
-        off = np.array(self.track.ellipse[:2]) - self.predicted[:2]
-        self.velocity = self.velocity + (1 - inertia) * off / dt
-
-    def observe(self, frame: Frame, dt: float, *, learn: bool) -> None:
-        """Let its filter look at the frame, around where it is detected or should be.
-
-        A detection says where it is; the filter, what it looks like.
-        """
-        self.before_observation = self.state
-        before = replace(self.state, time=frame.time - dt)
-        self.state, info = self.tracker.step(self.rng, before, frame)
-        if not learn:
-            self.state = replace(self.state, models=before.models, memories=before.memories)
-        found = self.track.ellipse if self.detected else info.track.ellipse
-        self.track = replace(info.track, ellipse=found)
-        if self.detected:
-            self._move(info.track.ellipse, found)
-            self.track = replace(self.track, status=Status.TRACKING)
-
-    @property
     def recognized(self) -> bool:
-        """Whether what the filter saw of it in this frame keeps the appearance rule."""
+        """Whether the filter's estimate in this frame fulfills the appearance rule."""
         return self.state.frames_missed == 0 and self.track.status is Status.TRACKING
 
-    def hide(self) -> None:
-        """Take back what its filter saw in this frame: it was something else."""
-        self.state = self.before_observation
-        self.track = replace(self.track, status=Status.OCCLUDED, confidence=0.0)
+    @property
+    def scene_track(self) -> SceneTrack:
+        """Its public part."""
+        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected)
 
-    def extrapolate(self, frame: Frame) -> None:
-        """Go on, hidden, to where it should be."""
-        self.track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.predicted)
+    def predict(self, dt: float) -> Self:
+        """Move its particles to where it should be after some seconds."""
+        old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()
+        predicted = old._replace(x=old.x + dx, y=old.y + dy)
+        state = self._moved(self.state, old, predicted)
+        return replace(self, predicted=predicted, state=state, detected=False)
 
-    def swap_identity(self, other: TrackedObject) -> None:
-        """Be who another one was taken for, and it this one: each stays where it is."""
-        mine, theirs = self.state, other.state
-        self.state, other.state = _with_target_of(mine, theirs), _with_target_of(theirs, mine)
-        self.identity, other.identity = other.identity, self.identity
-        self.first_time, other.first_time = other.first_time, self.first_time
-        self.shape_model, other.shape_model = other.shape_model, self.shape_model
-        self.rng, other.rng = other.rng, self.rng
+    def detect(self, box: Box, time: float, smoothing: float = 0.0) -> Self:
+        """Put it where it is detected; it keeps a share of its old size, the smoothing."""
+        found, old = ellipse_from_box(self.tracker, box), self.predicted
+        a = smoothing * old.a + (1 - smoothing) * found.a
+        b = smoothing * old.b + (1 - smoothing) * found.b
+        ellipse = found._replace(a=a, b=b)
+        state = replace(
+            self._moved(self.state, old, ellipse),
+            reference_size=ellipse,
+            status=Status.TRACKING,
+            frames_missed=0,
+        )
+        track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
+        return replace(
+            self, state=state, track=track, last_time=time, detected=True, occluded_by=None
+        )
 
-    def terminate(self) -> None:
-        """End."""
-        self.track = replace(self.track, status=Status.LOST, confidence=0.0)
+    def update_velocity(self, smoothing: float, dt: float) -> Self:
+        """Correct its velocity by the detection; it keeps a share of the old one, the smoothing."""
+        error = np.array(self.track.ellipse[:2]) - self.predicted[:2]
+        return replace(self, velocity=self.velocity + (1 - smoothing) * error / dt)
+
+    def observe(self, frame: Frame, dt: float, *, learn: bool) -> Self:
+        """Run a step of its filter, around where it is detected or should be.
+
+        The place of a detected object is that of its detection; the filter learns its appearance.
+        """
+        before = replace(self.state, time=frame.time - dt)
+        state, info = self.tracker.step(self.rng, before, frame)
+        if not learn:
+            state = replace(state, models=before.models, memories=before.memories)
+        track = info.track
+        if self.detected:
+            state = self._moved(state, track.ellipse, self.track.ellipse)
+            track = replace(track, ellipse=self.track.ellipse, status=Status.TRACKING)
+        return replace(self, before_observation=self.state, state=state, track=track)
+
+    def occlude(self, occluder: int | None) -> Self:
+        """Mark it as occluded by another object, or by scenery; and undo this frame's observation.
+
+        What the filter observed was something else.
+        """
+        return replace(
+            self,
+            state=self.before_observation,
+            track=replace(self.track, status=Status.OCCLUDED, confidence=0.0),
+            occluded_by=occluder,
+            occluder_candidate=occluder,
+        )
+
+    def extrapolate(self, frame: Frame) -> Self:
+        """Put it where it should be in a frame in which it is occluded."""
+        track = replace(self.track, frame=frame.index, time=frame.time, ellipse=self.predicted)
+        return replace(self, track=track)
+
+    def terminate(self) -> Self:
+        """Mark it as lost."""
+        return replace(self, track=replace(self.track, status=Status.LOST, confidence=0.0))
+
+    def with_identity_of(self, other: TrackedObject) -> Self:
+        """Give it the identity and the models of another object; it stays where it is."""
+        theirs = other.state
+        return replace(
+            self,
+            identity=other.identity,
+            rng=other.rng,
+            first_time=other.first_time,
+            shape_model=other.shape_model,
+            state=replace(
+                self.state,
+                models=theirs.models,
+                memories=theirs.memories,
+                backgrounds=theirs.backgrounds,
+            ),
+        )
 
     def distances(self, frame: Frame, boxes: Floats) -> Floats:
-        """Return how far boxes (m, 4) are from its models: (m,)."""
+        """Return the distances of its models from the regions in boxes (m, 4): (m,)."""
         ellipses = np.array([Ellipse.from_box(box) for box in boxes.tolist()])
         cues = self.tracker.cues
         each = [
@@ -194,22 +249,17 @@ class TrackedObject:
         ]
         return fuse_distances(np.array(each), np.full(len(cues), 1 / len(cues)))
 
-    def _move(self, old: Ellipse, new: Ellipse) -> None:
-        """Move and resize its particles as a whole; they are at rest then."""
+    def _moved(self, state: FilterState, old: Ellipse, new: Ellipse) -> FilterState:
+        """Return a state with the particles moved and scaled as one ellipse to another, at rest."""
         motion = self.tracker.motion
-        ellipses = motion.ellipses(self.state.states).copy()
+        ellipses = motion.ellipses(state.states).copy()
         ellipses[:, :2] += np.array(new[:2]) - old[:2]
         ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
-        self.state = replace(self.state, states=motion.initial(ellipses))
-
-
-def _with_target_of(here: FilterState, who: FilterState) -> FilterState:
-    """Return a state whose target is that of another one."""
-    return replace(here, models=who.models, memories=who.memories, backgrounds=who.backgrounds)
+        return replace(state, states=motion.initial(ellipses))
 
 
 def ellipse_from_box(tracker: ParticleFilter, box: Box) -> Ellipse:
-    """Return the ellipse in a box as the motion model has it, perhaps turned by 90 degrees."""
+    """Return the ellipse in a box in the motion model's form, perhaps turned by 90 degrees."""
     motion = tracker.motion
     upright = np.array([Ellipse.from_box(box)])
     return Ellipse(*motion.ellipses(motion.initial(upright))[0].tolist())

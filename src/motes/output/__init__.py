@@ -1,1 +1,1 @@
-"""Tracks into files, pictures and plots."""
+"""Tracks written to files, drawn on frames and plotted."""

@@ -1,7 +1,7 @@
-"""Objects in the forms that annotation tools read: COCO's JSON and CVAT's XML.
+"""Objects in the formats of annotation tools: COCO's JSON and CVAT's XML.
 
 Both are written piece by piece from a journal. Coordinates are measured from the upper left corner
-of the picture, as these tools do; what is outside of the picture is cut off. Frames count from 0.
+of the frame, as these tools do. Parts outside the frame are cut off. Frames count from 0.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 from motes import __version__
 from motes.core.geometry import area, clipped
 from motes.core.track import Status
-from motes.output.journal import Head, Journal, Picture, Sighting
+from motes.output.journal import FrameRow, Header, Journal, ObjectRow
 
-SHOWN = (Status.TRACKING, Status.OCCLUDED)
-"""Where an object is searched for nobody has seen it, and nothing is annotated."""
-LEAST = 0.01
-"""An object with less of it in the picture, in square pixels, is not annotated."""
+ANNOTATED = (Status.TRACKING, Status.OCCLUDED)
+"""The states that are annotated; a searched or lost object has no known position."""
+MIN_AREA = 0.01
+"""Smallest area inside the frame of an object that is annotated, in square pixels."""
 
 
 class Corners(NamedTuple):
-    """A box, in pixels."""
+    """The sides of a box, in pixels."""
 
     left: float
     top: float
@@ -36,10 +36,11 @@ class Corners(NamedTuple):
 def coco(journal: Journal) -> Iterator[bytes]:
     """Yield a COCO document: `info`, `licenses`, `categories`, `images` and `annotations`.
 
-    An image for each frame, with its `frame` and `time`. Its `file_name` is that of the image if
-    the source is a folder of images; else the one that CVAT gives to the frame of a video. An
-    annotation for each object in each frame, also of hidden ones: `segmentation` and `area` of the
-    ellipse, the `bbox` around it, `score`, and `track_id` and `occluded` among its `attributes`.
+    `images` has one entry for each frame, with its `frame` and `time`. The `file_name` is that of
+    the image if the source is a folder of images; otherwise it is the name that CVAT gives to a
+    frame of a video. `annotations` has one entry for each object in each frame, also if it is
+    occluded: `segmentation` and `area` of the ellipse, the `bbox` around it, the `score`, and the
+    `attributes` `track_id` and `occluded`.
     """
     head = journal.head
     about = {
@@ -50,40 +51,40 @@ def coco(journal: Journal) -> Iterator[bytes]:
     yield b'{"info": ' + msgspec.json.encode(about) + b',\n"licenses": [],\n"categories": '
     yield msgspec.json.encode([{"id": 1, "name": head.label, "supercategory": ""}])
     yield b',\n"images": ['
-    yield from _listed(_image(picture, head) for picture in journal)
+    yield from _json_list(_image(row, head) for row in journal)
     yield b'],\n"annotations": ['
-    yield from _listed(_annotations(journal))
+    yield from _json_list(_annotations(journal))
     yield b"]}\n"
 
 
-def _listed(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
+def _json_list(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
     for index, item in enumerate(items):
         yield (b",\n" if index else b"\n") + msgspec.json.encode(item)
 
 
-def _image(picture: Picture, head: Head) -> dict[str, object]:
+def _image(row: FrameRow, head: Header) -> dict[str, object]:
     return {
-        "id": picture.frame + 1,
-        "file_name": picture.file or f"frame_{picture.frame:06d}.png",
+        "id": row.frame + 1,
+        "file_name": row.file or f"frame_{row.frame:06d}.png",
         "width": head.width,
         "height": head.height,
-        "frame": picture.frame,
-        "time": round(picture.time, 6),
+        "frame": row.frame,
+        "time": round(row.time, 6),
     }
 
 
 def _annotations(journal: Journal) -> Iterator[dict[str, object]]:
     number = 0
-    for picture in journal:
-        for each in picture.objects:
-            corners = _visible(each, journal.head)
+    for row in journal:
+        for each in row.objects:
+            corners = _visible_box(each, journal.head)
             if corners is None:
                 continue
             number += 1
-            outline = _outline(each, journal.head)
+            outline = _visible_outline(each, journal.head)
             yield {
                 "id": number,
-                "image_id": picture.frame + 1,
+                "image_id": row.frame + 1,
                 "category_id": 1,
                 "bbox": [
                     corners.left,
@@ -103,19 +104,19 @@ def _annotations(journal: Journal) -> Iterator[dict[str, object]]:
 
 
 def cvat(journal: Journal) -> Iterator[bytes]:
-    """Yield a CVAT document (for video, 1.1): a track for each object.
+    """Yield a CVAT document ("CVAT for video 1.1"): a track for each object.
 
-    Every box is a keyframe. In the first frame without the object a box that is `outside` ends it,
-    as CVAT would draw it on otherwise.
+    Every box is a keyframe. In the first frame without the object, a box marked `outside` ends the
+    track; otherwise CVAT would continue to draw it.
     """
     from xml.sax.saxutils import escape  # which imports all that talks over networks
 
     head, end = journal.head, 0
     spans: dict[int, tuple[int, int]] = {}
-    for offset, picture in journal.pictures():
-        end = picture.frame + 1
-        for each in picture.objects:
-            if each.status in SHOWN:
+    for offset, row in journal.rows():
+        end = row.frame + 1
+        for each in row.objects:
+            if each.status in ANNOTATED:
                 spans[each.identity] = spans.get(each.identity, (offset, 0))[0], offset
     yield f"""\
 <?xml version="1.0" encoding="utf-8"?>
@@ -143,27 +144,27 @@ def cvat(journal: Journal) -> Iterator[bytes]:
 
 
 def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[bytes]:
-    """Yield the track of an object that is in pictures from one offset to another."""
+    """Yield the track of an object whose first and last rows begin at two offsets in the file."""
     from xml.sax.saxutils import quoteattr
 
-    begun, hidden = False, False
+    started, hidden = False, False
     shown: Corners | None = None
-    for offset, picture in journal.pictures(first):
+    for offset, row in journal.rows(first):
         before, shown = shown, None
-        for each in picture.objects:
+        for each in row.objects:
             if each.identity == identity:
-                shown, hidden = _visible(each, journal.head), each.status is Status.OCCLUDED
-        if shown and not begun:
+                shown, hidden = _visible_box(each, journal.head), each.status is Status.OCCLUDED
+        if shown and not started:
             label = quoteattr(journal.head.label)
             yield f'  <track id="{identity}" label={label} source="automatic">\n'.encode()
-            begun = True
+            started = True
         if shown:
-            yield _box(picture.frame, shown, occluded=hidden)
+            yield _box(row.frame, shown, occluded=hidden)
         elif before:
-            yield _box(picture.frame, before, outside=True)
+            yield _box(row.frame, before, outside=True)
         if offset > last:
             break
-    if begun:
+    if started:
         yield b"  </track>\n"
 
 
@@ -175,9 +176,9 @@ def _box(frame: int, corners: Corners, *, outside: bool = False, occluded: bool 
     ).encode()
 
 
-def _visible(each: Sighting, head: Head) -> Corners | None:
-    """Return the box of an object in the picture; None where it is not in it, or not seen."""
-    if each.status not in SHOWN:
+def _visible_box(each: ObjectRow, head: Header) -> Corners | None:
+    """Return the part of an object's box inside the frame; None if it is not annotated."""
+    if each.status not in ANNOTATED:
         return None
     x, y, width, height = each.box
     whole = Corners(round(x, 2), round(y, 2), round(x + width, 2), round(y + height, 2))
@@ -186,10 +187,10 @@ def _visible(each: Sighting, head: Head) -> Corners | None:
     cut = Corners(left, top, right, bottom)
     if left >= right or top >= bottom:
         return None
-    # A box may be in the picture with a corner alone, which the ellipse does not fill.
-    return cut if cut == whole or area(_outline(each, head)) >= LEAST else None
+    # If only a corner of the box is inside the frame, the ellipse may still be outside.
+    return cut if cut == whole or area(_visible_outline(each, head)) >= MIN_AREA else None
 
 
-def _outline(each: Sighting, head: Head) -> NDArray[np.float64]:
-    # Of the pixel at 0, the center is at 0 in an ellipse, at 0.5 where its corner is at 0.
+def _visible_outline(each: ObjectRow, head: Header) -> NDArray[np.float64]:
+    # The first pixel's center is at 0 in an ellipse, and at 0.5 in coordinates of its corners.
     return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)

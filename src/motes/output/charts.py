@@ -1,4 +1,4 @@
-"""The papers' figures that show how a run went, each a function from numbers to a picture."""
+"""The figures of the papers that show the course of a run; each function draws one from numbers."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Okabe and Ito's palette: all readers can tell these apart.
+# The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 BLUE, VERMILION, GREEN, ORANGE = COLORS = ("#0072B2", "#D55E00", "#009E73", "#E69F00")
 INK = "#333333"
-MAP = "viridis"
+COLOR_MAP = "viridis"
 RHO = "\N{GREEK SMALL LETTER RHO}"
-STEPS = 61
-"""The surface of figure 3 is computed at so many places in x and in y."""
+SURFACE_STEPS = 61
+"""Number of positions in x and in y at which the surface of figure 3 is computed."""
 
 
 class Series(NamedTuple):
-    """What is kept of every frame; each field has shape (frames,) unless named.
+    """The numbers kept of every frame, each of shape (frames,) unless a shape is given.
 
     Attributes
     ----------
@@ -34,13 +34,13 @@ class Series(NamedTuple):
         Index.
     x, y, a, b
         Center and half-axes of the estimate, in pixels.
-    appearing
+    n_supporting
         Number of particles that fulfill the appearance rule.
     tracking
-        Whether the status was tracking, 1 or 0.
-    seconds, shift_seconds
-        Running times of the tracker and of mean shift; NaN where there was none.
-    shares
+        1 where the status was `tracking`, else 0.
+    seconds, mean_shift_seconds
+        Running times of the tracker and of mean shift; NaN if mean shift was not run.
+    cue_weights
         (frames, J), the weight of each cue.
     """
 
@@ -49,15 +49,15 @@ class Series(NamedTuple):
     y: Floats
     a: Floats
     b: Floats
-    appearing: Floats
+    n_supporting: Floats
     tracking: Floats
     seconds: Floats
-    shift_seconds: Floats
-    shares: Floats
+    mean_shift_seconds: Floats
+    cue_weights: Floats
 
 
 class Surface(NamedTuple):
-    """The Bhattacharyya coefficient where the estimate's ellipse is moved over its surroundings.
+    """The Bhattacharyya coefficient for the estimate's ellipse moved over its surroundings.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Surface(NamedTuple):
     x, y
         (n,) and (m,), centers of the ellipse, in pixels.
     rho
-        (m, n).
+        (m, n), the coefficients.
     samples
         (N, 2), centers of the particles.
     mean
@@ -81,7 +81,7 @@ class Surface(NamedTuple):
     mean: Floats
 
     def height(self, points: Floats) -> Floats:
-        """Return rho at the place nearest to each of the points (N, 2), shape (N,)."""
+        """Return rho at the position nearest to each of the points (N, 2), shape (N,)."""
         column = np.abs(self.x - points[:, :1]).argmin(axis=1)
         row = np.abs(self.y - points[:, 1:]).argmin(axis=1)
         nearest: Floats = self.rho[row, column]
@@ -96,15 +96,15 @@ class Edges(NamedTuple):
     frame
         Index of the frame.
     picture
-        (H, W, 3), the region and some surroundings.
+        (H, W, 3), the region and its surroundings.
     corner
-        (x, y) of the picture's first pixel in the frame.
+        (x, y) in the frame of the picture's first pixel.
     ellipse
         The estimate.
     spectrum
-        FOH: magnitudes of the Fourier transform, normalized.
+        The FOH: magnitudes of the Fourier transform, normalized.
     rotated
-        ROH: by angle to the ellipse's own.
+        The ROH: orientations relative to the angle of the ellipse.
     model
         The target model, in the form that the tracker compares.
     """
@@ -120,14 +120,14 @@ class Edges(NamedTuple):
 
 def new_figure(height: float) -> Figure:
     """Return an empty figure, 8 inches wide."""
-    # Without pyplot, a figure is an object like any other and draws with the Agg backend.
+    # Without pyplot, a figure is an ordinary object and is drawn by the Agg backend.
     from matplotlib.figure import Figure
 
     return Figure(figsize=(8, height), layout="constrained")
 
 
-def plain(axes: Axes, title: str, x: str, y: str) -> None:
-    """Give axes a title and labels, and take away what says nothing."""
+def style_axes(axes: Axes, title: str, x: str, y: str) -> None:
+    """Give axes a title and labels; remove the spines that carry no information."""
     axes.set_title(title, fontsize=12, loc="left", color=INK)
     axes.set_xlabel(x, color=INK)
     axes.set_ylabel(y, color=INK)
@@ -136,8 +136,8 @@ def plain(axes: Axes, title: str, x: str, y: str) -> None:
     axes.set_axisbelow(True)
 
 
-def _shade(axes: Axes, series: Series) -> None:
-    """Shade the frames in which the target was not being tracked."""
+def _shade_untracked(axes: Axes, series: Series) -> None:
+    """Shade the frames in which the target was not tracked."""
     gone = np.concatenate([[0], 1 - series.tracking, [0]])
     starts, ends = np.flatnonzero(np.diff(gone) > 0), np.flatnonzero(np.diff(gone) < 0) - 1
     label = "lost or searching"
@@ -150,11 +150,11 @@ def _shade(axes: Axes, series: Series) -> None:
             linewidth=0,
             label=label,
         )
-        label = "_"  # only the first is named in the legend
+        label = "_"  # only the first one is in the legend
 
 
 def legend(axes: Axes) -> None:
-    """Put the legend on top of the axes on the right, where no data is."""
+    """Put the legend above the axes on the right, where it covers no data."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False, fontsize=9,
         borderaxespad=0.2, columnspacing=1.2,
@@ -162,7 +162,7 @@ def legend(axes: Axes) -> None:
 
 
 def rho_surface(surface: Surface) -> Figure:
-    """Draw how like the target its surroundings are (Nummiaro et al., figure 3)."""
+    """Draw how similar the surroundings are to the target (Nummiaro et al., figure 3)."""
     figure = new_figure(4.2)
     title = f"Bhattacharyya coefficient {RHO} around the estimate in frame {surface.frame}"
     figure.suptitle(title, fontsize=12, x=0.01, ha="left", color=INK)
@@ -171,9 +171,11 @@ def rho_surface(surface: Surface) -> Figure:
     inside = ((surface.samples >= low) & (surface.samples <= high)).all(axis=1)
     samples = surface.samples[inside]
 
-    # Points are drawn after the surface: matplotlib cannot tell what of them it would hide.
+    # Points are drawn after the surface: matplotlib cannot compute which of them it hides.
     space: Any = figure.add_subplot(1, 2, 1, projection="3d", computed_zorder=False)
-    space.plot_surface(*np.meshgrid(x, y), rho, rstride=1, cstride=1, vmin=0, vmax=1, cmap=MAP)
+    space.plot_surface(
+        *np.meshgrid(x, y), rho, rstride=1, cstride=1, vmin=0, vmax=1, cmap=COLOR_MAP
+    )
     above = 0.02
     space.scatter(*samples.T, surface.height(samples) + above, color="black", s=7, depthshade=False)
     space.scatter(
@@ -187,7 +189,7 @@ def rho_surface(surface: Surface) -> Figure:
     space.tick_params(labelsize=8)
 
     flat = figure.add_subplot(1, 2, 2)
-    filled = flat.contourf(x, y, rho, levels=np.linspace(0, 1, 21), cmap=MAP)
+    filled = flat.contourf(x, y, rho, levels=np.linspace(0, 1, 21), cmap=COLOR_MAP)
     flat.scatter(samples[:, 0], samples[:, 1], color="black", s=9, linewidth=0, label="samples")
     flat.scatter(mean[:, 0], mean[:, 1], color="white", edgecolor="black", s=50, label="mean")
     flat.set(xlabel="x (pixels)", ylabel="y (pixels)", aspect="equal")
@@ -198,15 +200,15 @@ def rho_surface(surface: Surface) -> Figure:
 
 
 def time_per_frame(series: Series, name: str) -> Figure:
-    """Draw the running times of the tracker of this name and of mean shift (figure 7)."""
+    """Draw the running times of the named tracker and of mean shift (figure 7)."""
     from matplotlib.ticker import LogLocator
 
     figure = new_figure(3.2)
     axes = figure.add_subplot()
-    plain(axes, "Running time", "frame", "milliseconds per frame")
+    style_axes(axes, "Running time", "frame", "milliseconds per frame")
     for label, seconds, color in (
         (name, series.seconds[1:], BLUE),
-        ("mean shift", series.shift_seconds[1:], VERMILION),
+        ("mean shift", series.mean_shift_seconds[1:], VERMILION),
     ):
         if np.isfinite(seconds).any():
             median = float(np.nanmedian(seconds)) * 1000
@@ -221,12 +223,12 @@ def time_per_frame(series: Series, name: str) -> Figure:
 
 
 def appearing(series: Series, samples: int, fraction: float) -> Figure:
-    """Draw how many samples fulfill the appearance rule (figure 12)."""
+    """Draw the number of samples that fulfill the appearance rule (figure 12)."""
     figure = new_figure(3.2)
     axes = figure.add_subplot()
-    plain(axes, "Appearance rule", "frame", f"samples that fulfill it, of {samples}")
-    _shade(axes, series)
-    axes.step(series.frame, series.appearing, where="mid", color=BLUE, linewidth=1.2)
+    style_axes(axes, "Appearance rule", "frame", f"samples that fulfill it, of {samples}")
+    _shade_untracked(axes, series)
+    axes.step(series.frame, series.n_supporting, where="mid", color=BLUE, linewidth=1.2)
     axes.axhline(
         fraction * samples, color=VERMILION, linewidth=1.2, linestyle="--",
         label=f"threshold f N = {fraction * samples:g}",
@@ -237,15 +239,15 @@ def appearing(series: Series, samples: int, fraction: float) -> Figure:
 
 
 def size_and_displacement(series: Series) -> Figure:
-    """Draw how large the target is and how far it moves (figure 14)."""
+    """Draw the target's size and its displacement between frames (figure 14)."""
     figure = new_figure(4.8)
     upper, lower = figure.subplots(2, 1, sharex=True)
-    plain(upper, "Size of the region", "", "half-axes (pixels)")
-    plain(lower, "Displacement", "frame", "pixels since the last frame")
-    # Where the target is not tracked, the estimate is a guess and says nothing about it.
+    style_axes(upper, "Size of the region", "", "half-axes (pixels)")
+    style_axes(lower, "Displacement", "frame", "pixels since the last frame")
+    # Where the target is not tracked, the estimate is only a guess.
     tracked = np.where(series.tracking > 0, 1.0, np.nan)
     for axes in (upper, lower):
-        _shade(axes, series)
+        _shade_untracked(axes, series)
     for label, values, color in (("a", series.a, BLUE), ("b", series.b, VERMILION)):
         upper.plot(series.frame, values * tracked, color=color, linewidth=1.4, label=label)
     upper.set_ylim(bottom=0)
@@ -258,13 +260,13 @@ def size_and_displacement(series: Series) -> Figure:
 
 
 def cue_weights(series: Series, names: Sequence[str]) -> Figure:
-    """Draw how much each cue counts (Maggio et al., figure 3)."""
+    """Draw the weight of each cue over time (Maggio et al., figure 3)."""
     figure = new_figure(3.2)
     axes = figure.add_subplot()
-    plain(axes, "Weights of the cues", "frame", "weight")
-    _shade(axes, series)
-    for name, shares, color in zip(names, series.shares.T, COLORS, strict=False):
-        axes.plot(series.frame, shares, color=color, linewidth=1, label=name)
+    style_axes(axes, "Weights of the cues", "frame", "weight")
+    _shade_untracked(axes, series)
+    for name, weights, color in zip(names, series.cue_weights.T, COLORS, strict=False):
+        axes.plot(series.frame, weights, color=color, linewidth=1, label=name)
     axes.set_ylim(0, 1.03)
     legend(axes)
     return figure
@@ -282,15 +284,15 @@ def orientation_histograms(edges: Edges) -> Figure:
     region.imshow(edges.picture, extent=extent)
     region.plot(*np.vstack([(p := edges.ellipse.polygon()), p[:1]]).T, color=ORANGE, linewidth=1.5)
     region.set(xlabel="x (pixels)", ylabel="y (pixels)", xlim=extent[:2], ylim=extent[2:])
-    plain(fourier, "FOH", "frequency (cycles in 180°)", "share of the magnitudes")
+    style_axes(fourier, "FOH", "frequency (cycles in 180°)", "share of the magnitudes")
     fourier.bar(np.arange(edges.spectrum.size), edges.spectrum, color=BLUE)
-    plain(rotated, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
+    style_axes(rotated, "ROH", "angle to the ellipse (degrees)", "share of the certainty")
     width_of_bin = 180 / edges.rotated.size
     angles = -90 + (np.arange(edges.rotated.size) + 0.5) * width_of_bin
     rotated.bar(angles, edges.rotated, width=width_of_bin, color=BLUE)
     rotated.set_xticks([-90, -45, 0, 45, 90])
-    mine = rotated if edges.model.size == edges.rotated.size else fourier
-    places = angles if mine is rotated else np.arange(edges.spectrum.size)
-    mine.step(places, edges.model, where="mid", color=VERMILION, linewidth=1.2, label="model")
-    mine.legend(frameon=False, fontsize=9)
+    compared = rotated if edges.model.size == edges.rotated.size else fourier
+    bins = angles if compared is rotated else np.arange(edges.spectrum.size)
+    compared.step(bins, edges.model, where="mid", color=VERMILION, linewidth=1.2, label="model")
+    compared.legend(frameon=False, fontsize=9)
     return figure

@@ -1,4 +1,4 @@
-"""Documents of objects, written whole or not at all."""
+"""Annotation documents of objects, written complete or not at all."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from motes.output.annotations import coco, cvat
 from motes.output.journal import Journal
 
 DOCUMENTS: dict[str, Callable[[Journal], Iterator[bytes]]] = {".json": coco, ".xml": cvat}
-"""By file ending."""
+"""The writer of each file ending."""
 
 
 def is_document(name: str) -> bool:
-    """Return whether a file is a document, by its ending."""
+    """Return whether a file name ends like an annotation document."""
     return Path(name).suffix.lower() in DOCUMENTS
 
 
 def write_document(path: Path, journal: Journal) -> None:
-    """Write the document that a name's ending asks for; nothing is at `path` before it is whole.
+    """Write the document of the kind that the ending gives; it appears at `path` when complete.
 
     Raises
     ------

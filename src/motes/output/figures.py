@@ -1,4 +1,4 @@
-"""What a run leaves behind for the papers' figures, and the files they become."""
+"""Recording of a run for the figures of the papers, and the files of these figures."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from motes.core.frame import Frame
 from motes.core.track import Status
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
-from motes.output.charts import STEPS, Edges, Series, Surface
-from motes.sot.discriminative.tracker import Discriminative
+from motes.output.charts import SURFACE_STEPS, Edges, Series, Surface
 from motes.sot.mean_shift import MeanShift
-from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 
+APPEARING = "appearing.png"
 FIGURES = (
     "rho_surface.png",
     "time_per_frame.png",
-    "appearing.png",
+    APPEARING,
     "size_and_displacement.png",
 )
-"""The files that `Recorder.save` writes for every tracker."""
+"""The files that `Recorder.save` writes; `APPEARING` only for trackers with the appearance rule."""
 CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
-"""Those for a tracker with several cues, and for one with orientation."""
+"""The files for a tracker with several cues, and for one with the cue `orientation`."""
 DPI = 110
 
 
 class Recorder:
-    """Collects what the papers' figures need, and draws them.
+    """Collects the data for the figures of the papers, and draws them.
 
-    These are Nummiaro et al.'s figures 3, 7, 12 and 14; with several cues Maggio et al.'s figure 3,
-    and with orientation their figure 1. A frame leaves a dozen numbers behind. Only one frame is
-    kept whole, for the figures that show a single one: the last whose number among the tracked
-    frames, from 1, is a power of two. It lies in the second half of these and is chosen without
-    knowing how many will come, or how good they are.
+    These are figures 3, 7, 12 and 14 of Nummiaro et al.; with several cues also figure 3 of Maggio
+    et al., and with orientation their figure 1. About a dozen numbers are kept of each frame. Only
+    one whole frame is kept, for the figures that show a single frame: the last one whose number
+    among the tracked frames, counted from 1, is a power of two. It lies in the second half of the
+    tracked frames. Neither the length of the run nor the quality of the track is needed to
+    choose it.
 
     Parameters
     ----------
     config
-        Of the tracker that is recorded.
+        Configuration of the tracker that is recorded.
 
     Raises
     ------
@@ -61,27 +61,29 @@ class Recorder:
             ) from None
         self._config = config
         self._numbers = array("d")
-        self._tracked = 0
+        self._tracked = self._samples = 0
         self._kept: tuple[Frame, StepInfo] | None = None
 
     def add(
-        self, frame: Frame, info: StepInfo, seconds: float, shift_seconds: float | None
+        self, frame: Frame, info: StepInfo, seconds: float, mean_shift_seconds: float | None
     ) -> None:
-        """Take note of a frame.
+        """Record a frame.
 
         Parameters
         ----------
         frame, info
-            The frame, and what the tracker said about it.
+            The frame, and the tracker's step information for it.
         seconds
             The tracker's running time.
-        shift_seconds
-            That of mean shift for the same frame, if it runs beside.
+        mean_shift_seconds
+            The running time of mean shift for the same frame; None if it was not run.
         """
         track, tracking = info.track, info.track.status is Status.TRACKING
-        shift = np.nan if shift_seconds is None else shift_seconds
+        shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
+        supporting = np.nan if info.n_supporting is None else info.n_supporting
+        self._samples = self._samples or len(info.weights)  # a budget may change it later
         self._numbers.extend(
-            (frame.index, *track.ellipse[:4], info.n_supporting, tracking, seconds, shift)
+            (frame.index, *track.ellipse[:4], supporting, tracking, seconds, shift)
         )
         self._numbers.extend(info.cue_weights.values())
         self._tracked += tracking
@@ -90,7 +92,7 @@ class Recorder:
 
     @property
     def series(self) -> Series:
-        """The numbers kept so far."""
+        """The numbers recorded so far."""
         single = len(Series._fields) - 1
         table = np.array(self._numbers).reshape(-1, single + len(self._config.cues))
         return Series(*[*table.T[:single], table[:, single:]])
@@ -100,20 +102,21 @@ class Recorder:
         """The names of the files that `save` may write."""
         cues = self._config.cues
         more = (CUE_WEIGHTS,) * (len(cues) > 1) + (ORIENTATION,) * ("orientation" in cues)
-        return FIGURES + more
+        rule = self._config.presence is not None
+        return tuple(name for name in FIGURES if rule or name != APPEARING) + more
 
     def surface(self) -> Surface | None:
-        """Return the surface of figure 3 in the frame that was kept; None if none was tracked."""
+        """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
         if self._kept is None:
             return None
         frame, info = self._kept
-        ellipse = info.track.ellipse
+        ellipse, n = info.track.ellipse, SURFACE_STEPS
         reach = max(ellipse.box[2:])
-        x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), STEPS)
-        y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), STEPS)
-        moved = np.tile(np.array(ellipse), (STEPS, STEPS, 1))
+        x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), n)
+        y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), n)
+        moved = np.tile(np.array(ellipse), (n, n, 1))
         moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
-        rho = np.zeros(STEPS * STEPS)
+        rho = np.zeros(n * n)
         for name, cue in self._config.cues.items():
             distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
             rho += info.cue_weights[name] * (1 - distances**2)
@@ -121,13 +124,13 @@ class Recorder:
             frame.index,
             x,
             y,
-            rho.reshape(STEPS, STEPS),
+            rho.reshape(n, n),
             info.ellipses[:, :2],
             np.array(ellipse[:2]),
         )
 
     def edges(self) -> Edges | None:
-        """Return the histograms of figure 1 in the frame that was kept, if there is one."""
+        """Return the histograms of figure 1 in the kept frame; None without frame or cue."""
         cue = self._config.cues.get("orientation")
         if self._kept is None or not isinstance(cue, Orientation):
             return None
@@ -152,11 +155,11 @@ class Recorder:
         )
 
     def save(self, folder: Path) -> list[Path]:
-        """Draw the figures into a folder, which is made if need be; return the files written.
+        """Draw the figures into a folder, which is made if needed; return the written files.
 
-        They are among `files`, and replace files of these names. What shows a single frame is left
-        out where no frame was tracked; the times between two frames where there are not two; and
-        all of them where no frame was recorded.
+        They are among `files`, and replace files with these names. Figures of a single frame are
+        left out if no frame was tracked, running times if there is only one frame, and all figures
+        if no frame was recorded.
 
         Raises
         ------
@@ -166,12 +169,13 @@ class Recorder:
         series, surface, edges = self.series, self.surface(), self.edges()
         if not series.frame.size:
             return []
+        rule = self._config.presence
         figures = {
             "rho_surface.png": charts.rho_surface(surface) if surface else None,
             "time_per_frame.png": charts.time_per_frame(series, self._name)
             if series.frame.size > 1
             else None,
-            "appearing.png": charts.appearing(series, *self._rule),
+            APPEARING: charts.appearing(series, self._samples, rule.fraction) if rule else None,
             "size_and_displacement.png": charts.size_and_displacement(series),
             CUE_WEIGHTS: charts.cue_weights(series, list(self._config.cues)),
             ORIENTATION: charts.orientation_histograms(edges) if edges else None,
@@ -194,11 +198,3 @@ class Recorder:
     @property
     def _name(self) -> str:
         return "mean shift" if isinstance(self._config, MeanShift) else "particle filter"
-
-    @property
-    def _rule(self) -> tuple[int, float]:
-        """Number of samples N and fraction f of the appearance rule."""
-        if isinstance(self._config, Discriminative):
-            return self._config.particles, 0.0  # all of them, or none
-        samples = self._config.particles if isinstance(self._config, ParticleFilter) else 1
-        return samples, self._config.presence.fraction

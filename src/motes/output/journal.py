@@ -1,7 +1,7 @@
 """A journal: the objects of each frame, in a file that grows with the run.
 
-Documents, which are whole only at the end, are made of it, so that a run that is killed loses no
-frame. The first line is a `Head`, each other line a `Picture`, all of them JSON.
+Annotation documents are complete only at the end of a run and are made from the journal; a run that
+is killed loses no frame. The first line is a `Header`, each other line a `FrameRow`, all in JSON.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from motes.core.track import Status
 from motes.mot.tracked_object import SceneTrack
 
 ENDING = ".rows.jsonl"
-"""Follows the name of the document that a journal is for."""
+"""Added to the name of a document, this is the name of its journal."""
 
 
-class Sighting(msgspec.Struct, frozen=True, array_like=True):
-    """An object in a frame; the fields are those of `SceneTrack` and its `Track`."""
+class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
+    """An object in a frame, with fields of `SceneTrack` and its `Track`."""
 
     identity: int
     ellipse: Ellipse
@@ -34,9 +34,9 @@ class Sighting(msgspec.Struct, frozen=True, array_like=True):
 
     @classmethod
     def of(cls, each: SceneTrack) -> Self:
-        """Return what is kept of an object."""
+        """Return the row of an object."""
         track = each.track
-        ellipse = Ellipse(*map(float, track.ellipse))  # callers' own may be numpy's
+        ellipse = Ellipse(*map(float, track.ellipse))  # a caller may give NumPy numbers
         return cls(each.identity, ellipse, float(track.confidence), track.status, each.occluded_by)
 
     @property
@@ -45,17 +45,17 @@ class Sighting(msgspec.Struct, frozen=True, array_like=True):
         return self.ellipse.box
 
 
-class Picture(msgspec.Struct, frozen=True, omit_defaults=True):
+class FrameRow(msgspec.Struct, frozen=True, omit_defaults=True):
     """A frame: its index, its time in seconds, its objects, and its file if it is an image."""
 
     frame: int
     time: float
-    objects: tuple[Sighting, ...]
+    objects: tuple[ObjectRow, ...]
     file: str | None = None
 
 
-class Head(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
-    """What all pictures share: the source's name, their size in pixels, the objects' class."""
+class Header(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
+    """What all frames share: the source's name, the size in pixels, the class of the objects."""
 
     source: str
     width: int
@@ -64,19 +64,19 @@ class Head(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
 
 
 class JournalWriter:
-    """Make a new journal and add pictures; each is in the file when `add` returns.
+    """Make a new journal and add rows; each row is in the file when `add` returns.
 
     Raises
     ------
     OSError
-        If the file exists, even as a link to nowhere, or cannot be written. Then it ends with the
-        last whole picture; it is removed if it has none.
+        If the file exists, even as a broken link, or cannot be written. The file then ends with
+        the last complete row; without any row it is removed.
     """
 
-    def __init__(self, path: Path, head: Head) -> None:
+    def __init__(self, path: Path, head: Header) -> None:
         self.path = path
-        # Exclusive: what is there may be a user's, or the journal of another run. Without a
-        # buffer, nothing is left over that would fail once more when closed.
+        # Mode x: an existing file may be a user's, or the journal of another run. Without a
+        # buffer, closing the file has nothing left to write and cannot fail again.
         self._file = path.open("xb", buffering=0)
         self._size = 0
         try:
@@ -86,11 +86,11 @@ class JournalWriter:
             path.unlink(missing_ok=True)
             raise
 
-    def add(self, picture: Picture) -> None:
-        """Add a frame."""
-        self._put(picture)
+    def add(self, row: FrameRow) -> None:
+        """Add the row of a frame."""
+        self._put(row)
 
-    def _put(self, line: Head | Picture) -> None:
+    def _put(self, line: Header | FrameRow) -> None:
         data = msgspec.json.encode(line) + b"\n"
         try:
             write_all(self._file, data)
@@ -106,19 +106,20 @@ class JournalWriter:
 
 
 class Journal:
-    """What a journal holds; a last line that was cut off is left out.
+    """The content of a journal, without a last line that was cut off.
 
     Raises
     ------
     SourceError
-        Here, if the file cannot be read or is none; from `pictures`, if a line is damaged.
+        When it is opened, if the file cannot be read or is no journal. From `rows`, if a line is
+        damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
             with path.open("rb") as file:
-                self.head = msgspec.json.decode(file.readline(), type=Head)
+                self.head = msgspec.json.decode(file.readline(), type=Header)
                 self._start = file.tell()
         except OSError as error:
             raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
@@ -127,9 +128,9 @@ class Journal:
                 f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
             ) from None
 
-    def pictures(self, start: int = 0) -> Iterator[tuple[int, Picture]]:
-        """Yield the frames, each after its offset in the file, from the one at an offset on."""
-        decoder = msgspec.json.Decoder(Picture)
+    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
+        """Yield pairs of an offset in the file and the row there, from an offset to the end."""
+        decoder = msgspec.json.Decoder(FrameRow)
         try:
             with self.path.open("rb") as file:
                 offset = file.seek(start or self._start)
@@ -145,15 +146,15 @@ class Journal:
                 f"{self.path} is damaged at byte {offset}; remove the line there, and try again."
             ) from None
 
-    def __iter__(self) -> Iterator[Picture]:
-        return (picture for _, picture in self.pictures())
+    def __iter__(self) -> Iterator[FrameRow]:
+        return (row for _, row in self.rows())
 
 
 def journal_of(name: str) -> Path:
-    """Return where the rows of a document are until it is made."""
+    """Return the path of a document's journal."""
     return Path(name + ENDING)
 
 
-def sightings(tracks: Iterable[SceneTrack]) -> tuple[Sighting, ...]:
-    """Return what is kept of the objects of a frame."""
-    return tuple(Sighting.of(each) for each in tracks)
+def object_rows(tracks: Iterable[SceneTrack]) -> tuple[ObjectRow, ...]:
+    """Return the rows of the objects in a frame."""
+    return tuple(ObjectRow.of(each) for each in tracks)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Color = tuple[int, int, int]
 
-# Okabe and Ito's palette: all readers can tell these apart.
+# The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 COLORS: dict[Status, Color] = {
     Status.TRACKING: (86, 180, 233),
     Status.SEARCHING: (230, 159, 0),
@@ -26,10 +26,10 @@ COLORS: dict[Status, Color] = {
     Status.LOST: (213, 94, 0),
 }
 PARTICLE: Color = (255, 110, 205)
-CASING: Color = (0, 0, 0)
-"""A thin dark line on both sides of a bright one keeps it visible on every background."""
-FINE = 2
-"""Lines are drawn this much larger and then averaged, which smooths their edges."""
+CASING_COLOR: Color = (0, 0, 0)
+"""Color of the dark edges of a line, which keep it visible on every background."""
+SUPERSAMPLING = 2
+"""Lines are drawn this many times larger and then averaged, which smooths their edges."""
 
 
 def draw(
@@ -43,26 +43,26 @@ def draw(
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a track drawn on it.
 
-    The estimate is an outline, solid and blue while tracking, dashed and orange while searching,
-    dashed and yellow when occluded, dashed and red-brown when lost. What lies
-    outside the frame is clipped.
+    The estimate is an outline: solid and blue while tracking, dashed and orange while searching,
+    dashed and yellow when occluded, dashed and red-brown when lost. Parts outside the frame are
+    clipped.
 
     Parameters
     ----------
     pixels
-        RGB uint8 of shape (H, W, 3); left as it is.
+        RGB uint8 of shape (H, W, 3); not changed.
     track
-        What to draw.
+        The estimate, its status and its confidence.
     particles
-        (N, 5), of x, y, a, b, theta, or only their (N, 2) centers: one dot each.
+        (N, 5) particles x, y, a, b, theta, or only their (N, 2) centers; each becomes a dot.
     weights
-        (N,), at least 0; the lighter a particle, the fainter its dot. Without them all are alike.
+        (N,) weights, at least 0: dots of lower weight are fainter. Without them all dots are equal.
     trail
-        (M, 2), previous centers, the oldest first, which fades; a center that is not finite
-        interrupts it.
+        (M, 2) previous centers, the oldest first and faintest; a center that is not finite
+        interrupts the line.
     label
-        Text for the upper left corner, over a bar of the confidence. By default the frame's
-        number, the status and the confidence; "" for no label at all.
+        Text for the upper left corner, above a bar of the confidence. By default the frame's
+        number, the status and the confidence; "" for no label.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def draw(
     line = max(1.0, min(image.size) / 240)
     dots, alpha = _dots(particles, weights)
     path = _points(trail, "trail")
-    # Ellipse.polygon starts at the end of the half-axis a; every dash takes three of six sides.
+    # Ellipse.polygon starts at the end of the half-axis a; each dash covers three of six sides.
     dashes = round(min(max(math.hypot(*track.ellipse[2:4]) / (2 * line), 6), 300))
     outline = np.vstack([track.ellipse.polygon(6 * dashes), track.ellipse.polygon(1)])
     strokes = [outline]
@@ -85,12 +85,12 @@ def draw(
     low, high = _region(np.concatenate([outline, dots, path]), 3 * line, image.size)
     width, height = (high - low).tolist()
     part = image.crop((*low.tolist(), *high.tolist()))
-    part = part.resize((FINE * width, FINE * height), Image.Resampling.NEAREST)
+    part = part.resize((SUPERSAMPLING * width, SUPERSAMPLING * height), Image.Resampling.NEAREST)
     pen = ImageDraw.Draw(part, "RGBA")
 
-    def fine(points: NDArray[np.float64]) -> list[int]:
-        # Pillow counts in 32 bits; what lies a million pixels away is not seen anyway.
-        inner = FINE * (points - low) + (FINE - 1) / 2
+    def scaled(points: NDArray[np.float64]) -> list[int]:
+        # Pillow has 32-bit coordinates; points a million pixels away are not visible anyway.
+        inner = SUPERSAMPLING * (points - low) + (SUPERSAMPLING - 1) / 2
         flat: list[int] = np.rint(inner.clip(-1e6, 1e6)).astype(int).ravel().tolist()
         return flat
 
@@ -98,14 +98,14 @@ def draw(
     for age, step in enumerate(np.stack([path[:-1], path[1:]], axis=1), start=1):
         if np.isfinite(step).all():
             ink = (*color, round(40 + 180 * age / len(path)))
-            pen.line(fine(step), ink, round(FINE * line))
-    for x, y, opacity in zip(*np.reshape(fine(dots), (-1, 2)).T.tolist(), alpha, strict=True):
-        radius = 0.8 * FINE * line
+            pen.line(scaled(step), ink, round(SUPERSAMPLING * line))
+    for x, y, opacity in zip(*np.reshape(scaled(dots), (-1, 2)).T.tolist(), alpha, strict=True):
+        radius = 0.8 * SUPERSAMPLING * line
         pen.ellipse((x - radius, y - radius, x + radius, y + radius), (*PARTICLE, opacity))
-    for thickness, ink in ((3 * line, (*CASING, 255)), (1.5 * line, (*color, 255))):
+    for thickness, ink in ((3 * line, (*CASING_COLOR, 255)), (1.5 * line, (*color, 255))):
         for stroke in strokes:
-            pen.line(fine(stroke), ink, round(FINE * thickness))
-    image.paste(part.reduce(FINE), tuple(low.tolist()))
+            pen.line(scaled(stroke), ink, round(SUPERSAMPLING * thickness))
+    image.paste(part.reduce(SUPERSAMPLING), tuple(low.tolist()))
 
     if label != "":
         _draw_label(image, label or _describe(track), track.confidence, color)
@@ -144,7 +144,7 @@ def _dots(
 def _region(
     points: NDArray[np.float64], margin: float, size: tuple[int, int]
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Return the corners of the part of an image that drawing at points may change."""
+    """Return the corners of the part of an image that drawing near the points may change."""
     finite = points[np.isfinite(points).all(axis=1)]
     limit = np.array(size)
     low = np.floor(finite.min(axis=0) - margin).clip(0, limit - 1).astype(int)
@@ -158,24 +158,24 @@ def _describe(track: Track) -> str:
 
 @lru_cache
 def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
-    """Return Pillow's own font in a size in pixels."""
+    """Return Pillow's default font in a size in pixels."""
     from PIL import ImageFont
 
-    return ImageFont.load_default(size)  # reading it takes longer than writing with it
+    return ImageFont.load_default(size)  # cached: loading takes longer than drawing text
 
 
 def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:
-    """Write text in the upper left corner, on a dark panel over a bar of the confidence."""
+    """Draw text in the upper left corner, on a dark panel above a bar of the confidence."""
     from PIL import ImageDraw
 
     size = max(8, round(min(image.width / 40, image.height / 26)))
-    letters = font(size)
+    typeface = font(size)
     pen = ImageDraw.Draw(image, "RGBA")
     pad = max(2, round(size / 2))
-    _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, letters)
+    _, _, right, bottom = pen.textbbox((2 * pad, 1.5 * pad), text, typeface)
     panel = (pad, pad, right + pad, bottom + 2 * pad)
     pen.rectangle(panel, (0, 0, 0, 165))
-    pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), letters)
+    pen.text((2 * pad, 1.5 * pad), text, (255, 255, 255, 255), typeface)
     bar = panel[3] - max(2, round(pad / 2))
     end = panel[0] + (panel[2] - panel[0]) * min(max(confidence, 0), 1)
     pen.rectangle((panel[0], bar, end, panel[3]), (*color, 255))

@@ -17,14 +17,14 @@ from motes.output.overlay import font
 Color = tuple[int, int, int]
 Point = tuple[float, float]
 
-PLACE: Color = (255, 255, 255)
-GOLDEN = 0.618034
-"""Hues a golden section apart: any number of them, the last ones farthest from each other."""
+REGION_COLOR: Color = (255, 255, 255)
+GOLDEN_RATIO = 0.618034
+"""Step between the hues of successive identities, which keeps recent ones far from each other."""
 
 
 def color_of(identity: int) -> Color:
     """Return an identity's color, the same in every frame."""
-    red, green, blue = colorsys.hsv_to_rgb(identity * GOLDEN % 1, 0.75, 1.0)
+    red, green, blue = colorsys.hsv_to_rgb(identity * GOLDEN_RATIO % 1, 0.75, 1.0)
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
@@ -32,52 +32,53 @@ def draw_scene(
     pixels: NDArray[np.uint8],
     tracks: Sequence[SceneTrack],
     trails: Mapping[int, Sequence[Point]],
-    places: Regions | None = None,
+    regions: Regions | None = None,
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
     Parameters
     ----------
     pixels
-        RGB uint8 of shape (H, W, 3); left as it is.
+        RGB uint8 of shape (H, W, 3); not changed.
     tracks
-        Boxes with their identities; thin and without a label's ground where hidden.
+        The objects, drawn as boxes with their identities. An object that is not tracked has thin
+        lines and a label without background.
     trails
-        Each identity's way so far.
-    places
-        Lines and zones.
+        The past centers of each identity, oldest first.
+    regions
+        Lines and zones of the event counter.
     """
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(as_rgb(pixels))
     pen = ImageDraw.Draw(image, "RGBA")
     line = max(1, round(min(image.size) / 240))
-    letters = font(max(9, round(min(image.size) / 28)))
-    shapes: list[tuple[float, ...]] = [each.points for each in places.line] if places else []
-    shapes += [(*each.points, *each.points[:2]) for each in places.zone] if places else []
+    typeface = font(max(9, round(min(image.size) / 28)))
+    shapes: list[tuple[float, ...]] = [each.points for each in regions.line] if regions else []
+    shapes += [(*each.points, *each.points[:2]) for each in regions.zone] if regions else []
     for points in shapes:
-        pen.line(_whole(np.array(points)), (*PLACE, 200), line)
+        pen.line(_rounded(np.array(points)), (*REGION_COLOR, 200), line)
     for each in tracks:
         color, hidden = color_of(each.identity), each.track.status is not Status.TRACKING
-        way = np.reshape(trails.get(each.identity, ()), (-1, 2))
-        if len(way) > 1:
-            pen.line(_whole(way), (*color, 200), line)
+        trail = np.reshape(trails.get(each.identity, ()), (-1, 2))
+        if len(trail) > 1:
+            pen.line(_rounded(trail), (*color, 200), line)
         box = each.track.box
-        corners = _whole(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
+        corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
         text = f"{each.identity}" + (f" {each.track.status}" if hidden else "")
-        # Inside the frame, whatever the box does.
-        _, _, right, bottom = pen.textbbox((0, 0), text, letters)
+        # The label stays inside the frame even if the box does not.
+        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         x = min(max(corners[0], 0), image.width - right)
         y = min(max(corners[1] - bottom - line, 0), image.height - bottom)
         if not hidden:
             pen.rectangle((x, y, x + right, y + bottom), (*color, 255))
-        pen.text((x, y), text, color if hidden else (0, 0, 0), letters)
+        pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
 
 
-def _whole(points: NDArray[np.float64]) -> list[int]:
-    """Return points as Pillow takes them, in 32 bits."""
+def _rounded(points: NDArray[np.float64]) -> list[int]:
+    """Return points as whole numbers in a flat list, within Pillow's 32 bits."""
     flat: list[int] = np.rint(points.clip(-1e6, 1e6)).astype(int).ravel().tolist()
     return flat

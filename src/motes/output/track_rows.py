@@ -1,8 +1,8 @@
-"""Tracks into files: CSV and JSON Lines, a row for each frame.
+"""Files of tracks, in CSV or JSON Lines, with a row for each frame.
 
-Rows reach the file one by one, numbers are rounded to fixed digits and none is NaN or infinite, so
-that equal runs give equal bytes. That is also how an interrupted file is continued: the run is
-repeated, and rows that are there already are compared instead of written.
+Rows are written one by one. Numbers have fixed digits and are never NaN or infinite, so equal runs
+give equal bytes. This makes it possible to continue an interrupted file: the run is repeated, and
+the existing rows are compared instead of written.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from motes.core.track import Status, Track
 
 Form = Literal["csv", "jsonl"]
 FORMS: dict[str, Form] = {".csv": "csv", ".jsonl": "jsonl"}
-"""By file ending."""
+"""The form of each file ending."""
 
 COLUMNS = (
     "frame",
@@ -38,12 +38,12 @@ COLUMNS = (
 
 
 def form_of(path: str | Path, form: Form | None = None) -> Form:
-    """Return the form of a file: the one asked for, or what its ending says; `-` is CSV.
+    """Return the form of a file: `form` if given, else that of the file's ending; `-` is CSV.
 
     Raises
     ------
     ConfigError
-        If the ending says nothing.
+        If the ending is unknown.
     """
     if form is not None:
         return form
@@ -56,12 +56,12 @@ def form_of(path: str | Path, form: Form | None = None) -> Form:
 
 
 def check_writable(path: str | Path, overwrite: bool = False) -> None:
-    """Check that a file can be made at `path`; a device or a pipe may well be there.
+    """Check that a file can be made at `path`; an existing device or pipe is allowed.
 
     Raises
     ------
     FormatError
-        If a file is there and must not be overwritten, or the folder is missing or protected.
+        If a file exists and must not be overwritten, or the folder is missing or protected.
     """
     path = Path(path)
     if path.is_dir():
@@ -75,12 +75,12 @@ def check_writable(path: str | Path, overwrite: bool = False) -> None:
 
 
 def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
-    """Check that a file that is being written still has a name.
+    """Check that the file that is being written has not been deleted.
 
     Raises
     ------
     FormatError
-        If it was deleted, or another one took its name: what goes into it is lost.
+        If it was deleted, or another file has its name now; further rows would be lost.
     """
     opened = os.fstat(file.fileno())
     if opened.st_nlink or (os.path.exists(path) and os.path.samestat(opened, os.stat(path))):
@@ -91,38 +91,38 @@ def check_not_deleted(file: BinaryIO, path: str | Path) -> None:
 class TrackWriter:
     """Write tracks, a row for each frame; use it as a context manager.
 
-    The columns are `COLUMNS`: pixels, radians and seconds as in `Track`. A frame without a track
+    The columns are `COLUMNS`, in pixels, radians and seconds as in `Track`. A frame without a track
     has empty fields (CSV) or null (JSON Lines) and the status `searching`. The file is made with
-    the first row; a row is in it as soon as `write` returns.
+    the first row; a row is in the file when `write` returns.
 
     Parameters
     ----------
     path
         The file, or `-` for standard output.
     form
-        `csv` or `jsonl`; by default what the file's ending says, and CSV for `-`.
+        `csv` or `jsonl`; by default that of the file's ending, and `csv` for `-`.
     overwrite
         Whether an existing file may be replaced.
     resume
-        Whether an existing file is the beginning of these rows. Each row that is already there is
-        compared with what is written; a last line that was cut off is completed.
+        Whether an existing file is the beginning of these rows. Each existing row is compared with
+        the new one; a last line that was cut off is completed.
 
     Attributes
     ----------
     form
-        As above.
+        The form of the file.
     resumed
-        Number of rows that were already there.
+        Number of rows that existed before.
     rows
-        Number of rows so far, those included.
+        Number of rows so far, including those.
 
     Raises
     ------
     ConfigError
-        If the ending is unknown, or standard output shall be resumed.
+        If the ending is unknown, or standard output is to be resumed.
     FormatError
-        Here, if the file exists or cannot be written; later, if the disk is full, the file was
-        deleted or an existing row differs. Rows written before stay.
+        When it is created, if the file exists or cannot be written. Later, if the disk is full,
+        the file was deleted or an existing row differs. Rows written before stay.
     """
 
     def __init__(
@@ -148,14 +148,14 @@ class TrackWriter:
         check_writable(self._path, overwrite or resume)
         if resume and self._path.exists():
             if not self._path.is_file():
-                raise ConfigError(f"{path} is no ordinary file and cannot be resumed.")
+                raise ConfigError(f"{path} is not an ordinary file and cannot be resumed.")
             try:
                 self._old = self._path.open("rb")
             except OSError as error:
                 raise self._failure(error) from error
 
     def write(self, frame: int, time: float, track: Track | None) -> None:
-        """Write the row of a frame: its index, its time in seconds, and its track if any."""
+        """Write the row of a frame: its index, its time in seconds, and its track or None."""
         if not self.rows and self.form == "csv":
             self._put(",".join(COLUMNS), "its first line")
         self._put(self._row(frame, time, track), f"the row of frame {frame}")
@@ -177,34 +177,34 @@ class TrackWriter:
         return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
 
     def _put(self, text: str, what: str) -> None:
-        """Compare a line with the one already there, or write it."""
+        """Compare a line with the existing one, or write it."""
         line = text.encode() + b"\n"
         if self._old is not None:
-            there = self._old.readline()
-            if there == line:
+            existing = self._old.readline()
+            if existing == line:
                 self._size += len(line)
                 return
-            if not line.startswith(there):
+            if not line.startswith(existing):
                 raise FormatError(
                     f"{self._name} cannot be resumed: {what} differs, so the source, the options "
                     f"or the seed are not the same; repeat them, or write to another file."
                 )
             self._old.close()
             self._old = None
-            # What was cut off is the beginning of this line and disappears under it.
+            # The existing line was cut off: it is the beginning of this one, which replaces it.
             self._open("r+b")
         elif self._file is None:
             self._open("wb")
         try:
             self._write(line)
-        except BrokenPipeError:  # whoever reads has seen enough; no fault of the output
+        except BrokenPipeError:  # the reader of the pipe has stopped; that is no failure
             raise
         except OSError as error:
             raise self._failure(error) from error
 
     def _open(self, mode: Literal["r+b", "wb"]) -> None:
         try:
-            # Without a buffer, nothing is left over that would fail once more when closed.
+            # Without a buffer, closing the file has nothing left to write and cannot fail again.
             if self._path is None:
                 self._file = os.fdopen(sys.stdout.fileno(), "wb", buffering=0, closefd=False)
                 return
@@ -223,7 +223,7 @@ class TrackWriter:
         try:
             write_all(self._file, line)
         except OSError:
-            with contextlib.suppress(OSError):  # leave whole rows, where that is possible
+            with contextlib.suppress(OSError):  # leave only complete rows, if possible
                 self._file.truncate(self._size)
             raise
         self._size += len(line)
@@ -240,7 +240,7 @@ class TrackWriter:
         Raises
         ------
         FormatError
-            If a resumed file holds more rows than were written; they stay.
+            If a resumed file has more rows than this run wrote; they stay.
         """
         more = self._old is not None and self._old.read(1)
         self._release()
@@ -267,7 +267,7 @@ class TrackWriter:
 
 
 def _number(value: float, digits: int) -> str:
-    """Return a number with fixed digits, nothing for what is no number; zero has no sign."""
+    """Return a number with fixed digits, zero without a sign; empty text if it is not finite."""
     return f"{value:z.{digits}f}" if math.isfinite(value) else ""
 
 

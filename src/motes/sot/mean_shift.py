@@ -1,16 +1,18 @@
 """The mean-shift tracker that Nummiaro et al. compare with (section VI).
 
 One hypothesis climbs the Bhattacharyya coefficient by the mean-shift vector of Comaniciu, Ramesh
-and Meer (CVPR 2000), for three sizes; optionally from where a Kalman filter expects the target
+and Meer (CVPR 2000), for three sizes. It may start from the prediction of a Kalman filter
 (Comaniciu and Ramesh, ICIP 2000).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, ClassVar
 
+import msgspec
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
@@ -20,12 +22,12 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
 from motes.core.track import Status, Track
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
+from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
-from motes.sot.step_info import StepInfo
 
 Floats = NDArray[np.float64]
 
@@ -65,22 +67,22 @@ Moments = tuple[Floats, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShiftState:
-    """What the next step needs.
+    """The state after a frame.
 
     Attributes
     ----------
     time
-        Of the last frame, in seconds.
+        Time of the last frame, in seconds.
     ellipse
         The only hypothesis.
     model, background
-        The target model, and what the appearance rule compares with.
+        The target model, and the background statistics of the appearance rule.
     unit
         Mean half-axis of the first region, in pixels.
     mean, covariance
-        (2, 2) each: the Kalman filter's, rows of the mean being position and velocity.
-    status, missed
-        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+        (2, 2) each: of the Kalman filter. The rows of the mean are position and velocity.
+    status, frames_missed
+        The status, and the number of frames in a row that failed the appearance rule.
     """
 
     time: Annotated[float, SAME]
@@ -94,7 +96,38 @@ class ShiftState:
     frames_missed: int
 
 
-class MeanShift(Config, frozen=True, tag="mean_shift"):
+class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
+    """What the mean-shift tracker reports of a step.
+
+    Attributes
+    ----------
+    track
+        The estimate, which is the only hypothesis.
+    n_supporting
+        1 if it fulfills the appearance rule, else 0.
+    models
+        The target model that this frame was compared with, as `color`.
+    cue_weights
+        The weight 1 of `color`.
+    """
+
+    track: Track
+    n_supporting: int
+    models: Mapping[str, ColorModel]
+    cue_weights: Mapping[str, float]
+
+    @property
+    def ellipses(self) -> Floats:
+        """(1, 5) the only hypothesis: x, y, a, b, theta."""
+        return np.array([self.track.ellipse])
+
+    @property
+    def weights(self) -> Floats:
+        """(1,) its probability: 1."""
+        return np.ones(1)
+
+
+class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
     Attributes
@@ -102,17 +135,19 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     color
         The color histogram; the shift reads the same pixels.
     prediction
-        Start from a Kalman filter's prediction; without, from the last position.
+        The Kalman filter whose prediction is the start; without one, the last position is.
     scale
-        Sizes 1 - scale, 1 and 1 + scale times the last one are tried; the most similar is taken.
+        The tried sizes are 1 - scale, 1 and 1 + scale times the last one; the most similar is kept.
     iterations
-        At most so many shifts for each size.
+        Largest number of shifts for each size.
     tolerance
-        A shift below so many pixels ends the iterations.
+        A shift of fewer pixels ends the iterations.
     presence, calibration
-        The status and confidence of the single hypothesis, as in the particle filter. Reading every
-        pixel around every pixel of the background would take seconds; fewer places are looked at.
+        The status and confidence of the single hypothesis, as in the particle filter. The cue reads
+        every pixel, so fewer background positions are read.
     """
+
+    state_type: ClassVar[type[ShiftState]] = ShiftState
 
     color: Color = Color(kernel="epanechnikov", sampling=EveryPixel())
     prediction: Kalman | None = None
@@ -129,7 +164,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Learn the target in `region` and start tracking it; draws no random numbers."""
         model = self.color.learn(frame, region)
         background = self.presence.background(
@@ -139,7 +174,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def step(
         self, rng: np.random.Generator, state: ShiftState, frame: Frame
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Predict, climb with three sizes, keep the most similar one; draws no random numbers."""
         start, mean, covariance = state.ellipse, state.mean, state.covariance
         if self.prediction:
@@ -163,7 +198,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def correct(
         self, state: ShiftState, frame: Frame, region: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
+    ) -> tuple[ShiftState, MeanShiftInfo]:
         """Put the target at `region` of the current frame; the target model is kept."""
         state = replace(
             state,
@@ -174,14 +209,15 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         )
         return self._observe(state, frame, region)
 
-    def check(self, state: ShiftState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
+    def check(self, state: ShiftState, frame: Frame) -> ShiftState:
+        """Return a saved state; raise a ValueError if no frame leaves such a state."""
+        middle = middle_of(frame, 1.0, 1.0)  # for any size, histograms have the same shape
         model = self.color.learn(frame, middle)
         check(state, _begun(frame, middle, model, BackgroundStatistics(0.0, 0.0)), "state")
+        return state
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
-        """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
+        """Shift the ellipse to more similar places until it moves less than the tolerance."""
         distance = self._distance(model, frame, ellipse)
         for _ in range(self.iterations):
             x, y = self.color.shift(model, frame, ellipse)
@@ -204,8 +240,8 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
-    ) -> tuple[ShiftState, StepInfo]:
-        """Judge whether the target is there."""
+    ) -> tuple[ShiftState, MeanShiftInfo]:
+        """Return the state and the report for the ellipse that was found."""
         distances = self.color.distances(state.model, frame, np.array([ellipse]))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
@@ -219,15 +255,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
             distance=float(distances[0]),
             effective_sample_size=1.0,
         )
-        info = StepInfo(
-            track,
-            np.array([ellipse]),
-            np.ones(1),
-            distances,
-            int(appears),
-            {"color": state.model},
-            {"color": 1.0},
-        )
+        info = MeanShiftInfo(track, int(appears), {"color": state.model}, {"color": 1.0})
         return replace(state, ellipse=ellipse, status=status, frames_missed=missed), info
 
 

@@ -1,20 +1,23 @@
-"""The papers' trackers as configuration values; each number names where it comes from."""
+"""The trackers of the papers as configurations; comments give the source of each number."""
 
 from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
+from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
@@ -85,7 +88,7 @@ FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
 # of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
 # many bad particles outweigh the good ones; 150 times 0.001 is less than the best one's exp(-1).
 # Not the paper's: the appearance rule with its margin, and lattices, which read fewer pixels still:
-# so many points as cost no accuracy.
+# as few points as cost no accuracy.
 NG_DELP = ParticleFilter(
     particles=150,
     motion=NUMMIARO.motion,
@@ -173,6 +176,33 @@ PRESETS: dict[str, TrackerConfig] = {
     ),
 }
 
+DESCRIPTIONS = {
+    "default": "Correlation filters, a color posterior and particles that search a lost target.",
+    "nummiaro": "Nummiaro et al.: a particle filter with a color histogram.",
+    "nummiaro:adaptive": "The same with a target model that is updated.",
+    "mean_shift": "Mean shift on a color histogram, the comparison of Nummiaro et al.",
+    "mean_shift:kalman": "The same from a start that a Kalman filter predicts.",
+    "maggio": "Maggio et al.: color and edge orientation (ROH), adaptive cue weights.",
+    "maggio:C": "Color alone (table 1).",
+    "maggio:O-FOH": "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
+    "maggio:O-ROH": "Orientation alone, turned with the target (table 1).",
+    "maggio:C+O-SS-FOH": "Fixed cue weights, scale selection, FOH (table 1).",
+    "maggio:C+O-SS-ROH": "Fixed cue weights, scale selection, ROH (table 1).",
+    "maggio:C+O-A-FOH": "Adaptive cue weights, no scale selection, FOH (figure 5).",
+    "maggio:C+O-A-ROH": "Adaptive cue weights, no scale selection, ROH (figure 5).",
+    "maggio:C+O-A&SS-FOH": "Adaptive cue weights, scale selection, FOH (table 1).",
+    "maggio:C+O-A&SS-ROH": "Adaptive cue weights, scale selection, ROH: the same as maggio.",
+    "ng_delp": "Ng and Delp: color and edge histograms, on a part of the pixels.",
+    "ng_delp:color": "Color alone.",
+    "ng_delp:edges": "Edges alone.",
+    "zhao_pei": "Zhao and Pei: color and HOG, target models updated bin by bin.",
+    "zhao_pei:fixed": "The same with target models that stay fixed (figure 2).",
+    "zhao_pei:72": "HOG of 72 bins, in 3x3 cells (section 2.1).",
+    "zhao_pei:color": "Color alone.",
+    "zhao_pei:hog": "HOG alone.",
+}
+"""One line on each preset."""
+
 
 def preset(name: str) -> TrackerConfig:
     """Return a preset's configuration.
@@ -189,6 +219,22 @@ def preset(name: str) -> TrackerConfig:
     raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
 
 
+def _check_cues(values: Mapping[str, Any]) -> None:
+    """Check that an algorithm with fixed cues is given no other one."""
+    algorithm = values.get("type")
+    if not isinstance(algorithm, str) or algorithm not in TRACKERS:
+        return
+    kind: Any = TRACKERS.resolve(algorithm)
+    if kind.open_field is not None:
+        return
+    for name in values:
+        if name not in ("type", *kind.__struct_fields__) and name in CUES:
+            raise ConfigError(
+                f"Algorithm {algorithm!r} takes no cue {name!r}, as its cues are fixed; choose a "
+                f"particle filter, such as preset nummiaro."
+            )
+
+
 def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     """Return a configuration with changes laid over it, from plain nested values (TOML, flags).
 
@@ -200,5 +246,6 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     values = to_dict(base)
     for change in changes:
         values = merge(values, change)
-    config: TrackerConfig = from_dict(values, TrackerConfig)
+    _check_cues(values)
+    config: TrackerConfig = from_dict(values, Algorithm)
     return config

@@ -1,49 +1,50 @@
-"""What an observer of a step may want, whichever algorithm took it."""
+"""What every tracking algorithm reports of a step."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.track import Track
-from motes.sot.filtering.model_update import UpdateDiagnostics
 
 Floats = NDArray[np.float64]
 
 
-class StepInfo(msgspec.Struct, frozen=True, eq=False):
-    """What an observer of a step may want.
+class StepInfo(Protocol):
+    """What any observer of a step can read; an algorithm's own info may hold more.
 
-    Attributes
-    ----------
-    track
-        The estimate.
-    ellipses
-        (N, 5) the particles: x, y, a, b, theta.
-    weights
-        (N,) their probabilities after this frame.
-    distances
-        (N,) to the target model, over all cues.
-    n_supporting
-        Number of particles that fulfill the appearance rule.
-    models
-        The target model of each cue that this frame was compared with.
-    cue_weights
-        The weight of each cue; they sum to 1.
-    update_diagnostics
-        What the strategy of adaptation made of this frame, for each cue whose says so; empty where
-        the appearance rule does not hold.
+    See `FilterInfo`, `MeanShiftInfo` and `DiscriminativeInfo`.
     """
 
-    track: Track
-    ellipses: Floats
-    weights: Floats
-    distances: Floats
-    n_supporting: int
-    models: Mapping[str, Any]
-    cue_weights: Mapping[str, float]
-    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}
+    @property
+    def track(self) -> Track:
+        """The estimate."""
+        ...
+
+    @property
+    def ellipses(self) -> Floats:
+        """(N, 5) the hypotheses: x, y, a, b, theta. There may be none."""
+        ...
+
+    @property
+    def weights(self) -> Floats:
+        """(N,) their probabilities after this frame."""
+        ...
+
+    @property
+    def n_supporting(self) -> int | None:
+        """Number of hypotheses that fulfill the appearance rule; None without such a rule."""
+        ...
+
+    @property
+    def models(self) -> Mapping[str, Any]:
+        """The target model of each cue."""
+        ...
+
+    @property
+    def cue_weights(self) -> Mapping[str, float]:
+        """The weight of each cue; they sum to 1."""
+        ...

@@ -1,6 +1,6 @@
-"""Image files, and those that hold several pictures: animated PNG, WebP and GIF, pages of a TIFF.
+"""Image files, and files with several pictures: animated PNG, WebP and GIF, TIFF with pages.
 
-Pillow composes each picture of an animation whole, and tells how long it is shown.
+Pillow composes each complete picture of an animation and gives the time for which it is shown.
 """
 
 from __future__ import annotations
@@ -20,33 +20,34 @@ from motes.core.errors import MotesError, SourceError
 from motes.core.frame import FRAME_INTERVAL, as_rgb
 
 if TYPE_CHECKING:
-    from motes.video.decoder import Report, Stamped
+    from motes.video.decoder import Stamped
+    from motes.video.report import Report
 
-# Not MPO, the JPEG of many phones: what follows its first picture shows the same moment again.
+# Not MPO, the JPEG of many phones: its other pictures show the same moment as the first.
 ANIMATED = frozenset({"GIF", "PNG", "WEBP"})
 
 _SUBFILE = 254
 _REDUCED_OR_MASK = 0b101
-"""A TIFF's tag of what a page is, and its bits for pages that belong to another page."""
+"""The TIFF tag NewSubfileType, and its bits for reduced copies and masks of another page."""
 
 
 class Animation:
-    """The pictures of one image file, at the times that it gives; pages are 1/25 s apart.
+    """The pictures of one image file, at the times in the file; pages of a TIFF are 1/25 s apart.
 
     Attributes
     ----------
     fps
-        By how long the first picture is shown.
+        The inverse of the time for which the first picture is shown.
     duration
-        Seconds; None for an animation, whose later times come with its pictures.
+        In seconds; None for an animation, whose times are read together with its pictures.
     count
-        How many pictures there are; 1 for a still image.
+        Number of pictures; 1 for a still image.
 
     Raises
     ------
     SourceError
-        Here, if the file is missing or not an image; later, at the first picture that cannot be
-        read.
+        When it is opened, if the file is missing or not an image. Later, at the first picture that
+        cannot be read.
     """
 
     live = False
@@ -72,11 +73,11 @@ class Animation:
             moment += shown
 
     def _show(self, number: int) -> float:
-        """Turn to a picture; return for how many seconds it is shown."""
+        """Go to a picture; return for how many seconds it is shown."""
         self._image.seek(number)
         if self._image.format not in ANIMATED:
             return FRAME_INTERVAL
-        self._image.load()  # only then is the time known
+        self._image.load()  # the time is known only after this
         return float(self._image.info.get("duration", 0)) / 1000
 
     def _pixels(self, index: int) -> NDArray[np.uint8]:
@@ -88,12 +89,12 @@ class Animation:
         return Path(self._path).name if self.count == 1 else None
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._image.close()
 
 
 def picture_numbers(image: Image.Image) -> list[int]:
-    """Return the numbers of the pictures in an image file that follow each other."""
+    """Return the numbers of the pictures in an image file that are frames, in order."""
     count = getattr(image, "n_frames", 1)
     if image.format in ANIMATED:
         # A PNG may begin with a picture for programs that do not know animations.
@@ -106,7 +107,7 @@ def picture_numbers(image: Image.Image) -> list[int]:
 
 
 def _page_kind(image: Image.Image, number: int) -> int:
-    """Return what a TIFF's page is: 0, or the reduced picture or the mask of another page."""
+    """Return 0 for an ordinary TIFF page, else the bits of a reduced copy or a mask."""
     image.seek(number)
     return int(image.tag_v2.get(_SUBFILE, 0)) & _REDUCED_OR_MASK  # type: ignore[attr-defined]
 
@@ -120,25 +121,25 @@ def pixels_of(image: Image.Image) -> NDArray[np.uint8]:
         return as_rgb(np.asarray(image).clip(0, 65535).astype(np.uint16))
     if image.mode in ("RGB", "F"):
         return as_rgb(np.asarray(image))
-    # By way of RGBA, as the transparency of a palette has nowhere to go in RGB.
+    # Through RGBA: RGB has no room for the transparency of a palette.
     return as_rgb(np.asarray(image.convert("RGBA")))
 
 
 @contextlib.contextmanager
 def readable(path: str | Path, index: int = 0) -> Iterator[None]:
-    """Raise a SourceError in one line for whatever reading an image raises.
+    """Turn any error raised while an image is read into a SourceError of one line.
 
     Parameters
     ----------
     path
         The image.
     index
-        Which of its pictures is read.
+        Number of the picture that is read.
     """
     what = f"Picture {index} of {path}" if index else f"The image {path}"
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of large pictures and odd metadata
+            warnings.simplefilter("ignore")  # warnings of large pictures and odd metadata
             yield
     except FileNotFoundError:
         raise SourceError(f"There is no image {path}; check the name.") from None
@@ -147,7 +148,7 @@ def readable(path: str | Path, index: int = 0) -> Iterator[None]:
     except Image.DecompressionBombError:
         most = 2 * (Image.MAX_IMAGE_PIXELS or 0)
         raise SourceError(f"{what} is too large: more than {most} pixels; scale it down.") from None
-    except Exception as error:  # decoders of damaged images raise nearly anything
+    except Exception as error:  # decoders of damaged images raise errors of many kinds
         reason = getattr(error, "strerror", None) or "damaged, or not an image"
         advice = "choose an end before that" if index else "replace it"
         raise SourceError(f"{what} cannot be read: {reason}; {advice}.") from error

@@ -1,4 +1,4 @@
-"""Cameras and streams that may stall, end and come back: always the newest frame."""
+"""Cameras and streams that may stall, end and come back; always the newest frame is given."""
 
 from __future__ import annotations
 
@@ -11,145 +11,148 @@ from typing import Self
 from motes.core.errors import MotesError, SourceError
 from motes.core.frame import Frame
 from motes.video import decoder
-from motes.video.reconnect import AGAIN, FIRST_PAUSE, LONGEST_PAUSE
+from motes.video.reconnect import FIRST_PAUSE, LONGEST_PAUSE, RETRY_NOTE
 from motes.video.sources import Source, is_remote, open_source
 
-GRACE = 0.5
-"""Seconds for which FFmpeg may be late to say that nothing comes."""
+ANSWER_MARGIN = 0.5
+"""Seconds for which FFmpeg may be late with its report that no packet arrives."""
 
 CATCH_UP = 2.0
-"""Seconds for which a source may send what is old before it is taken as it comes."""
-TICK = 1e-3
-"""Least seconds from one frame to the next."""
-LOOK = 0.1
-"""Seconds between two looks whether anything comes."""
+"""Seconds after the opening in which old frames are dropped; later ones are used as they arrive."""
+MIN_STEP = 1e-3
+"""Smallest time from one frame to the next, in seconds."""
+POLL_INTERVAL = 0.1
+"""Seconds between two checks for a new frame or message."""
 
-DRIFT = 0.01
-"""Share by which the source's clock is set anew with every frame."""
+CLOCK_GAIN = 0.01
+"""Fraction of the difference between the two clocks that each frame corrects."""
 
 
 class Live:
-    """An iterator over the newest frames of a live source, and over its troubles.
+    """An iterator over the newest frames of a live source, and over messages about its failures.
 
-    A thread reads. Frames that come while the last one is still being worked on take each other's
-    place, and those that had to go are counted. Where the source fails, that is said once, in
-    words, and it is opened again after growing pauses. It has no end, unless the source turns out
-    to be a recording; see `open_source`.
+    A thread reads the source. While one frame is processed, each new frame replaces the one that
+    waits, and the replaced frames are counted. If the source fails, there is one message, and the
+    source is opened again after growing pauses. The iterator has no end, unless the source turns
+    out to be a recording; see `open_source`.
 
     Parameters
     ----------
     source
-        As `open_source` takes it.
-    film
-        The source if it is open already; None if that failed.
-    trouble
-        Why it failed.
+        The source, as for `open_source`.
+    opened
+        The open source; None if opening it failed.
+    error
+        Why opening it failed.
     origin
-        What `time.monotonic` said at time 0 of the frames; by default, now.
+        The reading of `time.monotonic` at time 0 of the frames; by default, now.
 
     Attributes
     ----------
     dropped
-        Number of frames that were never asked for.
+        Number of frames that were read but never given.
     """
 
     def __init__(
-        self, source: str, film: Source | None, trouble: str = "", origin: float | None = None
+        self, source: str, opened: Source | None, error: str = "", origin: float | None = None
     ) -> None:
-        self._source, self._film = source, film
+        self._address, self._source = source, opened
         self._origin = time.monotonic() if origin is None else origin
-        self._news = threading.Condition()
-        self._said: deque[str] = deque()
+        self._changed = threading.Condition()
+        self._messages: deque[str] = deque()
         self._frame: Frame | None = None
         self._count = self.dropped = 0
-        self._stamp = self._last = self._opened = self._moment = 0.0
-        self._base: float | None = None
-        self._since: float | None = None
-        """When the source last gave a frame, or was opened; None while it is not open."""
-        self._trouble: float | None = None
-        """Since when there is none."""
+        self._last_stamp = self._last_arrival = self._opened = self._last_time = 0.0
+        self._clock_offset: float | None = None
+        self._active_at: float | None = None
+        """Clock reading at the last frame or opening; None while the source is not open."""
+        self._failed_at: float | None = None
+        """Clock reading when the source failed; None while it works."""
         self._closed, self._ended = threading.Event(), threading.Event()
-        if film is None:
-            self._fail(trouble)
+        if opened is None:
+            self._report_failure(error)
         threading.Thread(target=self._read, name="live", daemon=True).start()
 
     def __iter__(self) -> Iterator[Frame | str]:
         while not self._closed.is_set():
             ended = self._ended.is_set()
-            with self._news:
-                limit = decoder.READ_TIMEOUT + GRACE
-                self._news.wait_for(lambda: self._said or self._frame is not None, LOOK)
-                if not ended and self._since is not None and time.monotonic() - self._since > limit:
-                    self._fail(f"{self._source_name} sends no pictures.")
-                if self._said:
-                    news: Frame | str | None = self._said.popleft()
+            with self._changed:
+                limit = decoder.READ_TIMEOUT + ANSWER_MARGIN
+                self._changed.wait_for(
+                    lambda: self._messages or self._frame is not None, POLL_INTERVAL
+                )
+                active_at = None if ended else self._active_at
+                if active_at is not None and time.monotonic() - active_at > limit:
+                    self._report_failure(f"{self._source_name} sends no pictures.")
+                if self._messages:
+                    item: Frame | str | None = self._messages.popleft()
                 else:
-                    news, self._frame = self._frame, None
-            if news is not None:
-                yield news
+                    item, self._frame = self._frame, None
+            if item is not None:
+                yield item
             elif ended:
                 return
 
     @property
     def _source_name(self) -> str:
-        return self._film.name if self._film is not None else self._source
+        return self._source.name if self._source is not None else self._address
 
     def _read(self) -> None:
-        """Read the source, again and again."""
+        """Read the source; open it again after each failure."""
         pause = FIRST_PAUSE
         while not self._closed.is_set():
             try:
-                if self._film is None:
-                    self._film = open_source(self._source)
-                with self._film:
-                    self._since = self._last = self._opened = time.monotonic()
-                    self._base = None
-                    for frame in self._film:
-                        self._put(frame)
+                if self._source is None:
+                    self._source = open_source(self._address)
+                with self._source:
+                    self._active_at = self._last_arrival = self._opened = time.monotonic()
+                    self._clock_offset = None
+                    for frame in self._source:
+                        self._keep(frame)
                         pause = FIRST_PAUSE
                         if self._closed.is_set():
                             return
                 self._ended.set()
                 return
             except MotesError as error:
-                why = str(error)
-            self._film = None
-            with self._news:
-                self._since = None
-                self._fail(why)
+                reason = str(error)
+            self._source = None
+            with self._changed:
+                self._active_at = None
+                self._report_failure(reason)
             self._closed.wait(pause)
             pause = min(2 * pause, LONGEST_PAUSE)
 
-    def _put(self, frame: Frame) -> None:
-        """Make a frame the newest."""
+    def _keep(self, frame: Frame) -> None:
+        """Keep a frame as the newest one."""
         now = time.monotonic()
-        interval, since, self._last = frame.time - self._stamp, now - self._last, now
-        self._stamp = frame.time
-        if self._base is None:
-            # What was sent while the source was opened comes all at once, and is old.
-            if since < interval / 2 and now < self._opened + CATCH_UP:
+        interval, waited = frame.time - self._last_stamp, now - self._last_arrival
+        self._last_stamp, self._last_arrival = frame.time, now
+        if self._clock_offset is None:
+            # Frames sent while the source was opened arrive all at once, and are old.
+            if waited < interval / 2 and now < self._opened + CATCH_UP:
                 self.dropped += 1
                 return
-            self._base = now - frame.time
-        # Times are the source's, as frames may come in bursts.
-        self._base += DRIFT * (now - frame.time - self._base)
-        moment = max(self._moment + TICK, frame.time + self._base - self._origin)
-        with self._news:
-            self._moment = moment
-            if self._trouble is not None:
-                name, away = self._source_name, now - self._trouble
-                self._said.append(f"{name} is back after {away:.1f} s.")
-            self._since, self._trouble = now, None
+            self._clock_offset = now - frame.time
+        # The times are those of the source, since frames may arrive in bursts.
+        self._clock_offset += CLOCK_GAIN * (now - frame.time - self._clock_offset)
+        moment = max(self._last_time + MIN_STEP, frame.time + self._clock_offset - self._origin)
+        with self._changed:
+            self._last_time = moment
+            if self._failed_at is not None:
+                name, seconds = self._source_name, now - self._failed_at
+                self._messages.append(f"{name} is back after {seconds:.1f} s.")
+            self._active_at, self._failed_at = now, None
             self.dropped += self._frame is not None
             self._frame = Frame(self._count, moment, frame.pixels)
             self._count += 1
-            self._news.notify()
+            self._changed.notify()
 
-    def _fail(self, why: str) -> None:
-        """Say what is wrong, unless that is known."""
-        if self._trouble is None:
-            self._trouble = time.monotonic()
-            self._said.append(f"{why} {AGAIN}")
+    def _report_failure(self, reason: str) -> None:
+        """Add a message about a failure, unless there was one since the last frame."""
+        if self._failed_at is None:
+            self._failed_at = time.monotonic()
+            self._messages.append(f"{reason} {RETRY_NOTE}")
 
     def __enter__(self) -> Self:
         return self
@@ -159,17 +162,17 @@ class Live:
 
 
 def open_watched(source: str, origin: float | None = None) -> Source | Live:
-    """Open a source of frames: a recording as it is, anything live as `Live`.
+    """Open a source of frames: a recording as `Source`, a live source as `Live`.
 
     Raises
     ------
     SourceError
-        If there is nothing to read and never will be: a camera or an address is tried again.
+        If a file or folder cannot be read; a camera or an address is tried again instead.
     """
     try:
-        film = open_source(source)
+        opened = open_source(source)
     except SourceError as error:
         if not is_remote(source):
             raise
         return Live(source, None, str(error), origin)
-    return Live(source, film, origin=origin) if film.live else film
+    return Live(source, opened, origin=origin) if opened.live else opened

@@ -1,44 +1,44 @@
-"""Whether pictures come at the pace of a camera, or as fast as a file is sent."""
+"""Whether a source sends pictures in real time, as a camera, or faster, as a recording."""
 
 from __future__ import annotations
 
 import time
 
-FASTER = 1.5
-"""What comes so many times faster than its own clock is a recording.
+RECORDING_SPEED = 1.5
+"""A source that sends this many times faster than real time is a recording.
 
-A camera cannot send what has not happened yet, but some begin with a few seconds from before.
+A camera cannot send the future, but some cameras begin with a few seconds of the past.
 """
-SURE = 10.0
-"""Seconds of film after which that is decided for good if it is so."""
+DECISION_SPAN = 10.0
+"""Seconds of video after which the decision for a recording is final."""
 LONGEST_STEP = 1.0
-"""Seconds between two packets; a clock that leaps farther was set anew."""
+"""Longest time between two packets, in seconds; after a longer jump the clock was reset."""
 
 
 class Pace:
-    """Compares the clock of a source with ours, from before the source is opened."""
+    """Compares the clock of a source with the computer's; create it before the source is opened."""
 
     def __init__(self) -> None:
-        self._begun = self._now = time.monotonic()
+        self._started = self._now = time.monotonic()
         self._span = 0.0
         self._last: float | None = None
-        self._sure = False
+        self._decided = False
 
     def note(self, stamp: float | None) -> float:
-        """Take note of a packet's decoding time; return the seconds since the beginning."""
+        """Record a packet's decoding time, in seconds; return the seconds since the start."""
         self._now = time.monotonic()
         if stamp is not None:
             step = 0.0 if self._last is None else stamp - self._last
             self._span += min(max(step, 0.0), LONGEST_STEP)
             self._last = stamp
-        self._sure = self._sure or (self._span > SURE and self._fast)
-        return self._now - self._begun
+        self._decided = self._decided or (self._span > DECISION_SPAN and self._fast)
+        return self._now - self._started
 
     @property
     def _fast(self) -> bool:
-        return self._span > FASTER * (self._now - self._begun)
+        return self._span > RECORDING_SPEED * (self._now - self._started)
 
     @property
     def recorded(self) -> bool:
-        """Whether the source is a recording, as far as its packets tell."""
-        return self._sure or self._fast
+        """Whether the packets so far show that the source is a recording."""
+        return self._decided or self._fast

@@ -1,4 +1,4 @@
-"""What is computed before it is asked for, in a thread, and handed over in its order."""
+"""Items that a thread computes in advance and that are given in their order."""
 
 from __future__ import annotations
 
@@ -12,21 +12,29 @@ from typing import TypeVar
 from motes.core.interrupts import deferred
 
 T = TypeVar("T")
-AHEAD = 4
-"""So many frames are decoded before they are asked for; more would only need more memory."""
+QUEUE_SIZE = 4
+"""Frames that are decoded in advance; more would only need more memory."""
 
 
 @contextlib.contextmanager
-def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
-    """Iterate over items that a thread gets ahead of time: decoding and tracking overlap.
+def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T]]:
+    """Iterate over items that a thread gets in advance: decoding and tracking overlap.
 
-    What the thread raises is raised by the iterator, after the items before. When the context
-    ends, so have the thread and the iterator, also for another thread that waits for an item.
+    An error raised in the thread is raised by the iterator after the items before it. When the
+    context ends, the thread has ended, and so has the iterator, even in another thread that waits
+    for an item.
+
+    Parameters
+    ----------
+    items
+        What to iterate over, in the thread.
+    ahead
+        Largest number of items that wait to be used.
     """
     ready: queue.Queue[T | _End] = queue.Queue(ahead)
     stopped = threading.Event()
 
-    def get() -> None:
+    def produce() -> None:
         error: BaseException | None = None
         try:
             for item in items:
@@ -37,21 +45,21 @@ def prefetch(items: Iterable[T], ahead: int = AHEAD) -> Iterator[Iterator[T]]:
             error = raised
         ready.put(_End(error))
 
-    def hand_over() -> Iterator[T]:
+    def items_in_order() -> Iterator[T]:
         while not isinstance(item := ready.get(), _End):
             yield item
         if item.error is not None:
             raise item.error
 
-    thread = threading.Thread(target=get, name="prefetch", daemon=True)
+    thread = threading.Thread(target=produce, name="prefetch", daemon=True)
     try:
-        with deferred():  # else an interrupt may leave a thread behind that nobody ends
+        with deferred():  # otherwise an interrupt may leave a thread behind that never ends
             thread.start()
-        yield hand_over()
+        yield items_in_order()
     finally:
         with deferred():
             stopped.set()
-            while thread.is_alive():  # make room, in case it waits to hand over
+            while thread.is_alive():  # make room, in case the thread waits to put an item
                 with contextlib.suppress(queue.Empty):
                     ready.get(timeout=0.01)
             while not ready.empty():

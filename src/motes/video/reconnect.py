@@ -1,4 +1,4 @@
-"""A live source that is opened again where it drops."""
+"""A live source that is opened again after its connection drops."""
 
 from __future__ import annotations
 
@@ -7,27 +7,28 @@ import time
 from collections.abc import Callable, Generator
 
 from motes.core.errors import SourceError
-from motes.video.decoder import Decoder, Report, Stamped
+from motes.video.decoder import Decoder, Stamped
+from motes.video.report import Report
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.5, 30.0
-"""Seconds until a source that failed is opened again; each pause is twice the one before."""
+"""Seconds before a source that failed is opened again; each pause is twice the one before."""
 
-AGAIN = "It is tried again, with growing pauses."
+RETRY_NOTE = "It is tried again, with growing pauses."
 
 
 class Persistent:
-    """The pictures of a live source over all its connections, with times that go on.
+    """The pictures of a live source over all its connections, with times that keep increasing.
 
     Parameters
     ----------
     connect
         Opens the source.
-    film
+    decoder
         The source, opened for the first time.
     name
-        What it is called in messages.
+        The name of the source in messages.
     on_drop
-        Called with a line when it drops, and when it is back.
+        Called with one line of text when the source drops, and when it is back.
 
     Raises
     ------
@@ -42,69 +43,70 @@ class Persistent:
     def __init__(
         self,
         connect: Callable[[], Decoder],
-        film: Decoder,
+        decoder: Decoder,
         name: str,
         on_drop: Callable[[str], None],
     ) -> None:
-        self._connect, self._film, self._name, self._on_drop = connect, film, name, on_drop
+        self._connect, self._decoder, self._name, self._on_drop = connect, decoder, name, on_drop
         self._stopped = threading.Event()
         self._pause = FIRST_PAUSE
-        self.fps = film.fps
+        self.fps = decoder.fps
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
-        """Yield the pictures of one connection after the other; a recording has only one."""
-        moment, came = 0.0, time.monotonic()
-        lost: float | None = None
+        """Yield the pictures of all connections in turn; a recording has only one connection."""
+        time_reached, last_arrival = 0.0, time.monotonic()
+        dropped_at: float | None = None
         while True:
-            first: float | None = None
+            origin: float | None = None
             try:
-                for stamp, load in self._film.pictures(report):
+                for stamp, load in self._decoder.pictures(report):
                     now = time.monotonic()
                     self._pause = FIRST_PAUSE
-                    if lost is not None:
-                        self._on_drop(f"{self._name} is back after {now - lost:.1f} s.")
-                        lost = None
+                    if dropped_at is not None:
+                        self._on_drop(f"{self._name} is back after {now - dropped_at:.1f} s.")
+                        dropped_at = None
                     if stamp is None:
                         yield None, load
                     else:
-                        if first is None:
-                            first = stamp - (moment + now - came if report.drops else 0.0)
-                        moment = stamp - first
-                        yield moment, load
-                    came = time.monotonic()
+                        if origin is None:
+                            passed = time_reached + now - last_arrival if report.drops else 0.0
+                            origin = stamp - passed
+                        time_reached = stamp - origin
+                        yield time_reached, load
+                    last_arrival = time.monotonic()
             except SourceError as error:
-                if self._film.recorded:
+                if self._decoder.recorded:
                     raise
                 report.drops += 1
-                if lost is None:
-                    lost = time.monotonic()
-                    self._on_drop(f"{error} {AGAIN}")
-                self._film.close()
+                if dropped_at is None:
+                    dropped_at = time.monotonic()
+                    self._on_drop(f"{error} {RETRY_NOTE}")
+                self._decoder.close()
             else:
                 return
             if not self._open_again():
                 return
 
     def _open_again(self) -> bool:
-        """Wait for the source to answer; return whether it does, not having been stopped."""
+        """Wait until the source answers; return False if the waiting was stopped before."""
         while not self._stopped.wait(self._pause):
             self._pause = min(2 * self._pause, LONGEST_PAUSE)
             try:
-                self._film = self._connect()
+                self._decoder = self._connect()
             except SourceError:
                 continue
             return True
         return False
 
     def file_of(self, index: int) -> str | None:
-        """Return None: pictures of a live source are in no file."""
+        """Return None: the pictures of a live source have no files."""
         return None
 
     def stop(self) -> None:
-        """End the waiting, from any thread."""
+        """End the waiting; any thread may call this."""
         self._stopped.set()
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         self.stop()
-        self._film.close()
+        self._decoder.close()

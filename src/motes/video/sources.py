@@ -1,7 +1,7 @@
 """Frames from video files, images, cameras and streams.
 
-`open_source` takes whatever a user names and gives a `Source`, an iterator of frames. What could
-not be read is counted in its `Report`, not hidden.
+`open_source` takes the name that a user gives and returns a `Source`, an iterator of frames. Its
+`Report` counts what could not be read.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.decoder import REMEDY, Decoder, Report, Stamped, camera
+from motes.video.decoder import REMEDY, Decoder, Stamped, camera
 from motes.video.reconnect import Persistent
+from motes.video.report import Report
 
 IMAGE_ENDINGS = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
@@ -32,13 +33,13 @@ IMAGE_ENDINGS = frozenset(
 SCHEMES = ("http", "https", "rtsp", "rtsps")
 
 _TICK = 1e-6
-"""Times closer than this, in seconds, are the same but for rounding."""
+"""Times closer than this, in seconds, differ only by rounding."""
 
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
 
 
 class _Reader(Protocol):
-    """The pictures of one kind of source; every other step is the same for all kinds."""
+    """The pictures of one kind of source; all other steps are the same for all kinds."""
 
     @property
     def fps(self) -> float | None: ...
@@ -50,10 +51,10 @@ class _Reader(Protocol):
     def live(self) -> bool: ...
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
-        """Yield the pictures in order; only those whose pixels are asked for are converted."""
+        """Yield the pictures in order; the pixels are converted only where they are used."""
 
     def file_of(self, index: int) -> str | None:
-        """Return the file of a picture that has one of its own."""
+        """Return the name of the picture's own file, or None."""
 
     def close(self) -> None: ...
 
@@ -64,19 +65,19 @@ class Source:
     Attributes
     ----------
     name
-        What is read, for messages; passwords in addresses are left out.
+        The name of the source in messages, without the password of an address.
     width, height
-        Of every frame, in pixels.
+        Size of every frame, in pixels.
     fps
         Nominal frames per second, None if unknown.
     duration
-        Of the whole source in seconds, None if unknown.
+        Length of the whole source in seconds, None if unknown.
     frame_count
-        Estimate of how many frames the chosen range holds, None if unknown.
+        Estimated number of frames in the chosen range, None if unknown.
     live
-        Whether frames come at the pace of a camera, without an end.
+        Whether frames arrive in real time, without an end.
     report
-        See `Report`; complete once the source is exhausted.
+        Counts of what was read and of errors; complete after the last frame.
     """
 
     def __init__(
@@ -88,7 +89,7 @@ class Source:
         self._reader = reader
         ends = [stop for stop in (end, reader.count) if stop is not None]
         self.frame_count = len(range(start, min(ends), stride)) if ends else None
-        # Closed before the reader, which a thread may be reading.
+        # This is closed before the reader, since a thread may be using the reader.
         self._pictures = reader.pictures(self.report)
         frames = self._select(start, end, stride)
         try:
@@ -147,17 +148,17 @@ class Source:
         self.close()
 
     def close(self) -> None:
-        """Let go of the file, camera or connection; there are no frames after that."""
+        """Close the file, camera or connection; there are no frames after that."""
         self._frames = iter(())
         self._pictures.close()
         self._reader.close()
 
     def file_of(self, index: int) -> str | None:
-        """Return the name of a frame's image file in the folder of all images; None for a video."""
+        """Return the path of a frame's image file in the folder of all images; None for a video."""
         return self._reader.file_of(index)
 
     def stop(self) -> None:
-        """Wait no longer for a live source that dropped: the frames end there; from any thread."""
+        """Stop waiting for a live source that dropped: no more frames; any thread may call this."""
         if isinstance(self._reader, Persistent):
             self._reader.stop()
 
@@ -175,33 +176,38 @@ def open_source(
     Parameters
     ----------
     source
-        A video file; an image, all of it if it is animated or a TIFF of several pages; a folder of
-        images or a pattern such as "dir/*.jpg", in the natural order of their names (img2 before
-        img10), the first picture of each; the number of a camera, 0 or "0" (write "./0" for a file
-        of that name); or an http, https, rtsp or rtsps address.
+        One of these:
+
+        - a video file;
+        - an image file: all pictures of an animation or of a TIFF with several pages;
+        - a folder of images or a pattern such as "dir/*.jpg": the first picture of each file, in
+          the natural order of their names (img2 before img10);
+        - the number of a camera, 0 or "0" (write "./0" for a file of that name);
+        - an http, https, rtsp or rtsps address.
     start, end, stride
         The frames with index start, start + stride, ... below end. `Frame.index` counts in the
         source: start 10 and stride 2 give 10, 12, ...
     on_drop
-        If given, a live source that ends or fails is opened again after growing pauses, its frames
-        go on, and this is called with one line each time. By default, that is an error. Live are
-        cameras, rtsp addresses, streams of JPEGs and HLS, unless they give a duration; and any
-        address that gives neither a duration nor a length, unless it sends faster than its own
-        clock runs (see `motes.video.pace`): then it is a recording, with an end.
+        Called with one line of text when a live source ends or fails, and when it is back. Such a
+        source is opened again after growing pauses, and its frames go on. Without `on_drop`, the
+        end of a live source is an error. Live sources are cameras, rtsp addresses, streams of
+        JPEGs and HLS, unless they give a duration; and any address that gives neither a duration
+        nor a length, unless it sends faster than real time (see `motes.video.pace`): then it is a
+        recording, with an end.
 
     Returns
     -------
     Source
-        Its frames are upright (rotation marks are honored), RGB uint8, all of one size. Their
-        times are the container's, in seconds since the first frame of the source, and strictly
+        Its frames are upright (rotation marks are applied), RGB uint8, all of one size. Their
+        times are those of the file, in seconds since the first frame of the source, and strictly
         increase; images are `FRAME_INTERVAL` apart.
 
     Raises
     ------
     SourceError
-        If there is nothing to read, now or, while iterating, later on.
+        If there is nothing to read; while iterating, if a frame cannot be read.
     ConfigError
-        If start, end and stride make no sense.
+        If start, end or stride is not a possible range of frames.
     """
     for what, number in (("start", start), ("end", end), ("stride", stride)):
         if number is not None or what != "end":
@@ -219,20 +225,20 @@ def open_source(
 
 
 def _check_whole(name: str, number: object) -> None:
-    """Check that a number counts frames."""
+    """Raise a ConfigError unless a value is a whole number of frames."""
     whole = isinstance(number, int | np.integer) and not isinstance(number, bool)
     if not whole or number > sys.maxsize:  # type: ignore[operator]
         raise ConfigError(f"{name} is {number!r}; give a whole number of frames below 2**63.")
 
 
 def is_remote(source: str) -> bool:
-    """Return whether a source is a camera or an address, which may answer later if not now."""
+    """Return whether a source is a camera or an address, which may answer at a later time."""
     url = _URL.match(source)
     return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
 
 
 def read_image(path: str | Path) -> NDArray[np.uint8]:
-    """Read an image, upright, as RGB uint8 of shape (height, width, 3); of several, the first.
+    """Read the first picture of an image file, upright, as RGB uint8 of shape (height, width, 3).
 
     Raises
     ------
@@ -248,7 +254,7 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
 
 
 def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Reader]:
-    """Return the name for messages and the reader of what a user named."""
+    """Return a source's name for messages, and its reader."""
     if source.isdecimal():
         name = f"camera {source}"
         return name, _persistent(partial(camera, int(source)), name, on_drop)
@@ -256,7 +262,7 @@ def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Rea
         if not is_remote(source):
             raise SourceError(f"{url[1]}:// is not known; use http, https, rtsp or rtsps.")
         name = _without_password(source)
-        # Over TCP, as UDP loses packets wherever there is a firewall or a full link.
+        # TCP, because UDP loses packets at a firewall or on a full link.
         options = {"rtsp_transport": "tcp"} if url[1].lower().startswith("rtsp") else {}
         advice = "check the address and the network."
         connect = partial(Decoder, source, name, advice, options=options, remote=True)
@@ -273,18 +279,18 @@ def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Rea
         return source, Animation(source)
     if os.path.isfile(source) and not os.path.getsize(source):
         raise SourceError(f"{source} is empty; {REMEDY}")
-    # With "file:", as FFmpeg would take a name with a colon for an address.
+    # Without "file:", FFmpeg would read a name with a colon as an address.
     return source, Decoder(f"file:{source}", source, "check the file.")
 
 
 def _persistent(
     connect: Callable[[], Decoder], name: str, on_drop: Callable[[str], None] | None
 ) -> _Reader:
-    """Open a camera or an address; what is live and shall be, again and again."""
-    film = connect()
-    if on_drop is None or not film.live:
-        return film
-    return Persistent(connect, film, name, on_drop)
+    """Open a camera or an address; with `on_drop`, a live one is opened again when it drops."""
+    decoder = connect()
+    if on_drop is None or not decoder.live:
+        return decoder
+    return Persistent(connect, decoder, name, on_drop)
 
 
 def _folder(path: str) -> list[str]:
@@ -341,7 +347,7 @@ class _Images:
 
 
 def _first_picture(path: str, report: Report) -> NDArray[np.uint8]:
-    """Read an image among others; where it holds several, count those that are left out."""
+    """Read one image of a folder; count the pictures left out of a file with several."""
     from PIL import Image
 
     from motes.video.animation import picture_numbers, pixels_of, readable

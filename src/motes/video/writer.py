@@ -1,4 +1,4 @@
-"""Annotated video out: nothing is lost when the program is killed or the disk fills up."""
+"""Writing video such that no picture is lost when the program is killed or the disk is full."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import PartialFile
 from motes.video.decoder import ONE_THREAD
 
-# A fragment or cluster for each picture is what a killed program leaves readable. When closed, the
-# fragments become an ordinary film with an index.
+# With a fragment or cluster for each picture, the file of a killed program can be read. On closing,
+# the fragments become an ordinary video file with an index.
 _FRAGMENTS = {"movflags": "hybrid_fragmented+empty_moov+frag_every_frame+default_base_moof"}
 _CONTAINERS = {
     ".m4v": ("ipod", _FRAGMENTS),
@@ -31,31 +31,31 @@ _CONTAINERS = {
 ENDINGS = tuple(_CONTAINERS)
 
 _MILLISECOND = Fraction(1, 1000)
-_BT601 = 6  # the matrix, in the numbers of ITU-T H.273, that swscale uses unless told otherwise
+_BT601 = 6  # the number in ITU-T H.273 of the color matrix that swscale uses by default
 
 
 class VideoWriter:
     """Write RGB pictures as H.264 video; use it as a context manager.
 
-    The pictures go to a partial file beside the target, which in the end becomes the target (see
-    `motes.core.files`). If the program is killed, or an exception passes through the `with`, the
-    partial file stays, and has all pictures but the last one or two; the target is untouched.
-    Without a picture there is no file at all.
+    The pictures go to a partial file in the target's folder, which is renamed to the target at the
+    end (see `motes.core.files`). If the program is killed, or an exception leaves the `with` block,
+    the partial file stays and has all pictures except the last one or two; the target is untouched.
+    Without a picture, no file is made.
 
     Parameters
     ----------
     path
-        The target; its ending names the container: .m4v, .mkv, .mov or .mp4.
+        The target; its ending gives the container: .m4v, .mkv, .mov or .mp4.
     fps
-        Nominal frames per second; pictures without a time of their own follow each other at this
-        rate.
+        Nominal frames per second, used for pictures without a time.
     overwrite
         Whether an existing target may be replaced.
 
     Raises
     ------
     FormatError
-        Here, if the target exists or cannot be written; later, if a picture cannot be written.
+        When it is created, if the target exists or cannot be written. Later, if a picture cannot
+        be written.
     ConfigError
         If the ending is unknown or the rate is not a positive number.
     """
@@ -88,16 +88,16 @@ class VideoWriter:
         Parameters
         ----------
         pixels
-            RGB, shape (height, width, 3), the same for all pictures. Odd sizes, which H.264 does
-            not have, grow by one row or column that repeats the edge.
+            RGB uint8 of shape (height, width, 3), the same for all pictures. H.264 has no odd
+            sizes: they grow by one row or column that repeats the edge.
         time
-            Seconds since the start; kept to the millisecond. Give it for all pictures or none.
+            Seconds since the start, rounded to milliseconds. Give it for all pictures or none.
 
         Raises
         ------
         FormatError
-            If the picture does not fit or the disk is full; what was written before stays in the
-            partial file.
+            If the picture has another shape or type, or the disk is full; earlier pictures stay in
+            the partial file.
         """
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             raise FormatError(
@@ -128,15 +128,15 @@ class VideoWriter:
         self._frames += 1
 
     def _begin(self, height: int, width: int) -> OutputContainer:
-        form, muxing = _CONTAINERS[self.path.suffix.lower()]
+        format_name, muxing = _CONTAINERS[self.path.suffix.lower()]
         try:
             self._file = PartialFile(self.path, self.path.suffix)
         except OSError as error:
             raise self._failure(error) from error
         options = {**muxing, "flush_packets": "1"}
-        container = av.open(self._file, "w", format=form, options=options)
-        # Tuned so, the encoder holds back no picture. It then gives still parts more bits than it
-        # would with a look ahead; crf 22 looks as good as 20 does with one.
+        container = av.open(self._file, "w", format=format_name, options=options)
+        # With zerolatency the encoder holds back no picture. Without a look ahead it spends more
+        # bits on still parts: crf 22 then looks as good as crf 20 with a look ahead.
         self._stream = container.add_stream(
             "libx264",
             rate=Fraction(self._fps).limit_denominator(1001),
@@ -150,7 +150,7 @@ class VideoWriter:
 
     @property
     def result(self) -> Path | None:
-        """The file that holds the pictures: the target once it is whole, a partial one before."""
+        """The file with the pictures: the target when it is complete, the partial file before."""
         if self._file is None:
             return None
         return self.path if self._file.whole else self._file.path
@@ -162,12 +162,12 @@ class VideoWriter:
         )
 
     def close(self) -> None:
-        """Finish the video and give it its name.
+        """Finish the video and rename it to the target.
 
         Raises
         ------
         FormatError
-            If that cannot be written; the partial file stays.
+            If it cannot be written or the target appeared meanwhile; the partial file stays.
         """
         try:
             self._finish(named=True)
@@ -192,7 +192,7 @@ class VideoWriter:
                 self._file.finish(overwrite=self._overwrite)
 
     def _give_up(self) -> None:
-        """Leave the partial file as whole as can be; without a picture, none."""
+        """Keep the partial file as complete as possible; remove it if it has no picture."""
         with contextlib.suppress(av.FFmpegError, OSError):
             self._finish(named=False)
         if self._file is not None and not self._frames:
@@ -205,5 +205,5 @@ class VideoWriter:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self.close()
-        else:  # the exception on its way says more than one that would follow from it
+        else:  # the first exception explains more than one that would follow from it
             self._give_up()

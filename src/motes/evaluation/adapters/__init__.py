@@ -1,1 +1,1 @@
-"""Trackers that are compared: ours, OpenCV's, others by protocol."""
+"""Adapters through which an evaluation runs trackers of motes, OpenCV and others."""

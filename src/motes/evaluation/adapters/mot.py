@@ -1,6 +1,7 @@
-"""What follows many objects in an evaluation: our scene, peers, callables' trackers, results.
+"""Adapters for trackers of many objects: the scene, SORT and ByteTrack, callables, saved results.
 
-`entries` finds them by name. All get the same detections and give boxes with identities, 0-based.
+`registry.mot_tracker_spec` finds them by name. All get the same detections and give boxes with
+identities, 0-based.
 """
 
 from __future__ import annotations
@@ -21,29 +22,29 @@ from motes.core.geometry import Box, as_ellipse
 from motes.core.track import Status
 from motes.evaluation.adapters.sot import LARGEST, import_factory
 from motes.evaluation.datasets.mot_files import read_rows
-from motes.mot.association import as_rows
+from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 
 PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
 """Names, and the classes of the package `trackers`."""
 SCENE = "motes:scene"
-"""Name of what motes has."""
+"""Name of the scene of motes."""
 BACKGROUND = "background"
-"""Name of the detector that motes has."""
+"""Name of the background detector of motes."""
 
 
-class Info(NamedTuple):
-    """What a tracker is told before the first frame.
+class SequenceInfo(NamedTuple):
+    """The facts that a tracker gets before the first frame.
 
     Attributes
     ----------
     name
-        Of the sequence.
+        Name of the sequence.
     frames, rate
-        How many there are, and how many of them a second.
+        Number of frames, and frames per second.
     width, height
-        Of a frame, in pixels.
+        Size of a frame, in pixels.
     """
 
     name: str
@@ -53,52 +54,52 @@ class Info(NamedTuple):
     height: int
 
 
-class Found(NamedTuple):
-    """An object in a frame: whole number, the same in every frame; box; and confidence."""
+class FoundObject(NamedTuple):
+    """An object in a frame: its identity, a whole number that stays the same; box; confidence."""
 
     identity: int
     box: Box
     confidence: float
 
 
-class Said(NamedTuple):
-    """What a tracker says about a frame, and how long it took; NaN where that is not known."""
+class MotAnswer(NamedTuple):
+    """The objects that a tracker gives for a frame, and its running time; NaN if unknown."""
 
-    found: list[Found]
+    found: list[FoundObject]
     seconds: float
 
 
 class MotTrackerAdapter(Protocol):
-    """Follows all objects of one video."""
+    """A tracker of all objects of one video."""
 
-    def start(self, info: Info) -> None:
-        """Get ready for the first frame."""
+    def start(self, info: SequenceInfo) -> None:
+        """Prepare for the first frame."""
         ...
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Say where which objects are; detections are None where the dataset has none."""
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Return the objects in a frame; detections are None if the dataset has none."""
         ...
 
     def close(self) -> None:
-        """Let go of everything; there are no calls after that."""
+        """Release all resources; there are no calls after that."""
         ...
 
 
-class Associating:
-    """SORT or ByteTrack of the package `trackers`, with the package's values for everything."""
+class AssociationAdapter:
+    """SORT or ByteTrack of the package `trackers`, with the default values of the package."""
 
     def __init__(self, name: str) -> None:
         self._name = name
 
-    def start(self, info: Info) -> None:
+    def start(self, info: SequenceInfo) -> None:
         """Make a tracker for the frame rate."""
-        self._supervision, trackers = peers()
+        self._supervision, trackers = import_peers()
         self._tracker = getattr(trackers, PEERS[self._name])(frame_rate=info.rate)
-        self._tracker.reset()  # identities are counted by the class
+        self._tracker.reset()  # the class counts identities for all its instances
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Ask it."""
-        detections = _needed(self._name, detections)
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Update the tracker with the detections."""
+        detections = _require_detections(self._name, detections)
         boxes = as_rows(found.box for found in detections)
         given = self._supervision.Detections(
             xyxy=np.hstack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]]),
@@ -106,16 +107,16 @@ class Associating:
             class_id=np.zeros(len(boxes), np.int64),
         )
         start = time.perf_counter()
-        said = self._tracker.update(given)
+        answer = self._tracker.update(given)
         seconds = time.perf_counter() - start
-        corners, scores = said.xyxy.tolist(), np.asarray(said.confidence, np.float64).tolist()
-        return Said(
+        corners, scores = answer.xyxy.tolist(), np.asarray(answer.confidence, np.float64).tolist()
+        return MotAnswer(
             [
-                Found(identity + 1, Box(left, top, right - left, bottom - top), score)
+                FoundObject(identity + 1, Box(left, top, right - left, bottom - top), score)
                 for (left, top, right, bottom), identity, score in zip(
-                    corners, said.tracker_id.astype(np.int64).tolist(), scores, strict=True
+                    corners, answer.tracker_id.astype(np.int64).tolist(), scores, strict=True
                 )
-                if identity >= 0  # the others have no track yet
+                if identity >= 0  # other detections have no track yet
             ],
             seconds,
         )
@@ -124,62 +125,62 @@ class Associating:
         """Do nothing."""
 
 
-class Watching:
-    """The `Scene` of motes, with its own values; who is hidden is not said.
+class SceneAdapter:
+    """The `Scene` of motes with its default values; occluded objects are not given.
 
     Parameters
     ----------
     seed
-        Of its random numbers.
+        Seed of its random numbers.
     """
 
     def __init__(self, seed: int) -> None:
         self._seed = seed
 
-    def start(self, info: Info) -> None:
-        """Begin a scene, whose clock goes by the sequence's frame rate."""
+    def start(self, info: SequenceInfo) -> None:
+        """Make a scene, whose clock follows the sequence's frame rate."""
         self._rate, self._found = info.rate, list[Detection]()
         self._scene = Scene(lambda _: self._found, seed=self._seed)
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Ask it."""
-        self._found = _needed(SCENE, detections)
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Update the scene."""
+        self._found = _require_detections(SCENE, detections)
         picture = Frame(frame.index, frame.index / self._rate, frame.pixels)
         start = time.perf_counter()
-        said = self._scene.update(picture)
+        answer = self._scene.update(picture)
         seconds = time.perf_counter() - start
-        seen = (each for each in said if each.track.status is Status.TRACKING)
-        found = [Found(each.identity, each.track.box, each.track.confidence) for each in seen]
-        return Said(found, seconds)
+        seen = (each for each in answer if each.track.status is Status.TRACKING)
+        found = [FoundObject(each.identity, each.track.box, each.track.confidence) for each in seen]
+        return MotAnswer(found, seconds)
 
     def close(self) -> None:
         """Do nothing."""
 
 
-class Made:
-    """What a Python callable returns; see `entries`.
+class CallableMotAdapter:
+    """A tracker made by a Python callable; see `registry`.
 
     Parameters
     ----------
     name
         `module:factory`.
     seed
-        What it is called with, after the `Info`; nothing if that is None.
+        The keyword argument `seed` of the call, which follows the `SequenceInfo`; none if None.
     """
 
     def __init__(self, name: str, seed: int | None = None) -> None:
         self._name, self._factory = name, import_factory(name)
         self._arguments = {} if seed is None else {"seed": seed}
 
-    def start(self, info: Info) -> None:
+    def start(self, info: SequenceInfo) -> None:
         """Make a tracker."""
         self._tracker = self._factory(info, **self._arguments)
         if not callable(getattr(self._tracker, "update", None)):
             kind = type(self._tracker).__name__
             raise ConfigError(f"{self._name} makes a {kind} without update().")
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Ask it."""
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Call the tracker and check what it returns."""
         start = time.perf_counter()
         value = self._tracker.update(frame, detections)
         seconds = time.perf_counter() - start
@@ -187,19 +188,25 @@ class Made:
             found = [_found(*row) for row in value]
         except (ConfigError, TypeError, ValueError):
             raise ConfigError(
-                f"update of {self._name} returned {repr(value)[:80]}; it returns a list of (id, "
-                f"box, confidence), with a whole number, x, y, width, height, and a number."
+                f"update of {self._name} returned {repr(value)[:80]}; it must return a list of "
+                f"(id, box, confidence), with a whole number, x, y, width, height, and a number."
             ) from None
         if len({each.identity for each in found}) < len(found):
             raise ConfigError(f"update of {self._name} returned an id twice: {repr(value)[:80]}.")
-        return Said(found, seconds)
+        return MotAnswer(found, seconds)
 
     def close(self) -> None:
         """Do nothing."""
 
 
-def peers() -> tuple[Any, Any]:
-    """Return the modules supervision and trackers; a MissingDependencyError if one is missing."""
+def import_peers() -> tuple[Any, Any]:
+    """Return the modules supervision and trackers.
+
+    Raises
+    ------
+    MissingDependencyError
+        If one of them is not installed.
+    """
     try:
         import supervision
         import trackers
@@ -210,8 +217,8 @@ def peers() -> tuple[Any, Any]:
     return supervision, trackers
 
 
-def _needed(name: str, detections: Sequence[Detection] | None) -> list[Detection]:
-    """Return detections; raise a ConfigError if there are none to be had."""
+def _require_detections(name: str, detections: Sequence[Detection] | None) -> list[Detection]:
+    """Return the detections; raise a ConfigError if the dataset has none."""
     if detections is None:
         raise ConfigError(
             f"{name} needs detections, but there is no det/det.txt; name a --detector."
@@ -219,47 +226,47 @@ def _needed(name: str, detections: Sequence[Detection] | None) -> list[Detection
     return list(detections)
 
 
-def _found(identity: Any, box: Iterable[float], confidence: Any) -> Found:
-    """Return what a callable's tracker says of an object; raise nearly anything if it cannot be."""
+def _found(identity: Any, box: Iterable[float], confidence: Any) -> FoundObject:
+    """Return an object given by a callable's tracker; a wrong value raises errors of many kinds."""
     region, sure = Box(*map(float, box)), float(confidence)
     as_ellipse(region)
     if not math.isfinite(sure) or max(map(abs, (*region, sure))) > LARGEST:
         raise ValueError("a number is out of bounds")
-    return Found(operator.index(identity), region, sure)
+    return FoundObject(operator.index(identity), region, sure)
 
 
-class Recorded:
-    """Results that are there already: a folder with a file SEQUENCE.txt for each sequence."""
+class SavedResultsAdapter:
+    """Results from files: a folder with a file SEQUENCE.txt for each sequence."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def start(self, info: Info) -> None:
+    def start(self, info: SequenceInfo) -> None:
         """Read the file of the sequence."""
         path = self._folder / f"{info.name}.txt"
         if not path.exists():
             raise FormatError(f"There is no file {path}.")
         self._rows = read_rows(path, info.frames, "results")
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Tell what it says."""
-        return Said([Found(*row) for row in self._rows.listed(frame.index)], math.nan)
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Return the rows of a frame."""
+        return MotAnswer([FoundObject(*row) for row in self._rows.listed(frame.index)], math.nan)
 
     def close(self) -> None:
         """Do nothing."""
 
 
-class Detecting:
-    """A contestant with a detector of its own, in place of the dataset's detections.
+class DetectorAdapter:
+    """A tracker with its own detector, in place of the dataset's detections.
 
     Parameters
     ----------
     detector
-        `background`, or `module:factory`; what that returns finds the objects of a frame.
+        `background`, or `module:factory`, whose return value finds the objects of a frame.
     make
-        Makes the contestant, with a seed if it is stochastic.
+        Makes the tracker, with a seed if it is stochastic.
     seed
-        Nothing if it is not.
+        The seed; None if it is not stochastic.
     """
 
     def __init__(
@@ -269,16 +276,16 @@ class Detecting:
         self._detector: Detector = (
             BackgroundDetector() if detector == BACKGROUND else import_factory(detector)()
         )
-        self._follower = make() if seed is None else make(seed)
+        self._adapter = make() if seed is None else make(seed)
 
-    def start(self, info: Info) -> None:
-        """Start the contestant."""
-        self._follower.start(info)
+    def start(self, info: SequenceInfo) -> None:
+        """Start the tracker."""
+        self._adapter.start(info)
 
-    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> Said:
-        """Find objects, and ask the contestant; only the latter's time counts."""
-        return self._follower.update(frame, self._detector(frame))
+    def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
+        """Detect objects and update the tracker; only the tracker's time counts."""
+        return self._adapter.update(frame, self._detector(frame))
 
     def close(self) -> None:
-        """Close the contestant."""
-        self._follower.close()
+        """Close the tracker."""
+        self._adapter.close()

@@ -1,6 +1,6 @@
-"""Other people's trackers, to measure ours against: OpenCV's, behind `Tracker`-like methods.
+"""OpenCV's trackers for comparison, behind methods like those of `Tracker`.
 
-cv2 is imported only when a peer is asked for.
+cv2 is imported only when one of them is used.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from motes.core.errors import ConfigError, MissingDependencyError
 
 
 class Peer(Protocol):
-    """A tracker in OpenCV's manner; images are BGR."""
+    """A tracker with OpenCV's interface; images are BGR."""
 
     def init(self, image: NDArray[np.uint8], box: Sequence[int]) -> None:
         """Start on the object in a box (x, y, width, height)."""
@@ -29,10 +29,10 @@ class Peer(Protocol):
 
 
 class CamShift:
-    """OpenCV's CamShift in the usual pipeline: HSV, back-projection of a hue histogram, CamShift.
+    """The usual pipeline of OpenCV's CamShift: HSV, back-projection of a hue histogram, CamShift.
 
     Pixels with saturation under 60 or value under 32 are left out of the histogram, as in OpenCV's
-    own example.
+    example.
     """
 
     def __init__(self, cv2: Any) -> None:
@@ -49,7 +49,7 @@ class CamShift:
         self._box = (x, y, width, height)
 
     def update(self, image: NDArray[np.uint8]) -> tuple[bool, Sequence[float]]:
-        """Follow the hue's center of mass."""
+        """Follow the center of mass of the back-projection."""
         cv2 = self._cv2
         hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
         likely = cv2.calcBackProject([hsv], [0], self._histogram, [0, 180], 1)
@@ -71,18 +71,18 @@ PEERS: dict[str, Callable[[Any], Peer]] = {
 }
 
 STOCHASTIC = frozenset({"cv2:mil"})
-"""Peers that draw random numbers; the others do the same every time."""
+"""Trackers that draw random numbers; the others give the same result every time."""
 
 
 def opencv(name: str) -> Any:
-    """Return the module cv2, on one thread, if it has the peer of a name.
+    """Return the module cv2, set to one thread, if it has the tracker of a name.
 
     Raises
     ------
     ConfigError
-        For an unknown name.
+        If the name is unknown.
     MissingDependencyError
-        If OpenCV is not installed, or without this tracker.
+        If OpenCV is not installed, or lacks this tracker.
     """
     if name not in PEERS:
         raise ConfigError(f"No peer {name!r}; known are {', '.join(PEERS)}.")
@@ -103,19 +103,19 @@ def opencv(name: str) -> Any:
 
 
 def peer(name: str, seed: int = 0) -> Peer:
-    """Return a fresh tracker of OpenCV's, on one thread.
+    """Return a new tracker of OpenCV, on one thread.
 
-    Start it before the next one is made: a stochastic one takes its random numbers from those of
-    the whole process, which are seeded here, when it starts.
+    Start it before the next one is made: a stochastic tracker draws from the random numbers of the
+    whole process. They are seeded here and used at its start.
 
     Raises
     ------
     ConfigError, MissingDependencyError
-        As `opencv` does.
+        As `opencv`.
     """
     cv2 = opencv(name)
     if name in STOCHASTIC:
         cv2.setRNGSeed(seed)
-        # Its features come from the C library's generator.
+        # Its features are drawn by the random generator of the C library.
         ctypes.CDLL("ucrtbase" if os.name == "nt" else None).srand(seed)
     return PEERS[name](cv2)

@@ -1,34 +1,34 @@
-"""From the names of trackers to those who take part in an evaluation.
+"""From the names of trackers to those that take part in an evaluation.
 
-A name is one of
+A name of a tracker of one object is one of these:
 
-| name | is |
+| name | meaning |
 |---|---|
-| `nummiaro`, `mean_shift:kalman` … | a preset of ours |
-| `PATH.toml` | a configuration of ours, over the preset of its key `preset`, else `nummiaro` |
-| `cv2:csrt` … | a tracker of OpenCV's (`peers.PEERS`) |
-| `trax:COMMAND ARGUMENTS` | a program that speaks the TraX protocol |
+| `nummiaro`, `mean_shift:kalman` … | a preset of motes |
+| `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
+| `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
+| `trax:COMMAND ARGUMENTS` | a program with the TraX protocol |
 | `module:factory` | a Python callable |
 
 The callable is called without arguments, or with `seed=` if it has a parameter of this name; it is
-then run once for each seed. What it returns has `init(image, box)` and `update(image)`, and is used
-for one start only. Images are RGB uint8 (H, W, 3), the box is x, y, width, height, 0-based.
+then run once for each seed. It returns an object with `init(image, box)` and `update(image)`, which
+is used for one start only. Images are RGB uint8 (H, W, 3), the box is x, y, width, height, 0-based.
 `update` returns a region, or `(found, region)`, or a `motes.Track`, or None if it has lost the
-target; a region is a box or an ellipse x, y, a, b, theta. Modules are also looked for in the
-current folder.
+target; a region is a box or an ellipse x, y, a, b, theta. Modules are also searched in the current
+folder.
 
-Where all objects of a video are followed, a name is one of
+A name of a tracker of many objects is one of these:
 
-| name | is |
+| name | meaning |
 |---|---|
-| `motes:scene` | our `Scene`, with its own values |
+| `motes:scene` | the `Scene` of motes, with its default values |
 | `trackers:sort`, `trackers:bytetrack` | a tracker of the package `trackers` |
-| `results=FOLDER` | results that are there already, SEQUENCE.txt for each sequence |
+| `results=FOLDER` | saved results, a file SEQUENCE.txt for each sequence |
 | `module:factory` | a Python callable |
 
-This callable is called with a `mot_contestants.Info`, and `seed=` as above, and returns an object
-with `update(frame, detections)`: a `motes.Frame`, and a list of `motes.Detection`, or None where
-there are none to be had. It returns a list of (id, box, confidence).
+This callable is called with an `adapters.mot.SequenceInfo`, and `seed=` as above. It returns an
+object with `update(frame, detections)`: a `motes.Frame`, and a list of `motes.Detection`, or None
+if the dataset has none. `update` returns a list of (id, box, confidence).
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.evaluation.adapters import mot as mot
 from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, opencv
 from motes.evaluation.adapters.sot import (
-    External,
-    Made,
-    OpenCV,
-    Own,
+    CallableAdapter,
+    MotesAdapter,
+    OpenCVAdapter,
+    TraxAdapter,
     explain,
     import_factory,
 )
@@ -68,25 +68,25 @@ from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 
 KNOWN = [*presets.PRESETS, *PEERS]
-"""Names of trackers that motes has or knows."""
-KNOWN_CROWDS = [mot.SCENE, *mot.PEERS]
-"""The same where there are many objects."""
+"""Names of the trackers of one object that motes has or knows."""
+KNOWN_MOT = [mot.SCENE, *mot.PEERS]
+"""Names of the trackers of many objects that motes has or knows."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerSpec:
-    """A tracker that takes part; can be sent to another process.
+    """A tracker that takes part in an evaluation; it can be sent to another process.
 
     Attributes
     ----------
     name
-        What the user calls it.
+        The name that the user gave.
     configuration
         A text; as long as it stays the same, so do the tracks.
     stochastic
         Whether different seeds may give different tracks.
     make
-        Makes a contestant, or a follower of many objects, with a seed if it is stochastic.
+        Makes an adapter, with a seed if the tracker is stochastic.
     """
 
     name: str
@@ -95,92 +95,92 @@ class TrackerSpec:
     make: partial[Any]
 
     def begin(self, seed: int) -> Any:
-        """Return a fresh contestant."""
+        """Return a new adapter."""
         return self.make(seed) if self.stochastic else self.make()
 
 
 def resolve(
     names: Iterable[str], find: Callable[[str], TrackerSpec] | None = None
 ) -> tuple[list[TrackerSpec], list[Problem]]:
-    """Return the trackers of these names, each once, and what is wrong with the others.
+    """Return the trackers of these names, each once, and the problems of the others.
 
-    `find` returns the tracker of a name; by default it is `entry`.
+    `find` returns the tracker of a name; by default it is `tracker_spec`.
     """
-    entries: list[TrackerSpec] = []
+    specs: list[TrackerSpec] = []
     problems: list[Problem] = []
     for name in dict.fromkeys(names):
         try:
-            entries.append((find or entry)(name))
+            specs.append((find or tracker_spec)(name))
         except MotesError as error:
             problems.append(Problem(f"tracker {name}", str(error)))
-    return entries, problems
+    return specs, problems
 
 
-def entry(name: str) -> TrackerSpec:
+def tracker_spec(name: str) -> TrackerSpec:
     """Return the tracker of a name.
 
     Raises
     ------
     ConfigError
-        If there is none, or its configuration or callable makes no sense.
+        If there is none, or its configuration or callable is not valid.
     SourceError
         If its configuration cannot be read.
     MissingDependencyError
         If its package is not installed.
     """
     if name in presets.PRESETS:
-        return _own(name, presets.PRESETS[name])
+        return _motes_spec(name, presets.PRESETS[name])
     if name in PEERS:
         version = f"OpenCV {opencv(name).__version__}"
-        return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCV, name))
+        return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCVAdapter, name))
     kind, colon, rest = name.partition(":")
     if kind == "trax":
-        return _program(name, rest)
+        return _trax_spec(name, rest)
     if name.endswith(".toml"):
-        return _own(name, _from_file(Path(name)))
+        return _motes_spec(name, _config_from_file(Path(name)))
     if colon and rest and kind != "cv2":
-        return _callable(name, Made, KNOWN)
+        return _callable_spec(name, CallableAdapter, KNOWN)
     raise ConfigError(f"There is no tracker of this name; {_hint(name, KNOWN)}")
 
 
-def crowd_entry(name: str) -> TrackerSpec:
+def mot_tracker_spec(name: str) -> TrackerSpec:
     """Return the tracker of many objects of a name.
 
     Raises
     ------
     ConfigError, SourceError, MissingDependencyError
-        As `entry` does.
+        As `tracker_spec`.
     """
     kind, colon, rest = name.partition(":")
     if name == mot.SCENE:
-        return TrackerSpec(name, to_toml(scene_config()), True, partial(mot.Watching))
+        return TrackerSpec(name, to_toml(scene_config()), True, partial(mot.SceneAdapter))
     if name in mot.PEERS:
-        mot.peers()
+        mot.import_peers()
         version = f"trackers {metadata.version('trackers')}"
-        return TrackerSpec(name, version, False, partial(mot.Associating, name))
+        return TrackerSpec(name, version, False, partial(mot.AssociationAdapter, name))
     if name.startswith("results="):
-        return _recorded(name, Path(name.removeprefix("results=")))
+        return _results_spec(name, Path(name.removeprefix("results=")))
     if colon and rest and kind not in ("motes", "trackers"):
-        return _callable(name, mot.Made, KNOWN_CROWDS)
+        return _callable_spec(name, mot.CallableMotAdapter, KNOWN_MOT)
     raise ConfigError(
-        f"There is no tracker of this name for many objects; {_hint(name, KNOWN_CROWDS)}"
+        f"There is no tracker of this name for many objects; {_hint(name, KNOWN_MOT)}"
     )
 
 
-def detecting(entries: Iterable[TrackerSpec], detector: str) -> list[TrackerSpec]:
-    """Return trackers of many objects that get what a detector finds, not the dataset's detections.
+def with_detector(specs: Iterable[TrackerSpec], detector: str) -> list[TrackerSpec]:
+    """Return trackers of many objects that use a detector instead of the dataset's detections.
 
     Parameters
     ----------
-    entries
-        The trackers; results that are there already stay as they are.
+    specs
+        The trackers; saved results are not changed.
     detector
         `background`, or the `module:factory` of a `motes.Detector`, called without arguments.
 
     Raises
     ------
     ConfigError
-        If there is none, or its callable makes no sense.
+        If there is none, or its callable is not valid.
     MissingDependencyError
         If its package is not installed.
     """
@@ -191,22 +191,22 @@ def detecting(entries: Iterable[TrackerSpec], detector: str) -> list[TrackerSpec
         raise ConfigError(f"There is no detector {detector}; give {mot.BACKGROUND} or MODULE:NAME.")
     else:
         try:
-            found, _ = _imported(detector, [mot.BACKGROUND])
+            found, _ = _import_callable(detector, [mot.BACKGROUND])
         except ConfigError as error:
             raise ConfigError(f"The detector {detector}: {error}") from None
     return [
         entry
-        if entry.make.func is mot.Recorded
+        if entry.make.func is mot.SavedResultsAdapter
         else replace(
             entry,
             configuration=f"{entry.configuration}; {found}",
-            make=partial(mot.Detecting, detector, entry.make),
+            make=partial(mot.DetectorAdapter, detector, entry.make),
         )
-        for entry in entries
+        for entry in specs
     ]
 
 
-def _recorded(name: str, folder: Path) -> TrackerSpec:
+def _results_spec(name: str, folder: Path) -> TrackerSpec:
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".txt")
         texts = [path.name.encode() + b"\0" + path.read_bytes() for path in files]
@@ -215,7 +215,7 @@ def _recorded(name: str, folder: Path) -> TrackerSpec:
     if not texts:
         raise SourceError(f"There is no text file in {folder}; it has one for each sequence.")
     digest = hashlib.sha256(b"\0".join(texts)).hexdigest()
-    return TrackerSpec(name, digest, False, partial(mot.Recorded, folder.resolve()))
+    return TrackerSpec(name, digest, False, partial(mot.SavedResultsAdapter, folder.resolve()))
 
 
 def _hint(name: str, known: list[str]) -> str:
@@ -223,13 +223,13 @@ def _hint(name: str, known: list[str]) -> str:
     return f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}."
 
 
-def _own(name: str, config: TrackerConfig) -> TrackerSpec:
+def _motes_spec(name: str, config: TrackerConfig) -> TrackerSpec:
     return TrackerSpec(
-        name, to_toml(config), not isinstance(config, MeanShift), partial(Own, config)
+        name, to_toml(config), not isinstance(config, MeanShift), partial(MotesAdapter, config)
     )
 
 
-def _from_file(path: Path) -> TrackerConfig:
+def _config_from_file(path: Path) -> TrackerConfig:
     try:
         values = from_toml(path.read_text(encoding="utf-8-sig"), "this file")
     except OSError as error:
@@ -242,30 +242,32 @@ def _from_file(path: Path) -> TrackerConfig:
     return presets.configure(presets.preset(base), values)
 
 
-def _program(name: str, command: str) -> TrackerSpec:
+def _trax_spec(name: str, command: str) -> TrackerSpec:
     try:
         words = tuple(shlex.split(command))
     except ValueError as error:
-        raise ConfigError(f"Its command makes no sense: {error}.") from None
+        raise ConfigError(f"Its command is not valid: {error}.") from None
     if not words:
         raise ConfigError("It has no command; write trax:COMMAND ARGUMENTS.")
     if shutil.which(words[0]) is None:
         raise ConfigError(f"There is no program {words[0]}; check the name.")
-    return TrackerSpec(name, shlex.join(words), False, partial(External, words))
+    return TrackerSpec(name, shlex.join(words), False, partial(TraxAdapter, words))
 
 
-def _callable(name: str, kind: type[Made | mot.Made], known: list[str]) -> TrackerSpec:
-    configuration, seeded = _imported(name, known)
+def _callable_spec(
+    name: str, kind: type[CallableAdapter | mot.CallableMotAdapter], known: list[str]
+) -> TrackerSpec:
+    configuration, seeded = _import_callable(name, known)
     return TrackerSpec(name, configuration, seeded, partial(kind, name))
 
 
-def _imported(name: str, known: list[str]) -> tuple[str, bool]:
-    """Return a text that stays the same as long as a callable, and whether it takes a seed."""
+def _import_callable(name: str, known: list[str]) -> tuple[str, bool]:
+    """Return a text that changes when a callable's module does, and whether it takes a seed."""
     module = name.partition(":")[0]
     try:
         with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
             seeded = "seed" in inspect.signature(import_factory(name)).parameters
-        # With the module's text, so that a changed tracker is not taken for the one before.
+        # The module's text is included, so that a changed tracker has another configuration.
         source = getattr(sys.modules[module], "__file__", None)
         digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
     except ModuleNotFoundError as error:
@@ -276,6 +278,6 @@ def _imported(name: str, known: list[str]) -> tuple[str, bool]:
         ) from None
     except ConfigError:
         raise
-    except (Exception, SystemExit) as error:  # whatever the module does
+    except (Exception, SystemExit) as error:  # importing a module may raise anything
         raise ConfigError(f"It cannot be imported: {explain(error)}; correct it.") from None
     return f"{name} {digest}".strip(), seeded

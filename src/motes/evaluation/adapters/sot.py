@@ -1,6 +1,6 @@
-"""What follows an object in an evaluation: a tracker of ours, OpenCV's, a callable's, a program.
+"""Adapters for trackers of one object: motes, OpenCV, Python callables, TraX programs.
 
-`entries` finds them by name.
+`registry.tracker_spec` finds them by name.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from motes.sot.presets import TrackerConfig
 from motes.sot.tracker import Tracker
 
 LARGEST = 1e9
-"""Of the numbers of a region, in pixels: the square of its size can be reckoned with."""
+"""Largest number in a region, in pixels: its square is still a finite, exact enough number."""
 
 
 Position = tuple[float, float, float]
@@ -38,20 +38,20 @@ UNKNOWN: Position = (math.nan, math.nan, math.nan)
 
 
 class Answer(NamedTuple):
-    """What a tracker says about a frame.
+    """A tracker's output for a frame.
 
     Attributes
     ----------
     ellipse
-        Where the target is, or may be; None if it does not say.
+        The estimate of the target; None if the tracker gives none.
     confidence
-        0 to 1; NaN if it has none.
+        From 0 to 1; NaN if the tracker gives none.
     lost
-        Whether it says that it does not have the target.
+        Whether the tracker reports that it has lost the target.
     seconds
-        How long the tracker took; what had to be done to ask it is not counted.
+        Time inside the tracker, without the preparation of its input.
     covariance
-        Of the ellipse's center; NaN if it has none.
+        Covariance of the ellipse's center; NaN if the tracker gives none.
     """
 
     ellipse: Ellipse | None
@@ -62,22 +62,22 @@ class Answer(NamedTuple):
 
 
 class TrackerAdapter(Protocol):
-    """Follows one object at a time."""
+    """A tracker of one object at a time."""
 
     def init(self, frame: Frame, box: Box) -> Answer:
-        """Start afresh on the object in a box."""
+        """Start anew on the object in a box."""
         ...
 
     def update(self, frame: Frame) -> Answer:
-        """Follow it into the next frame."""
+        """Follow the object into the next frame."""
         ...
 
     def close(self) -> None:
-        """Let go of everything; there are no calls after that."""
+        """Release all resources; there are no calls after that."""
         ...
 
 
-class Own:
+class MotesAdapter:
     """A tracker of motes."""
 
     def __init__(self, config: TrackerConfig, seed: int = 0) -> None:
@@ -87,38 +87,38 @@ class Own:
         """Start the tracker."""
         start = time.perf_counter()
         track = self._tracker.init(frame, box)
-        return _of_track(track, _since(start))
+        return _answer_of_track(track, _seconds_since(start))
 
     def update(self, frame: Frame) -> Answer:
-        """Ask it."""
+        """Update the tracker."""
         start = time.perf_counter()
         track = self._tracker.update(frame)
-        return _of_track(track, _since(start))
+        return _answer_of_track(track, _seconds_since(start))
 
     def close(self) -> None:
         """Do nothing."""
 
 
-class OpenCV:
-    """A tracker of OpenCV's, which gets BGR and whole pixels; if it is lost it says no more."""
+class OpenCVAdapter:
+    """A tracker of OpenCV, which gets BGR and whole pixels; when lost, it gives no region."""
 
     def __init__(self, name: str, seed: int = 0) -> None:
         self._name, self._seed = name, seed
 
     def init(self, frame: Frame, box: Box) -> Answer:
         """Make a tracker and start it."""
-        image, whole = _bgr(frame), _whole(box, frame)
+        image, whole = _bgr(frame), _pixel_box(box, frame)
         self._tracker: Peer = peer(self._name, self._seed)
         start = time.perf_counter()
         self._tracker.init(image, whole)
-        return _found(box, _since(start))
+        return _found(box, _seconds_since(start))
 
     def update(self, frame: Frame) -> Answer:
-        """Ask it."""
+        """Update the tracker."""
         image = _bgr(frame)
         start = time.perf_counter()
         found, box = self._tracker.update(image)
-        seconds = _since(start)
+        seconds = _seconds_since(start)
         sound = found and np.isfinite(box).all() and min(box[2:]) > 0
         return _found(Box(*box), seconds) if sound else _lost(seconds)
 
@@ -126,15 +126,15 @@ class OpenCV:
         """Do nothing."""
 
 
-class Made:
-    """What a Python callable returns; see `entries`.
+class CallableAdapter:
+    """A tracker made by a Python callable; see `registry`.
 
     Parameters
     ----------
     name
         `module:factory`.
     seed
-        What it is called with; nothing if that is None.
+        The keyword argument `seed` of the call; none if None.
     """
 
     def __init__(self, name: str, seed: int | None = None) -> None:
@@ -151,20 +151,20 @@ class Made:
                 )
         start = time.perf_counter()
         self._tracker.init(frame.pixels, box)
-        return _found(box, _since(start))
+        return _found(box, _seconds_since(start))
 
     def update(self, frame: Frame) -> Answer:
-        """Ask it."""
+        """Call the tracker and check what it returns."""
         start = time.perf_counter()
         value = self._tracker.update(frame.pixels)
-        seconds = _since(start)
+        seconds = _seconds_since(start)
         if isinstance(value, Track):
-            return _of_track(value, seconds)
+            return _answer_of_track(value, seconds)
         try:
-            return _of_value(value, seconds)
+            return _answer_of_value(value, seconds)
         except (ConfigError, TypeError, ValueError):
             raise ConfigError(
-                f"update of {self._name} returned {repr(value)[:80]}; it returns a box x, y, "
+                f"update of {self._name} returned {repr(value)[:80]}; it must return a box x, y, "
                 f"width, height, or (found, box), or a motes.Track, or None if it is lost."
             ) from None
 
@@ -172,8 +172,8 @@ class Made:
         """Do nothing."""
 
 
-class External:
-    """A program that speaks TraX, which gets each frame as a file."""
+class TraxAdapter:
+    """A program with the TraX protocol, which gets each frame as a file."""
 
     def __init__(self, command: tuple[str, ...]) -> None:
         self._command = command
@@ -181,14 +181,14 @@ class External:
         self._program: Program | None = None
 
     def init(self, frame: Frame, box: Box) -> Answer:
-        """Start the program, anew if it runs: many can be started only once."""
+        """Start the program, again if it already runs: many programs can be started only once."""
         if self._program is not None:
             self._program.close()
         self._program = program = Program(self._command)
         return self._ask(frame, lambda image: program.initialize(image, box))
 
     def update(self, frame: Frame) -> Answer:
-        """Ask it."""
+        """Send the next frame."""
         assert self._program is not None
         return self._ask(frame, self._program.frame)
 
@@ -199,7 +199,7 @@ class External:
         Image.fromarray(frame.pixels).save(image, compress_level=1)
         start = time.perf_counter()
         box = ask(image)
-        seconds = _since(start)
+        seconds = _seconds_since(start)
         image.unlink()
         return _found(box, seconds) if box else _lost(seconds)
 
@@ -210,7 +210,7 @@ class External:
         self._folder.cleanup()
 
 
-def _since(start: float) -> float:
+def _seconds_since(start: float) -> float:
     return time.perf_counter() - start
 
 
@@ -222,18 +222,18 @@ def _lost(seconds: float) -> Answer:
     return Answer(None, math.nan, True, seconds)
 
 
-def _of_track(track: Track, seconds: float) -> Answer:
+def _answer_of_track(track: Track, seconds: float) -> Answer:
     lost, confidence = track.status is not Status.TRACKING, float(track.confidence)
     if not (math.isnan(confidence) or 0 <= round(confidence, 9) <= 1):
         raise ConfigError(f"A confidence is from 0 to 1; got {confidence:g}.")
     (xx, xy), (_, yy) = track.covariance[:2, :2].tolist()
-    # Trackers that have no covariance, such as mean shift, say 0.
+    # Trackers that have no covariance, such as mean shift, give 0.
     covariance = (xx, xy, yy) if np.any(track.covariance) else UNKNOWN
     return Answer(_region(track.ellipse), confidence, lost, seconds, covariance)
 
 
-def _of_value(value: Any, seconds: float) -> Answer:
-    """Return what a callable's tracker says; raise nearly anything if it makes no sense."""
+def _answer_of_value(value: Any, seconds: float) -> Answer:
+    """Return the answer of a callable's tracker; a wrong value raises errors of many kinds."""
     if value is None:
         return _lost(seconds)
     found, region = value if len(value) == 2 else (True, value)
@@ -241,12 +241,12 @@ def _of_value(value: Any, seconds: float) -> Answer:
         return Answer(_region(region), math.nan, False, seconds)
     try:
         return Answer(_region(region), math.nan, True, seconds)
-    except ConfigError:  # None, or 0, 0, 0, 0; a tracker that is lost need not say where
+    except ConfigError:  # None, or 0, 0, 0, 0: a lost tracker need not give a region
         return _lost(seconds)
 
 
 def _region(values: Sequence[float]) -> Ellipse:
-    """Return a region as an ellipse; raise a ConfigError if it makes no sense."""
+    """Return a region as an ellipse; raise a ConfigError if its numbers are out of bounds."""
     ellipse = as_ellipse(values)
     if max(map(abs, ellipse)) > LARGEST or min(ellipse.a, ellipse.b) < 1 / LARGEST:
         x, y, width, height = ellipse.box
@@ -258,8 +258,8 @@ def _bgr(frame: Frame) -> NDArray[np.uint8]:
     return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 
-def _whole(box: Box, frame: Frame) -> tuple[int, int, int, int]:
-    """Return the box of whole pixels nearest to a box, at least one, within the frame."""
+def _pixel_box(box: Box, frame: Frame) -> tuple[int, int, int, int]:
+    """Return the nearest box of whole pixels, with at least one pixel, inside the frame."""
     left, width = _span(box.x, box.width, frame.width)
     top, height = _span(box.y, box.height, frame.height)
     return left, top, width, height
@@ -271,25 +271,27 @@ def _span(low: float, length: float, size: int) -> tuple[int, int]:
 
 
 def import_factory(name: str) -> Callable[..., Any]:
-    """Return what `module:factory` names, also from the current folder.
+    """Return the callable with a name `module:factory`, also from the current folder.
 
     Raises
     ------
     ConfigError
-        If it is not callable; else whatever the import raises.
+        If it is not callable. The import may raise other errors.
     """
     if os.getcwd() not in sys.path:
         sys.path.insert(0, os.getcwd())
     module, _, path = name.partition(":")
     factory = reduce(getattr, path.split("."), importlib.import_module(module))
     if not callable(factory):
-        raise ConfigError(f"{path} of {module} is a {type(factory).__name__}, nothing to call.")
+        raise ConfigError(
+            f"{path} of {module} is a {type(factory).__name__}, which is not callable."
+        )
     made: Callable[..., Any] = factory
     return made
 
 
 def explain(error: BaseException) -> str:
-    """Return what a tracker raised, in one line."""
+    """Return an error of a tracker in one line."""
     if isinstance(error, MotesError):
         return str(error)
     kind = type(error)

@@ -1,11 +1,13 @@
-"""Trackers in other programs, over the TraX protocol on their standard input and output.
+"""Trackers in other programs, with the TraX protocol on their standard input and output.
 
-Čehovin, TraX: The visual Tracking eXchange protocol and library, Neurocomputing 2017. Of it, one
-object, color images as files, and rectangles, in versions 1 to 4. A message is a line such as
+Čehovin, TraX: The visual Tracking eXchange protocol and library, Neurocomputing 2017. This module
+supports one object, color images as files, and rectangles, in versions 1 to 4. A message is a line
+such as
 
     @@TRAX:initialize "file:///folder/000001.png" "120,80,60,40"
 
-with arguments in quotes and properties "key=value"; all other lines are the program's own talk.
+with arguments in quotes and properties "key=value"; all other lines are ordinary output of the
+program.
 """
 
 from __future__ import annotations
@@ -24,19 +26,19 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.geometry import Box
 
 PREFIX = "@@TRAX:"
-LAST = 3
-"""So many lines of a program's talk are in the message of an error."""
-PATIENCE = 2.0
-"""Seconds that a program has to end when it is asked to."""
+OUTPUT_LINES = 3
+"""Number of lines of a program's output that are quoted in an error."""
+QUIT_TIMEOUT = 2.0
+"""Seconds within which a program must end after it is asked to quit."""
 VERSION = 4
-"""The newest that is spoken."""
+"""The newest supported version of the protocol."""
 
 _TOKEN = re.compile(r'(?:[^\s"\\]|\\.|"(?:[^"\\]|\\.)*")+')
 _PROPERTY = re.compile(r"([\w.]{1,64})=(.*)", re.ASCII | re.DOTALL)
 
 
 class Message(NamedTuple):
-    """A line of the protocol: its name in lower case, arguments, properties."""
+    """A line of the protocol: its name in lower case, arguments and properties."""
 
     name: str
     arguments: list[str]
@@ -44,7 +46,7 @@ class Message(NamedTuple):
 
 
 def parse(line: str) -> Message | None:
-    """Return the message in a line; None if it is none."""
+    """Return the message in a line; None if the line has none."""
     if not line.startswith(PREFIX):
         return None
     name, _, rest = line[len(PREFIX) :].strip().partition(" ")
@@ -72,21 +74,21 @@ def write(name: str, *arguments: str) -> str:
 
 
 class Program:
-    """A running program with a tracker in it; starting it waits until it says hello.
+    """A running tracker program; starting it waits for its hello message.
 
-    It belongs to the process group of whoever starts it, and ends with that at the latest.
+    It belongs to the process group of the caller, and ends with it at the latest.
 
     Raises
     ------
     SourceError
-        From all methods, if the program ends, or says what it should not.
+        From all methods, if the program ends or sends a wrong message.
     ConfigError
-        If it cannot be started, or asks for what it cannot be given.
+        If it cannot be started, or needs input that is not supported.
     """
 
     def __init__(self, command: Sequence[str]) -> None:
         self._name = command[0]
-        self._talk: deque[str] = deque(maxlen=LAST)
+        self._talk: deque[str] = deque(maxlen=OUTPUT_LINES)
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115
         try:
             self._process = subprocess.Popen(
@@ -108,7 +110,7 @@ class Program:
             raise
 
     def initialize(self, image: Path, box: Box) -> Box | None:
-        """Start on the object in a box of an image file; return where it is said to be."""
+        """Start on the object in a box of an image file; return the box in the program's answer."""
         where = ",".join(f"{value:.10g}" for value in box)
         if self._version < 4:
             self._send(write("initialize", f"file://{image}", where))
@@ -117,21 +119,21 @@ class Program:
         return self._state()
 
     def frame(self, image: Path) -> Box | None:
-        """Return where the object is in the next image; None if the program does not know."""
+        """Return the box of the object in the next image; None if the program gives none."""
         self._send(write("frame", f"file://{image}"))
         return self._state()
 
     def close(self) -> None:
-        """Ask the program to end, and end it if it does not."""
+        """Ask the program to quit, and kill it if it does not."""
         with contextlib.suppress(OSError):
             self._send(write("quit"))
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(PATIENCE)
+            self._process.wait(QUIT_TIMEOUT)
         self._process.kill()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout, self._errors):
             assert stream is not None
-            with contextlib.suppress(OSError):  # what could not be sent before
+            with contextlib.suppress(OSError):  # closing sends what could not be sent before
                 stream.close()
 
     def _hello(self) -> int:
@@ -139,10 +141,10 @@ class Program:
         for key, ours in (("region", "rectangle"), ("image", "path"), ("channels", "color")):
             theirs = hello.properties.get(f"trax.{key}", ours)
             if ours not in re.split(r"[\s;,]+", theirs):
-                raise ConfigError(f"{self._name} asks for {key} {theirs}; it can only have {ours}.")
+                raise ConfigError(f"{self._name} needs {key} {theirs}; only {ours} is supported.")
         version = hello.properties.get("trax.version", "1")
         if not version.isdecimal() or not 1 <= int(version) <= VERSION:
-            raise ConfigError(f"{self._name} speaks TraX {version}; 1 to {VERSION} are known.")
+            raise ConfigError(f"{self._name} has TraX {version}; 1 to {VERSION} are supported.")
         return int(version)
 
     def _state(self) -> Box | None:
@@ -151,7 +153,7 @@ class Program:
             numbers = [float(number) for number in ",".join(state.arguments).split(",")]
         except ValueError:
             numbers = []
-        if len(numbers) == 1:  # a code that stands for no region
+        if len(numbers) == 1:  # a code that means no region
             return None
         if len(numbers) != 4:
             raise self._error(f"gave {state.arguments} for a rectangle")
@@ -160,12 +162,12 @@ class Program:
 
     def _send(self, text: str) -> None:
         assert self._process.stdin is not None
-        # If the program has ended, the answer that does not come will tell.
+        # If the program has ended, the missing answer is reported.
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.write(text)
             self._process.stdin.flush()
 
-    def _receive(self, wanted: str) -> Message:
+    def _receive(self, expected: str) -> Message:
         assert self._process.stdout is not None
         for line in self._process.stdout:
             message = parse(line)
@@ -177,17 +179,20 @@ class Program:
             if message.name == "quit":
                 reason = message.properties.get("trax.reason", "")
                 raise self._error(f"quit: {reason}" if reason else "quit")
-            if message.name != wanted:
-                raise self._error(f"said {message.name} where {wanted} was due")
+            if message.name != expected:
+                raise self._error(f"sent {message.name} instead of {expected}")
             return message
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(PATIENCE)
+            self._process.wait(QUIT_TIMEOUT)
         code = self._process.poll()
         raise self._error("closed its output" if code is None else f"ended with code {code}")
 
     def _error(self, what: str) -> SourceError:
-        """Return an error with the last words of the program."""
+        """Return an error with the last lines of the program's output."""
         self._errors.seek(0)
-        talk = [*self._talk, *self._errors.read().decode(errors="replace").splitlines()[-LAST:]]
-        said = " / ".join(line.strip() for line in talk if line.strip())
-        return SourceError(f"{self._name} {what}" + (f"; it said: {said}" if said else "."))
+        talk = [
+            *self._talk,
+            *self._errors.read().decode(errors="replace").splitlines()[-OUTPUT_LINES:],
+        ]
+        output = " / ".join(line.strip() for line in talk if line.strip())
+        return SourceError(f"{self._name} {what}" + (f"; its output: {output}" if output else "."))

@@ -1,4 +1,4 @@
-"""Objects of a dataset that count neither for nor against a tracker (MOTChallenge)."""
+"""Distractors of the MOTChallenge: objects that count neither for nor against a tracker."""
 
 from __future__ import annotations
 
@@ -15,21 +15,27 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-MATCHED = 0.5
-"""An overlap (IoU) from which on a box can be that of an object, for all but HOTA."""
+MATCH_IOU = 0.5
+"""Smallest overlap (IoU) at which a box may match an object, in all metrics except HOTA."""
 
 
-_TINY = float(np.finfo(float).eps)
+EPSILON = float(np.finfo(float).eps)
 
 
-def assigned_pairs(worth: Floats) -> tuple[Integers, Integers]:
-    """Return rows and columns of the one-to-one assignment that is worth most."""
-    i, j = solver()(worth, maximize=True)
+def assigned_pairs(values: Floats) -> tuple[Integers, Integers]:
+    """Return rows and columns of the one-to-one assignment with the largest sum of values."""
+    i, j = assignment_solver()(values, maximize=True)
     return i, j
 
 
-def solver() -> Callable[..., tuple[Integers, Integers]]:
-    """Return what assigns rows to columns; raise a MissingDependencyError without scipy."""
+def assignment_solver() -> Callable[..., tuple[Integers, Integers]]:
+    """Return scipy's solver of assignment problems.
+
+    Raises
+    ------
+    MissingDependencyError
+        If scipy is not installed.
+    """
     try:
         from scipy.optimize import linear_sum_assignment
     except ImportError:
@@ -44,23 +50,26 @@ PEDESTRIAN = 1
 
 
 DISTRACTORS = (2, 7, 8, 12)
-"""Classes that may be taken for a pedestrian: on a vehicle, static, distractor, reflection."""
+"""Classes that may be mistaken for a pedestrian: on a vehicle, static, distractor, reflection."""
 
 
-def counted(truth: Rows, results: Rows, distractors: tuple[int, ...]) -> tuple[Rows, Rows]:
-    """Return what is compared of truth and results, as the MOTChallenge does.
+def evaluated_rows(truth: Rows, results: Rows, distractors: tuple[int, ...]) -> tuple[Rows, Rows]:
+    """Return the rows of truth and results that are compared, by the rules of the MOTChallenge.
 
-    Of the truth, rows whose flag is not 0, if they are pedestrians or the truth has no classes. Of
-    the results, all but those that, in the best assignment to all rows of the truth, overlap a
-    distractor by `MATCHED` or more. Milan et al., MOT16, 2016, section 5.1.1.
+    Rows of the truth are compared if their flag is not 0 and they are pedestrians, or the truth has
+    no classes. Rows of the results are compared unless the best assignment to all rows of the truth
+    gives them a distractor with an overlap of `MATCH_IOU` or more. Milan et al., MOT16, 2016,
+    section 5.1.1.
     """
-    off = np.zeros(len(results.frames), bool)
+    ignored = np.zeros(len(results.frames), bool)
     if np.isin(truth.classes, distractors).any():
         for frame in np.unique(truth.frames):
-            there, said = truth.at(frame), results.at(frame)
-            overlaps = iou(truth.boxes[there, None], results.boxes[said])
-            overlaps[overlaps < MATCHED - _TINY] = 0
+            true_rows, rows = truth.at(frame), results.at(frame)
+            overlaps = iou(truth.boxes[true_rows, None], results.boxes[rows])
+            overlaps[overlaps < MATCH_IOU - EPSILON] = 0
             i, j = assigned_pairs(overlaps)
-            off[said][j] = (overlaps[i, j] > 0) & np.isin(truth.classes[there][i], distractors)
-    meant = np.isin(truth.classes, (UNKNOWN, PEDESTRIAN)) & (truth.scores.astype(np.int64) != 0)
-    return truth.where(meant), results.where(~off)
+            is_distractor = np.isin(truth.classes[true_rows][i], distractors)
+            ignored[rows][j] = (overlaps[i, j] > 0) & is_distractor
+    evaluated = np.isin(truth.classes, (UNKNOWN, PEDESTRIAN))
+    evaluated &= truth.scores.astype(np.int64) != 0
+    return truth.where(evaluated), results.where(~ignored)

@@ -1,15 +1,15 @@
 """Sequences with many objects, in the layout of the MOTChallenge.
 
-A sequence is a folder with
+A sequence is a folder with these files:
 
-| file | what |
+| file | content |
 |---|---|
-| `seqinfo.ini` | section Sequence: `seqLength`, `frameRate`, and `imDir` if that is not `img1` |
-| `gt/gt.txt` | the truth, as `mot_rows` has it |
-| `det/det.txt` | what a detector found, the same for all trackers; may be missing |
-| `img1/` | the frames; instead, one video may be in the folder |
+| `seqinfo.ini` | section Sequence: `seqLength`, `frameRate`, and `imDir` if it is not `img1` |
+| `gt/gt.txt` | the truth, in the format of `mot_files` |
+| `det/det.txt` | detections, the same for all trackers; may be missing |
+| `img1/` | the frames; instead, the folder may contain one video |
 
-and a dataset is a folder of such folders. Its first pixel is 1, as in the MOTChallenge's tools.
+A dataset is a folder of such folders. The first pixel is 1, as in the tools of the MOTChallenge.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from functools import partial
 from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
-from motes.evaluation.datasets.distractors import DISTRACTORS, counted
+from motes.evaluation.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes.evaluation.datasets.mot_files import Rows, read_rows
-from motes.evaluation.datasets.sot import Problem, gather, printable, read_text, series_source
+from motes.evaluation.datasets.sot import Problem, load_each, printable, read_text, series_source
 
 VIDEO_ENDINGS = frozenset(
     {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm", ".wmv"}
 )
 
 NON_MOT_VEHICLE = 6
-"""A class that is a distractor in MOT20, and nothing in MOT16 and MOT17."""
+"""A class that is a distractor in MOT20, but not in MOT16 and MOT17."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,15 +43,15 @@ class MotSequence:
     name
         Unique in its dataset.
     source
-        What `open_source` reads.
+        The source for `open_source`.
     frames
-        How many there are.
+        Number of frames.
     rate
-        Frames a second.
+        Frames per second.
     truth
         All rows of the truth.
     detections
-        What a detector found; None if nobody says.
+        The detections of the dataset; None if it has none.
     """
 
     name: str
@@ -63,12 +63,12 @@ class MotSequence:
 
     @property
     def distractors(self) -> tuple[int, ...]:
-        """Classes that results may show without being wrong."""
+        """Classes that results may contain without being counted as wrong."""
         return (*DISTRACTORS, NON_MOT_VEHICLE) if self.name.startswith("MOT20") else DISTRACTORS
 
     @property
     def digest(self) -> str:
-        """Another one for any other truth, or other detections."""
+        """A digest that changes with the truth and the detections."""
         digest = hashlib.sha256(f"{self.frames} {self.rate}".encode())
         for rows in (self.truth, self.detections):
             if rows is not None:
@@ -77,15 +77,18 @@ class MotSequence:
         return digest.hexdigest()
 
 
-def has_crowds(path: Path) -> bool:
+def has_mot_sequences(path: Path) -> bool:
     """Return whether a folder is a dataset of many objects, or one of its sequences."""
     return path.is_dir() and bool(_folders(path))
 
 
-def load_crowds(path: Path) -> tuple[list[MotSequence], list[Problem]]:
-    """Load the sequences of a dataset, and say which ones could not be loaded, and why.
+def load_mot_dataset(path: Path) -> tuple[list[MotSequence], list[Problem]]:
+    """Load the sequences of a dataset, and report those that could not be loaded.
 
-    In the order of their names.
+    Returns
+    -------
+    sequences, problems
+        In the order of their names.
 
     Raises
     ------
@@ -93,21 +96,21 @@ def load_crowds(path: Path) -> tuple[list[MotSequence], list[Problem]]:
         If the folder cannot be read.
     """
     folders = _folders(Path(os.path.abspath(path)))
-    return gather((printable(folder.name), partial(_load, folder)) for folder in folders)
+    return load_each((printable(folder.name), partial(_load, folder)) for folder in folders)
 
 
 def _folders(path: Path) -> list[Path]:
-    """Return the sequences: the folder itself, or those in it."""
+    """Return the folders of sequences: the folder itself, or folders in it."""
     try:
-        if _is_crowd(path):
+        if _is_mot_sequence(path):
             return [path]
         inner = sorted(p for p in path.iterdir() if p.is_dir() and p.name[0] != ".")
     except OSError as error:
         raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
-    return [folder for folder in inner if _is_crowd(folder)]
+    return [folder for folder in inner if _is_mot_sequence(folder)]
 
 
-def _is_crowd(folder: Path) -> bool:
+def _is_mot_sequence(folder: Path) -> bool:
     return (folder / "seqinfo.ini").exists() or (folder / "gt" / "gt.txt").exists()
 
 
@@ -117,13 +120,13 @@ def _load(folder: Path) -> MotSequence:
     if pictures.is_dir():
         source, count = series_source(pictures)
         if count != frames:
-            raise FormatError(f"seqinfo.ini says {frames} frames, but {pictures.name}/ has {count}")
+            raise FormatError(f"seqinfo.ini has {frames} frames, but {pictures.name}/ has {count}")
     else:
         source = _video(folder, pictures.name)
     if not (folder / "gt" / "gt.txt").exists():
-        raise FormatError("it has no truth; that would be gt/gt.txt")
+        raise FormatError("it has no truth; add a file gt/gt.txt")
     found = folder / "det" / "det.txt"
-    crowd = MotSequence(
+    sequence = MotSequence(
         printable(folder.name),
         source,
         frames,
@@ -131,26 +134,26 @@ def _load(folder: Path) -> MotSequence:
         read_rows(folder / "gt" / "gt.txt", frames, "truth"),
         read_rows(found, frames, "detections") if found.exists() else None,
     )
-    if not len(counted(crowd.truth, crowd.truth, ())[0].frames):
+    if not len(evaluated_rows(sequence.truth, sequence.truth, ())[0].frames):
         raise FormatError("gt/gt.txt has no row that counts")
-    return crowd
+    return sequence
 
 
 def _information(folder: Path) -> tuple[int, float, Path]:
-    """Return the number of frames, how many there are a second, and where they are."""
+    """Return the number of frames, the frame rate, and the folder of the frames."""
     if not (folder / "seqinfo.ini").exists():
-        raise FormatError("it has no seqinfo.ini, which says seqLength and frameRate")
+        raise FormatError("it has no seqinfo.ini; add one with seqLength and frameRate")
     parser = configparser.ConfigParser(interpolation=None)
     try:
         parser.read_string(read_text(folder / "seqinfo.ini"))
         section = parser["Sequence"]
         frames, rate = int(section["seqLength"]), float(section["frameRate"])
     except (configparser.Error, ValueError) as error:
-        raise FormatError(f"seqinfo.ini makes no sense: {' '.join(str(error).split())}") from None
+        raise FormatError(f"seqinfo.ini is not valid: {' '.join(str(error).split())}") from None
     except KeyError as error:
         raise FormatError(f"seqinfo.ini does not have {error}") from None
     if not (frames > 0 and 0 < rate < float("inf")):
-        raise FormatError(f"seqinfo.ini says {frames} frames, and {rate:g} of them a second")
+        raise FormatError(f"seqinfo.ini has {frames} frames at {rate:g} frames per second")
     return frames, rate, folder / section.get("imDir", "img1")
 
 

@@ -1,13 +1,13 @@
-"""Boxes with identities as the MOTChallenge writes them: truth, detections, and results.
+"""Boxes with identities in the format of the MOTChallenge: truth, detections and results.
 
-A line is a box, its numbers between commas, semicolons, tabs or spaces:
+A line is a box, its numbers separated by commas, semicolons, tabs or spaces:
 
     frame, id, x, y, width, height, score, class, visibility
 
-with frames and pixels counted from 1. Only truth has a class, and a flag for a score: 0 in boxes
+Frames and pixels count from 1. Only truth has classes. The score of truth is a flag, 0 for boxes
 that do not count. Milan et al., MOT16: a benchmark for multi-object tracking, 2016, table 4. Lines
-of ten numbers and more have coordinates in the world where others have the class, as in Leal-Taixé
-et al., MOTChallenge 2015.
+of ten and more numbers have world coordinates instead of a class, as in Leal-Taixé et al.,
+MOTChallenge 2015.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ Integers = NDArray[np.int64]
 Kind = Literal["truth", "results", "detections"]
 
 CLASSES = range(1, 14)
-"""Of objects in the truth; 1 is a pedestrian."""
+"""Classes of objects in the truth; 1 is a pedestrian."""
 UNKNOWN = -1
 """Class of a box that has none, and identity of a detection."""
 DIGITS = 9
-"""Of results after the point: enough to be read back as they were, but for rounding."""
+"""Decimals of results: enough to restore them except for rounding errors."""
 
 AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
-"""The word in the error for rows that must have an area."""
+"""The kinds whose rows must have an area, and their names in the error."""
 
 _NEEDED = 7
 
@@ -51,11 +51,11 @@ class Rows:
     Attributes
     ----------
     frames, ids
-        (n,), frames from 1.
+        (n,), frames count from 1.
     boxes
-        (n, 4): x, y, width, height, the first pixel being 1.
+        (n, 4): x, y, width, height; the first pixel is 1.
     scores
-        (n,).
+        (n,), confidences or, in the truth, flags.
     classes
         (n,), `UNKNOWN` where there is none.
     """
@@ -67,19 +67,19 @@ class Rows:
     classes: Integers
 
     def at(self, frame: int) -> slice:
-        """Return which rows are of a frame."""
+        """Return the slice of the rows of a frame, which counts from 1."""
         low, high = np.searchsorted(self.frames, [frame, frame + 1]).tolist()
         return slice(low, high)
 
     def listed(self, index: int) -> list[tuple[int, Box, float]]:
-        """Return identity, box and score of the rows of a frame, both counted from 0."""
+        """Return identity, box and score of the rows of a frame; frame and pixels count from 0."""
         rows = self.at(index + 1)
         boxes = (self.boxes[rows] - (1, 1, 0, 0)).tolist()
         columns = self.ids[rows].tolist(), boxes, self.scores[rows].tolist()
         return [(identity, Box(*box), score) for identity, box, score in zip(*columns, strict=True)]
 
     def where(self, chosen: NDArray[np.bool_]) -> Rows:
-        """Return some of the rows, those that are True in (n,)."""
+        """Return the rows for which a mask (n,) is True."""
         return Rows(
             self.frames[chosen],
             self.ids[chosen],
@@ -90,7 +90,7 @@ class Rows:
 
 
 def rows_of(lines: list[list[float]]) -> Rows:
-    """Return rows frame, id, x, y, width, height, score, class; frames in any order."""
+    """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order."""
     table = np.array(lines, np.float64).reshape(-1, _NEEDED + 1)
     table = table[np.argsort(table[:, 0], kind="stable")]
     frames, ids, classes = table[:, [0, 1, _NEEDED]].astype(np.int64).T
@@ -105,10 +105,10 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
     path
         The file; empty lines are skipped.
     frames
-        How many there are in the video.
+        Number of frames of the video.
     kind
-        What it holds. In truth and results, an identity is in a frame once; only truth has classes;
-        objects and detections have an area, results need none.
+        The content of the file. In truth and results, a frame has each identity at most once. Only
+        truth has classes. Objects and detections must have an area; results need not.
 
     Raises
     ------
@@ -125,12 +125,12 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
         if fields == [""]:
             continue
         try:
-            row = _row(fields, frames, kind)
+            row = _parse_row(fields, frames, kind)
             frame, identity, _, _, width, height, *_ = row
             first = seen.setdefault((frame, identity), number)
             if kind != "detections" and first != number:
                 raise ValueError(
-                    f"frame {frame:.0f} has the identity {identity:.0f} already in line {first}"
+                    f"frame {frame:.0f} already has the identity {identity:.0f}, in line {first}"
                 )
             if kind in AREAS and not (width > 0 and height > 0):
                 raise ValueError(f"{AREAS[kind]} of {width:g}x{height:g} pixels has no area")
@@ -140,13 +140,13 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
     return rows_of(lines)
 
 
-def _row(fields: list[str], frames: int, kind: Kind) -> list[float]:
+def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     if len(fields) < _NEEDED:
         raise ValueError(
             f"{len(fields)} numbers, but a line has {_NEEDED} or more: frame, id, x, y, width, "
             f"height, score"
         )
-    values = [_number(field) for field in fields[:_NEEDED]]
+    values = [_parse_number(field) for field in fields[:_NEEDED]]
     frame, identity, *_ = values
     if not (frame.is_integer() and identity.is_integer()):
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
@@ -154,16 +154,16 @@ def _row(fields: list[str], frames: int, kind: Kind) -> list[float]:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
     if kind != "truth" or len(fields) not in (8, 9):
         return [*values, UNKNOWN]
-    if (label := _number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
-        raise ValueError(f"{fields[_NEEDED]} is no class; they are 1 to {CLASSES[-1]}")
+    if (label := _parse_number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
+        raise ValueError(f"{fields[_NEEDED]} is not a class; classes are 1 to {CLASSES[-1]}")
     return [*values, label]
 
 
-def _number(field: str) -> float:
+def _parse_number(field: str) -> float:
     try:
         value = float(field)
     except ValueError:
-        raise ValueError(f"{field[:20]!r} is no number") from None
+        raise ValueError(f"{field[:20]!r} is not a number") from None
     if not math.isfinite(value):
         raise ValueError(f"{field[:20]} is not finite")
     if abs(value) > FARTHEST:
@@ -172,7 +172,7 @@ def _number(field: str) -> float:
 
 
 def write_rows(path: Path, rows: Rows) -> None:
-    """Write results, whole or not at all; raise an OSError if that fails."""
+    """Write results, complete or not at all; raise an OSError if that fails."""
     lines = []
     for frame, identity, box, score in zip(
         rows.frames.tolist(), rows.ids.tolist(), rows.boxes.tolist(), rows.scores.tolist(),

@@ -1,10 +1,10 @@
-"""Where a target is, as people write it down: boxes, polygons, masks and tracks.
+"""Formats of annotated regions: boxes, polygons, masks and tracks.
 
-A region becomes a box and an ellipse in the coordinates of `motes.core.geometry`, but for
-the number of the first pixel, which the text does not say. The corners of a polygon lie on the
-outline: a box x, y, width, height has the corners x, y to x + width, y + height, so that it gives
-the same whether written as a box or as a polygon, as in the polygons and boxes that VOT published
-side by side.
+Each region becomes a box and an ellipse in the coordinates of `motes.core.geometry`, except for the
+number of the first pixel, which the text does not contain. The corners of a polygon lie on the
+outline: a box x, y, width, height has the corners x, y to x + width, y + height. A box therefore
+gives the same region written as a box or as a polygon, as in the polygons and boxes that VOT
+published for the same frames.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from motes.core.errors import FormatError
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.track import Status
 
-LAST = 10_000_000
-"""No film has a frame beyond; that is four days of it."""
+MAX_FRAME = 10_000_000
+"""Largest frame index that is accepted; about four days of video."""
 
 
 class Region(NamedTuple):
@@ -35,11 +35,11 @@ class Region(NamedTuple):
     box
         The smallest box around it.
     ellipse
-        For a box, the inscribed one. For a polygon of four corners, the one inscribed in the
-        rectangle with the polygon's center, area, orientation and ratio of second moments. For
-        other polygons and masks, the one with their center and second moments.
+        For a box, the inscribed ellipse. For a polygon of four corners, the ellipse inscribed in
+        the rectangle with the polygon's center, area, orientation and ratio of second moments. For
+        other polygons and masks, the ellipse with their center and second moments.
     is_box
-        Whether a box is all that was written.
+        Whether the annotation is only a box.
     """
 
     box: Box
@@ -49,25 +49,30 @@ class Region(NamedTuple):
 
 _NAN = math.nan
 ABSENT = Region(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
-"""There is no target in the frame, or nobody knows where."""
+"""The frame has no target, or its position is unknown."""
 
 
 def read_regions(text: str) -> list[Region]:
     """Return the regions of a text, one for each frame.
 
-    A row is a frame, in order, with numbers between commas, semicolons, tabs or spaces: a box
-    x, y, width, height; a polygon x, y, x, y … of at least four corners; or a mask in VOT's form,
-    `m x, y, width, height, runs …`, with runs of pixels that are outside and inside in turn, row
-    by row, in the box. NaN, a box or polygon without width or height, an empty mask and VOT's
-    codes 0, 1 and 2 mean no target. Empty lines are skipped.
+    Each row is a frame, in order. Its numbers are separated by commas, semicolons, tabs or spaces.
+    A row is one of:
 
-    Tracks as `motes.output.track_rows` writes them, CSV or JSON Lines, are told by their first
-    character or column. They have a target in the frames with the status `tracking`.
+    - a box x, y, width, height;
+    - a polygon x, y, x, y … of at least four corners;
+    - a mask in VOT's form, `m x, y, width, height, runs …`: runs of pixels in the box, row by row,
+      alternately outside and inside the target;
+    - no target: NaN, a box or polygon without width or height, an empty mask, or VOT's codes 0, 1
+      and 2.
+
+    Empty lines are skipped. Tracks written by `motes.output.track_rows`, in CSV or JSON Lines, are
+    recognized by their first character or column. They have a target in the frames with the status
+    `tracking`.
 
     Raises
     ------
     FormatError
-        If a line is none of these, with its number.
+        If a line has another format, with its number.
     """
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     lines = [(number, line) for number, line in lines if line]
@@ -78,12 +83,12 @@ def read_regions(text: str) -> list[Region]:
     for number, line in lines[columns is not None :]:
         try:
             if columns or head.startswith("{"):
-                frame, region = _track(line, columns)
+                frame, region = _parse_track_row(line, columns)
                 if frame in tracks or frame < 0:
-                    raise ValueError(f"frame {frame} is there twice, or negative")
+                    raise ValueError(f"frame {frame} is repeated, or negative")
                 tracks[frame] = region
             else:
-                regions.append(_row(line))
+                regions.append(_parse_row(line))
         except (ValueError, msgspec.DecodeError, RecursionError) as error:
             raise FormatError(f"line {number}: {error}") from None
     if tracks:
@@ -92,39 +97,41 @@ def read_regions(text: str) -> list[Region]:
 
 
 def read_mask(path: Path) -> Region:
-    """Return the region of a picture's pixels that are not zero (black).
+    """Return the region of the pixels of an image that are not zero (black).
 
     Raises
     ------
     FormatError
-        If the picture cannot be read, or was saved with losses that blur zero.
+        If the image cannot be read, or has a lossy format, which changes zeros.
     """
     if path.suffix.lower() in (".jpg", ".jpeg"):
         raise FormatError(f"the mask {path.name} is JPEG, which alters zeros; save masks as PNG")
     try:
         with Image.open(path) as image:
             values = np.asarray(image.convert("RGB") if image.mode in ("RGBA", "LA") else image)
-    except Exception as error:  # decoders of damaged images raise nearly anything
+    except Exception as error:  # decoders of damaged images raise errors of many kinds
         raise FormatError(f"the mask {path.name} cannot be read; replace it") from error
     y, x = np.nonzero(values.any(axis=2) if values.ndim == 3 else values)
-    return _of_pixels(x, y)
+    return _region_of_pixels(x, y)
 
 
-def _row(row: str) -> Region:
+def _parse_row(row: str) -> Region:
     mask = row.startswith("m")
-    values = [_number(field) for field in re.split(r"[,;\s]+", row.lstrip("m").strip(" \t,;"))]
+    values = [
+        _parse_number(field) for field in re.split(r"[,;\s]+", row.lstrip("m").strip(" \t,;"))
+    ]
     if any(math.isnan(value) for value in values):
         return ABSENT
     if not all(math.isfinite(value) for value in values):
         raise ValueError("the numbers must be finite")
     if mask:
-        return _of_runs(values)
+        return _region_of_runs(values)
     if len(values) == 4:
         box = Box(*values)
-        there = box.width > 0 and box.height > 0
-        return Region(box, Ellipse.from_box(box), is_box=True) if there else ABSENT
+        present = box.width > 0 and box.height > 0
+        return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:
-        return _of_polygon(np.reshape(values, (-1, 2)))
+        return _region_of_polygon(np.reshape(values, (-1, 2)))
     if len(values) == 1 and values[0] in (0, 1, 2):
         return ABSENT
     raise ValueError(
@@ -133,18 +140,18 @@ def _row(row: str) -> Region:
     )
 
 
-def _number(field: str) -> float:
+def _parse_number(field: str) -> float:
     try:
         value = float(field)
     except ValueError:
-        raise ValueError(f"{field[:20]!r} is no number") from None
+        raise ValueError(f"{field[:20]!r} is not a number") from None
     if FARTHEST < abs(value) < math.inf:
         raise ValueError(f"{field[:20]} is too large a number")
     return value
 
 
-def _track(line: str, columns: list[str] | None) -> tuple[int, Region]:
-    """Return frame and region of a row of CSV, or of JSON Lines where there are no columns."""
+def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, Region]:
+    """Return frame and region of a row of CSV, or of JSON Lines if `columns` is None."""
     row: dict[str, Any]
     if columns is None:
         row = msgspec.json.decode(line, type=dict[str, Any])
@@ -156,18 +163,18 @@ def _track(line: str, columns: list[str] | None) -> tuple[int, Region]:
     needed = ("frame", *Ellipse._fields)
     if missing := [name for name in needed if name not in row]:
         raise ValueError(f"a track has the column {missing[0]}")
-    frame = _number(str(row["frame"]))
-    if not frame.is_integer() or frame > LAST:
-        raise ValueError(f"{frame:g} is no index of a frame")
+    frame = _parse_number(str(row["frame"]))
+    if not frame.is_integer() or frame > MAX_FRAME:
+        raise ValueError(f"{frame:g} is not the index of a frame")
     values = [row[name] for name in Ellipse._fields]
     if row.get("status", Status.TRACKING) != Status.TRACKING or None in values or "" in values:
         return int(frame), ABSENT
-    ellipse = Ellipse(*(_number(str(value)) for value in values))
-    there = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
-    return int(frame), Region(ellipse.box, ellipse) if there else ABSENT
+    ellipse = Ellipse(*(_parse_number(str(value)) for value in values))
+    present = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
+    return int(frame), Region(ellipse.box, ellipse) if present else ABSENT
 
 
-def _of_runs(values: list[float]) -> Region:
+def _region_of_runs(values: list[float]) -> Region:
     if len(values) < 4 or any(value != int(value) for value in values):
         raise ValueError("a mask is x, y, width, height and runs, all whole numbers")
     x, y, width, height, *runs = map(int, values)
@@ -176,27 +183,27 @@ def _of_runs(values: list[float]) -> Region:
     inside = np.flatnonzero(np.repeat(np.arange(len(runs)) % 2, runs))
     if not inside.size:
         return ABSENT
-    return _of_pixels(x + inside % width, y + inside // width)
+    return _region_of_pixels(x + inside % width, y + inside // width)
 
 
-def _of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
+def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
     if not x.size:
         return ABSENT
     low = float(x.min()), float(y.min())
     box = Box(*low, float(x.max()) - low[0] + 1, float(y.max()) - low[1] + 1)
     (xx, xy), (_, yy) = np.cov(x, y, bias=True)
-    # A pixel is a square with a second moment of its own, 1/12.
+    # Each pixel is a square, which adds its own second moment, 1/12.
     center, moments = (float(x.mean()), float(y.mean())), (xx + 1 / 12, xy, yy + 1 / 12)
-    return Region(box, _of_moments(center, moments, scale=2))
+    return Region(box, _ellipse_of_moments(center, moments, scale=2))
 
 
-def _of_polygon(corners: NDArray[np.float64]) -> Region:
+def _region_of_polygon(corners: NDArray[np.float64]) -> Region:
     low, high = corners.min(axis=0), corners.max(axis=0)
     if (low == high).any():
         return ABSENT
-    middle = (low + high) / 2  # as moments far from the origin would lose digits
+    middle = (low + high) / 2  # moments far from the origin would lose digits
     (x, y), (u, v) = (corners - middle).T, (np.roll(corners, -1, axis=0) - middle).T
-    # Integrals over the area as sums over the edges (Green), positive whatever the direction.
+    # Integrals over the area are sums over the edges (Green), made positive for both directions.
     cross = x * v - u * y
     cross *= np.copysign(1, cross.sum())
     area = cross.sum() / 2
@@ -208,21 +215,21 @@ def _of_polygon(corners: NDArray[np.float64]) -> Region:
         determinant = xx * yy - xy * xy
     if area <= 0 or determinant <= 0:
         raise ValueError("the polygon has no area, or crosses itself")
-    # Second moments of an ellipse are a²/4, of a rectangle with half sides a they are a²/3; that
-    # is sqrt(3) here if the four corners are a rectangle, and else keeps the area.
+    # The second moments of an ellipse are a²/4, those of a rectangle with half sides a are a²/3.
+    # For four corners the scale is sqrt(3) if they are a rectangle; otherwise it keeps the area.
     scale = math.sqrt(area / 4 / math.sqrt(determinant)) if len(corners) == 4 else 2.0
-    # A coordinate on the outline is half a pixel more than the same place between pixel centers.
+    # Coordinates of the outline are half a pixel larger than those of pixel centers.
     center = float(middle[0] + mx - 0.5), float(middle[1] + my - 0.5)
     box = Box(*low.tolist(), *(high - low).tolist())
-    return Region(box, _of_moments(center, (float(xx), float(xy), float(yy)), scale))
+    return Region(box, _ellipse_of_moments(center, (float(xx), float(xy), float(yy)), scale))
 
 
-def _of_moments(
+def _ellipse_of_moments(
     center: tuple[float, float], moments: tuple[float, float, float], scale: float
 ) -> Ellipse:
     """Return the ellipse with half-axes of `scale` standard deviations (xx, xy, yy).
 
-    Its `a` is the axis within 45 degrees of x, so that what is upright has the angle 0.
+    Its `a` is the axis within 45 degrees of x, so upright regions have the angle 0.
     """
     xx, xy, yy = moments
     theta = math.atan2(math.copysign(2, xx - yy) * xy, abs(xx - yy)) / 2

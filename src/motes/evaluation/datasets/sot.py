@@ -1,22 +1,23 @@
-"""Sequences with ground truth: the layouts of OTB, VOT and GOT-10k, masks, and videos of one's own.
+"""Sequences with ground truth: layouts of OTB, VOT and GOT-10k, masks, and single videos.
 
-A sequence is a folder with its frames in `img/`, in `color/` or in itself, and with its truth:
+A sequence is a folder with its frames in `img/`, in `color/` or in the folder itself, and with its
+truth:
 
 | truth | layout | first pixel |
 |---|---|---|
 | `groundtruth_rect.txt`, or `groundtruth_rect.1.txt` … | OTB | 1 |
 | `groundtruth.txt`, and marks of VOT | VOT | 0 |
-| `groundtruth.txt` otherwise | GOT-10k | 1 |
-| pictures in `masks/`, as in DAVIS | | |
+| `groundtruth.txt` without these marks | GOT-10k | 1 |
+| images in `masks/`, as in DAVIS | | |
 
-The first of these in a folder counts. Numbered files of OTB hold one target each and make the
+The first of these in a folder is used. Numbered files of OTB hold one target each and make the
 sequences NAME-1 …; in GOT-10k, `absence.label` has a 1 for each frame without the target.
-`read_regions` says what the text files hold. The first pixel is what the truth calls the first
-row and column: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and GOT-10k (its authors say so), while VOT's
-toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the file `sequence`, a
-`camera_motion` tag, and polygons or masks in the truth.
+`read_regions` describes the text files. The first pixel is the number of the first row and column
+in the truth: 1 in OTB (Wu, Lim and Yang, CVPR 2013) and in GOT-10k (according to its authors),
+while VOT's toolkit uses its regions as indices from 0. The marks of VOT are `color/`, the file
+`sequence`, a `camera_motion` tag, and polygons or masks in the truth.
 
-A dataset is a folder of such folders; with `list.txt`, of those that it names.
+A dataset is a folder of such folders; with a file `list.txt`, only the folders named in it.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ S = TypeVar("S")
 class Sequence:
     """One object in one video.
 
-    All frames are kept, also those before the first one with the target; where that is, a tracker
+    All frames are kept, including those before the first one with the target, where a tracker
     starts.
 
     Attributes
@@ -54,12 +55,13 @@ class Sequence:
     name
         Unique in its dataset.
     source
-        What `open_source` reads.
+        The source for `open_source`.
     boxes
-        (frames, 4): x, y, width, height, 0-based; NaN where the target is absent. There are as
-        many frames as boxes if the source is images; how many a video has, decoding tells.
+        (frames, 4): x, y, width, height, 0-based; NaN where the target is absent. If the source is
+        images, their number equals that of the boxes; the number of frames of a video is known only
+        after decoding.
     ellipses
-        (frames, 5): x, y, a, b, theta as `Region` says; NaN where the target is absent.
+        (frames, 5): x, y, a, b, theta, see `Region`; NaN where the target is absent.
     """
 
     name: str
@@ -69,25 +71,25 @@ class Sequence:
 
     @property
     def frames(self) -> int:
-        """How many frames the truth is for."""
+        """Number of frames of the truth."""
         return len(self.boxes)
 
     @property
     def digest(self) -> str:
-        """Another one for any other truth."""
+        """A digest that changes with the truth."""
         return hashlib.sha256(self.boxes.tobytes()).hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Something that went wrong while the rest went on.
+    """A failure that did not stop the rest of the work.
 
     Attributes
     ----------
     where
-        What it happened to, such as "sequence David".
+        What failed, such as "sequence David".
     what
-        One line.
+        The reason, in one line.
     """
 
     where: str
@@ -95,7 +97,7 @@ class Problem:
 
 
 class _Entry(NamedTuple):
-    """A place that looks like a sequence: a folder, or a video; and its truth if there is any."""
+    """A folder or a video that looks like a sequence, with its truth if it has one."""
 
     name: str
     place: Path
@@ -107,7 +109,7 @@ def load_dataset(
     first_pixel: Mapping[str, int] = {},
     annotation: str | Path | None = None,
 ) -> tuple[list[Sequence], list[Problem]]:
-    """Load the sequences of a dataset, and say which ones could not be loaded, and why.
+    """Load the sequences of a dataset, and report those that could not be loaded.
 
     Parameters
     ----------
@@ -115,25 +117,25 @@ def load_dataset(
         A folder of sequences, the folder of one sequence, or, with an annotation, a video or a
         folder of images.
     first_pixel
-        What the truth calls the first row and column, 0 or 1, for sequences whose names fit a
-        pattern such as "seg-*"; the last pattern that fits counts. By default as the layout has
-        it, and 0 with an annotation.
+        The number of the first row and column in the truth, 0 or 1, for sequences whose names match
+        a pattern such as "seg-*"; the last pattern that matches is used. The default is that of the
+        layout, and 0 with an annotation.
     annotation
-        The truth of one video: text as `read_regions` reads it, or a folder of masks.
+        The truth of one video: a text for `read_regions`, or a folder of masks.
 
     Returns
     -------
     sequences, problems
-        In the order of `list.txt`, else of their names. Both may be empty, but not at once.
+        In the order of `list.txt`, else of their names. One of the two may be empty, but not both.
 
     Raises
     ------
     SourceError
-        If the dataset or annotation does not exist, or nothing in it looks like a sequence.
+        If the dataset or annotation does not exist, or contains nothing that looks like a sequence.
     ConfigError
-        If a pattern fits no sequence, or a first pixel is neither 0 nor 1.
+        If a pattern matches no sequence, or a first pixel is neither 0 nor 1.
     """
-    # Absolute, as a relative folder 0001 would be taken for a camera.
+    # Absolute: the relative name 0001 would be read as the number of a camera.
     root = Path(os.path.abspath(path))
     for needed in (path, annotation):
         if needed is not None and not os.path.exists(needed):
@@ -161,13 +163,13 @@ def load_dataset(
         fitting = [p for pattern, p in pixels.items() if fnmatchcase(entry.name, pattern)]
         return _load(entry, fitting[-1] if fitting else None)
 
-    return gather((entry.name, partial(load, entry)) for entry in entries)
+    return load_each((entry.name, partial(load, entry)) for entry in entries)
 
 
-def gather(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], list[Problem]]:
-    """Return what can be loaded of sequences with these names, and what is wrong with the others.
+def load_each(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], list[Problem]]:
+    """Load sequences by name; return those that were loaded, and the problems of the others.
 
-    The second one of a name is a problem, and so is what raises a MotesError or OSError.
+    A repeated name is a problem, as is any MotesError or OSError of a loader.
     """
     sequences: list[S] = []
     problems: list[Problem] = []
@@ -188,12 +190,14 @@ def gather(loaders: Iterable[tuple[str, Callable[[], S]]]) -> tuple[list[S], lis
 
 
 def _entries(root: Path) -> list[_Entry]:
-    """Return what looks like a sequence: the folder itself, else those in it."""
+    """Return what looks like a sequence: the folder itself, or else the folders in it."""
     try:
-        truths = _truths(root)
-        # A folder of sequences may have one that is called masks.
-        if any(truth.is_file() for truth in truths.values()) or (truths and _pictures(_home(root))):
-            return _of_folder(root)
+        truths = _truth_files(root)
+        # A folder of sequences may contain one with the name masks.
+        if any(truth.is_file() for truth in truths.values()) or (
+            truths and _image_files(_frames_folder(root))
+        ):
+            return _entries_of_folder(root)
         listed = (root / "list.txt").is_file()
         if listed:
             names = [line.strip() for line in read_text(root / "list.txt").splitlines()]
@@ -204,23 +208,27 @@ def _entries(root: Path) -> list[_Entry]:
         raise SourceError(f"{error.filename} cannot be read: {error.strerror}.") from None
     except FormatError as error:
         raise SourceError(f"{root} cannot be read: {error}.") from None
-    return [entry for folder in folders for entry in _of_folder(folder, listed)]
+    return [entry for folder in folders for entry in _entries_of_folder(folder, listed)]
 
 
-def _of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
-    """Return the sequences of a folder; none if it holds things, but neither truth nor frames."""
+def _entries_of_folder(folder: Path, listed: bool = False) -> list[_Entry]:
+    """Return the sequences of a folder; none if it has files, but neither truth nor frames."""
     name = printable(folder.name)
     bare = [_Entry(name, folder, None)]
     try:
-        if truths := _truths(folder):
+        if truths := _truth_files(folder):
             return [_Entry(name + suffix, folder, path) for suffix, path in truths.items()]
-        return bare if listed or _pictures(_home(folder)) or not any(folder.iterdir()) else []
-    except OSError:  # which comes again when it is loaded
+        return (
+            bare
+            if listed or _image_files(_frames_folder(folder)) or not any(folder.iterdir())
+            else []
+        )
+    except OSError:  # loading raises it again and reports it
         return bare
 
 
-def _truths(folder: Path) -> dict[str, Path]:
-    """Return the truth in a folder, by what it adds to the sequence's name."""
+def _truth_files(folder: Path) -> dict[str, Path]:
+    """Return the truth in a folder, by the suffix that it adds to the sequence's name."""
     numbered = {
         f"-{match[1]}": path
         for path in sorted(folder.glob("groundtruth_rect.*.txt"))
@@ -233,23 +241,21 @@ def _truths(folder: Path) -> dict[str, Path]:
 
 
 def _load(entry: _Entry, first_pixel: int | None) -> Sequence:
-    """Load a sequence; the first pixel is the layout's if it is None.
+    """Load a sequence; a first pixel of None means that of the layout.
 
     Raises
     ------
     MotesError, OSError
-        If there is anything wrong with it.
+        If it cannot be loaded.
     """
     name, place, truth = entry
     if not place.exists():
-        raise FormatError("list.txt names it, but there is no such folder")
+        raise FormatError("list.txt contains it, but there is no such folder")
     if place.is_dir() and not any(place.iterdir()):
         raise FormatError("the folder is empty")
     if truth is None:
-        raise FormatError(
-            "it has no truth; that would be groundtruth_rect.txt, groundtruth.txt or masks/"
-        )
-    source, count = (place, None) if place.is_file() else series_source(_home(place))
+        raise FormatError("it has no truth; add groundtruth_rect.txt, groundtruth.txt or masks/")
+    source, count = (place, None) if place.is_file() else series_source(_frames_folder(place))
     if truth.is_dir():
         regions = [read_mask(path) for path in _series(truth)]
     else:
@@ -285,13 +291,13 @@ def _is_vot(folder: Path, truth: Path, regions: list[Region]) -> bool:
     )
 
 
-def _home(folder: Path) -> Path:
-    """Return where a sequence's frames are."""
+def _frames_folder(folder: Path) -> Path:
+    """Return the folder of a sequence's frames."""
     return next((folder / name for name in ("img", "color") if (folder / name).is_dir()), folder)
 
 
-def _pictures(folder: Path) -> list[Path]:
-    """Return what `open_source` takes for the pictures of a folder."""
+def _image_files(folder: Path) -> list[Path]:
+    """Return the files that `open_source` reads as the images of a folder."""
     return [
         path
         for path in folder.iterdir()
@@ -300,8 +306,8 @@ def _pictures(folder: Path) -> list[Path]:
 
 
 def series_source(folder: Path) -> tuple[str | Path, int]:
-    """Return a source of the frames in a folder, without other pictures there, and their number."""
-    series, pictures = _series(folder), _pictures(folder)
+    """Return a source of the frames in a folder, without other images there, and their number."""
+    series, pictures = _series(folder), _image_files(folder)
     if len(series) == len(pictures):
         return folder, len(series)
     stray = min(set(pictures) - set(series))
@@ -313,15 +319,15 @@ def series_source(folder: Path) -> tuple[str | Path, int]:
 
 
 def _series(folder: Path) -> list[Path]:
-    """Return the pictures in a folder that are numbered alike, in order.
+    """Return the images in a folder that belong to one numbered series, in order.
 
     Raises
     ------
     FormatError
-        If there is none, or none that has most pictures, or one is missing in between.
+        If there is none, two series have the same length, or an image in between is missing.
     """
     groups: dict[tuple[str, str] | None, list[tuple[int, Path]]] = {}
-    for path in _pictures(folder):
+    for path in _image_files(folder):
         match = re.fullmatch(r"(.*?)(\d+)", path.stem)
         kind, number = ((match[1], path.suffix), int(match[2])) if match else (None, 0)
         groups.setdefault(kind, []).append((number, path))
@@ -335,7 +341,7 @@ def _series(folder: Path) -> list[Path]:
     if kinds[-1] is not None and len(series) > 1:
         numbers = np.array([number for number, _ in series])
         steps = np.diff(numbers)
-        step = max(int(steps.min()), 1)  # 5 where somebody kept every fifth frame
+        step = max(int(steps.min()), 1)  # 5 if only every fifth frame was kept
         if (gaps := np.flatnonzero(steps > step)).size:
             before = series[gaps[0]][1].stem
             width = len(before) - len(kinds[-1][0])
@@ -345,12 +351,12 @@ def _series(folder: Path) -> list[Path]:
 
 
 def printable(name: str) -> str:
-    """Return the name of a file with all that is not UTF-8 escaped, so that it can be written."""
+    """Return a file name with all parts that are not UTF-8 escaped, so that it can be written."""
     return name.encode(errors="backslashreplace").decode()
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a file; raise an OSError or a FormatError if there is none."""
+    """Return the text of a file; raise an OSError or a FormatError if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

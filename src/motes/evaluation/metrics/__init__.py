@@ -1,1 +1,1 @@
-"""Scores of tracks against truth."""
+"""Metrics that compare tracks with ground truth."""

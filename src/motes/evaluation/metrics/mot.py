@@ -1,8 +1,8 @@
-"""How well tracks fit the truth where there are many objects: CLEAR, identity and HOTA metrics.
+"""Metrics for many objects: CLEAR MOT, identity metrics and HOTA.
 
-Each is counted as TrackEval does, which the MOTChallenge uses, so that numbers agree with published
-ones to rounding. All of a sequence is counted in one `Tally`; tallies add up, and every number is
-made from the sums, also those over several sequences.
+All are counted as in TrackEval, the tool of the MOTChallenge, so numbers agree with published ones
+except for rounding. The counts of a sequence are in one `Tally`. Tallies can be added; all numbers
+are computed from the sums, also those over several sequences.
 """
 
 from __future__ import annotations
@@ -14,44 +14,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
-from motes.evaluation.datasets.distractors import _TINY, MATCHED, assigned_pairs
+from motes.evaluation.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 from motes.evaluation.datasets.mot_files import Rows
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ALPHAS = np.arange(1, 20) / 20
-"""The same for HOTA, which is a mean over all of these."""
-MOSTLY = 0.8
-"""An object is mostly tracked in more than this share of its frames."""
-HARDLY = 0.2
-"""An object is mostly lost if tracked in less than this share of its frames."""
+"""Localization thresholds of HOTA, which is the mean over them."""
+MIN_TRACKED = 0.8
+"""An object is mostly tracked if it is tracked in more than this share of its frames."""
+MAX_LOST = 0.2
+"""An object is mostly lost if it is tracked in less than this share of its frames."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tally:
-    """What is counted of tracks and truth; numbers are shares unless they say otherwise.
+    """Counts of a comparison of tracks with truth; the properties are shares unless noted.
 
     Attributes
     ----------
     frames
-        How many there are.
+        Number of frames.
     truths, results
         Numbers of boxes.
     objects
         Number of identities in the truth.
     matches, overlap
-        Boxes matched one to one, and the sum of their overlaps.
+        Number of boxes matched one to one, and the sum of their overlaps.
     switches, fragmentations
-        How often an object is matched by another track than before; is matched again after it was
-        not.
+        How often an object is matched by another track than before; how often it is matched again
+        after a gap.
     mostly_tracked, mostly_lost
         Numbers of objects.
     identified
-        Matches if each object has one track, and each track one object, for the whole sequence.
+        Number of matches if each object has one track, and each track one object, for the whole
+        sequence.
     hits, associations, overlaps
-        (19,), for each of `ALPHAS`: matches; the sum over them of A(c), the share of the boxes of
-        its object and track that are matches of these two; the sum over them of overlaps.
+        (19,), for each of `ALPHAS`: the number of matches; the sum of A(c) over the matches; the
+        sum of their overlaps. A(c) is the share of the boxes of the match's object and track that
+        are matches of these two.
     """
 
     frames: int
@@ -75,17 +77,17 @@ class Tally:
 
     @property
     def false_positives(self) -> int:
-        """Boxes of the results that are matched with none of the truth."""
+        """Number of boxes of the results without a match in the truth."""
         return self.results - self.matches
 
     @property
     def false_negatives(self) -> int:
-        """Boxes of the truth that are matched with none of the results."""
+        """Number of boxes of the truth without a match in the results."""
         return self.truths - self.matches
 
     @property
     def mota(self) -> float:
-        """MOTA = 1 - (FN + FP + switches) / truths, with 0 where there is no truth.
+        """MOTA = 1 - (FN + FP + switches) / truths; 0 without truth.
 
         Bernardin and Stiefelhagen, Evaluating multiple object tracking performance: the CLEAR MOT
         metrics, 2008, section 2.1.3.
@@ -96,7 +98,7 @@ class Tally:
 
     @property
     def motp(self) -> float:
-        """MOTP, the mean overlap of matches; more is better, unlike with the paper's distances."""
+        """MOTP as the mean overlap of matches: higher is better, unlike the paper's distances."""
         return self.overlap / max(1, self.matches)
 
     @property
@@ -111,12 +113,16 @@ class Tally:
 
     @property
     def idf1(self) -> float:
-        """Their harmonic mean. Ristani et al., Performance measures and a data set for …, 2016."""
+        """The harmonic mean of IDP and IDR.
+
+        Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking,
+        ECCV workshops 2016.
+        """
         return self.identified / max(1, (self.truths + self.results) / 2)
 
     @property
     def hota(self) -> Floats:
-        """HOTA = sqrt(DetA AssA) for each of `ALPHAS`; HOTA itself is the mean.
+        """HOTA = sqrt(DetA AssA) for each of `ALPHAS`, (19,); the published HOTA is the mean.
 
         Luiten et al., HOTA: a higher order metric for evaluating multi-object tracking, IJCV 2021,
         equation 15.
@@ -125,22 +131,25 @@ class Tally:
 
     @property
     def deta(self) -> Floats:
-        """DetA = TP / (TP + FN + FP), how well objects are found, (19,); their section 5.3."""
+        """DetA = TP / (TP + FN + FP), the quality of detection, (19,).
+
+        Luiten et al., section 5.3.
+        """
         return self.hits / np.maximum(1, self.truths + self.results - self.hits)
 
     @property
     def assa(self) -> Floats:
-        """AssA, the mean of A(c), how well identities are kept, (19,)."""
+        """AssA, the mean of A(c), the quality of association, (19,)."""
         return self.associations / np.maximum(1, self.hits)
 
     @property
     def loca(self) -> Floats:
-        """LocA, the mean overlap of matches, (19,); 1 where there are none."""
+        """LocA, the mean overlap of matches, (19,); 1 without matches."""
         return np.where(self.hits > 0, self.overlaps / np.maximum(1, self.hits), 1.0)
 
 
 class _Frame(NamedTuple):
-    """Whose the boxes of the truth (m,) and the results (n,) are, and how they overlap (m, n)."""
+    """Indices of the objects (m,) and the tracks (n,) in a frame, and their overlaps (m, n)."""
 
     objects: Integers
     tracks: Integers
@@ -148,52 +157,58 @@ class _Frame(NamedTuple):
 
 
 def tally(truth: Rows, results: Rows, frames: int) -> Tally:
-    """Count what results are worth; both have no identity twice in a frame.
+    """Compare results with truth; in both, a frame has each identity at most once.
 
     Raises
     ------
     MissingDependencyError
         If scipy is not installed.
     """
-    objects, whose = np.unique(truth.ids, return_inverse=True)
-    tracks, by = np.unique(results.ids, return_inverse=True)
-    film = []
+    objects, object_of = np.unique(truth.ids, return_inverse=True)
+    tracks, track_of = np.unique(results.ids, return_inverse=True)
+    per_frame = []
     for frame in np.union1d(truth.frames, results.frames):
-        there, said = truth.at(frame), results.at(frame)
-        overlaps = iou(truth.boxes[there, None], results.boxes[said])
-        film.append(_Frame(whose[there], by[said], overlaps))
-    lengths = np.bincount(whose, minlength=objects.size), np.bincount(by, minlength=tracks.size)
+        true_rows, rows = truth.at(frame), results.at(frame)
+        overlaps = iou(truth.boxes[true_rows, None], results.boxes[rows])
+        per_frame.append(_Frame(object_of[true_rows], track_of[rows], overlaps))
+    lengths = np.bincount(object_of, minlength=objects.size)
+    track_lengths = np.bincount(track_of, minlength=tracks.size)
     return Tally(
-        frames, len(truth.frames), len(results.frames), objects.size,
-        *_clear(film, lengths[0]), _identified(film, *lengths), *_hota(film, *lengths),
-    )  # fmt: skip
+        frames,
+        len(truth.frames),
+        len(results.frames),
+        objects.size,
+        *_clear(per_frame, lengths),
+        _identified(per_frame, lengths, track_lengths),
+        *_hota(per_frame, lengths, track_lengths),
+    )
 
 
-def _clear(film: list[_Frame], lengths: Integers) -> tuple[int, float, int, int, int, int]:
+def _clear(per_frame: list[_Frame], lengths: Integers) -> tuple[int, float, int, int, int, int]:
     """Count matches, their overlap, switches, fragmentations, objects mostly tracked and lost.
 
-    An object and its track of the frame before are matched first, then all others so that their
-    overlaps are largest. Bernardin and Stiefelhagen, section 2.1.2. A frame without any results, or
-    any truth, is passed over: what is the frame before stays so.
+    An object is first matched to its track of the frame before, then all others such that the sum
+    of overlaps is largest. Bernardin and Stiefelhagen, section 2.1.2. A frame without results, or
+    without truth, is skipped: the frame before it stays the frame before the next one.
     """
-    nobody = np.full(lengths.size, -1)
-    before, latest = nobody, nobody.copy()  # the track of each object
-    tracked, beginnings = np.zeros_like(nobody), np.zeros_like(nobody)
+    no_track = np.full(lengths.size, -1)
+    before, latest = no_track, no_track.copy()  # the track of each object
+    tracked, beginnings = np.zeros_like(no_track), np.zeros_like(no_track)
     overlap, switches = 0.0, 0
-    for objects, tracks, overlaps in film:
+    for objects, tracks, overlaps in per_frame:
         if not overlaps.size:
             continue
-        worth = 1000.0 * (tracks == before[objects, None]) + overlaps
-        worth[overlaps < MATCHED - _TINY] = 0
-        i, j = assigned_pairs(worth)
-        i, j = i[worth[i, j] > 0], j[worth[i, j] > 0]
-        who, by = objects[i], tracks[j]
-        switches += int(np.count_nonzero((latest[who] >= 0) & (latest[who] != by)))
-        tracked[who] += 1
-        beginnings[who] += before[who] < 0
-        latest[who] = by
-        before = nobody.copy()
-        before[who] = by
+        value = 1000.0 * (tracks == before[objects, None]) + overlaps
+        value[overlaps < MATCH_IOU - EPSILON] = 0
+        i, j = assigned_pairs(value)
+        i, j = i[value[i, j] > 0], j[value[i, j] > 0]
+        matched, track = objects[i], tracks[j]
+        switches += int(np.count_nonzero((latest[matched] >= 0) & (latest[matched] != track)))
+        tracked[matched] += 1
+        beginnings[matched] += before[matched] < 0
+        latest[matched] = track
+        before = no_track.copy()
+        before[matched] = track
         overlap += float(overlaps[i, j].sum())
     shares = tracked / lengths
     return (
@@ -201,49 +216,49 @@ def _clear(film: list[_Frame], lengths: Integers) -> tuple[int, float, int, int,
         overlap,
         switches,
         int(np.maximum(beginnings - 1, 0).sum()),
-        int(np.count_nonzero(shares > MOSTLY)),
-        int(np.count_nonzero(shares < HARDLY)),
+        int(np.count_nonzero(shares > MIN_TRACKED)),
+        int(np.count_nonzero(shares < MAX_LOST)),
     )
 
 
-def _identified(film: list[_Frame], lengths: Integers, track_lengths: Integers) -> int:
-    """Count the matches of the one-to-one assignment of objects to tracks that has most of them.
+def _identified(per_frame: list[_Frame], lengths: Integers, track_lengths: Integers) -> int:
+    """Count the matches of the one-to-one assignment of objects to tracks with the most matches.
 
     Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking,
     ECCV workshops 2016, section 3.
     """
     together = np.zeros((lengths.size, track_lengths.size))
-    for objects, tracks, overlaps in film:
-        i, j = np.nonzero(overlaps >= MATCHED)
+    for objects, tracks, overlaps in per_frame:
+        i, j = np.nonzero(overlaps >= MATCH_IOU)
         together[objects[i], tracks[j]] += 1
     return int(together[assigned_pairs(together)].sum())
 
 
 def _hota(
-    film: list[_Frame], lengths: Integers, track_lengths: Integers
+    per_frame: list[_Frame], lengths: Integers, track_lengths: Integers
 ) -> tuple[Floats, Floats, Floats]:
     """Count hits, associations and overlaps for each of `ALPHAS`; see `Tally`.
 
-    Matches are those of the largest sum of overlaps, each weighted by how much its object and track
-    go together in the whole sequence. Luiten et al., section 5.4, equations 17 to 20.
+    The matches maximize the sum of overlaps, each weighted by the similarity of its object and
+    track over the whole sequence. Luiten et al., section 5.4, equations 17 to 20.
     """
     together = np.zeros((lengths.size, track_lengths.size))
-    for objects, tracks, overlaps in film:
+    for objects, tracks, overlaps in per_frame:
         either = overlaps.sum(axis=0) + overlaps.sum(axis=1)[:, None] - overlaps
         together[objects[:, None], tracks] += np.divide(
-            overlaps, either, out=np.zeros_like(overlaps), where=either > _TINY
+            overlaps, either, out=np.zeros_like(overlaps), where=either > EPSILON
         )
-    alike = together / (lengths[:, None] + track_lengths - together)
+    similarity = together / (lengths[:, None] + track_lengths - together)
     pairs, found = [np.zeros((2, 0), np.int64)], [np.zeros(0)]
-    for objects, tracks, overlaps in film:
-        i, j = assigned_pairs(alike[objects[:, None], tracks] * overlaps)
+    for objects, tracks, overlaps in per_frame:
+        i, j = assigned_pairs(similarity[objects[:, None], tracks] * overlaps)
         pairs.append(np.stack([objects[i], tracks[j]]))
         found.append(overlaps[i, j])
     overlap = np.concatenate(found)
-    passed = (overlap[:, None] >= ALPHAS - _TINY).astype(np.float64)
-    (who, by), kind = np.unique(np.concatenate(pairs, axis=1), axis=1, return_inverse=True)
-    both = np.zeros((who.size, ALPHAS.size))  # matches of an object and a track
-    np.add.at(both, kind.reshape(-1), passed)
-    all_boxes = (lengths[who] + track_lengths[by])[:, None] - both
+    passed = (overlap[:, None] >= ALPHAS - EPSILON).astype(np.float64)
+    (i, j), pair_of = np.unique(np.concatenate(pairs, axis=1), axis=1, return_inverse=True)
+    both = np.zeros((i.size, ALPHAS.size))  # number of matches of an object and a track
+    np.add.at(both, pair_of.reshape(-1), passed)
+    all_boxes = (lengths[i] + track_lengths[j])[:, None] - both
     associations = (both * both / np.maximum(1, all_boxes)).sum(axis=0)
     return passed.sum(axis=0), associations, overlap @ passed

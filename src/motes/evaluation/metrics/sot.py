@@ -1,4 +1,4 @@
-"""How well a track fits the truth: pure functions on arrays with a row for each frame."""
+"""Metrics for one object: pure functions on arrays with a row for each frame."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 THRESHOLDS = np.linspace(0, 1, 21)
-"""Of overlap, where the success curve is read."""
+"""Overlaps at which the success curve is computed."""
 
 PIXELS = np.arange(51)
-"""Of distance, where the precision curve is read."""
+"""Distances at which the precision curve is computed, in pixels."""
 
 BINS = 10
-"""Equally wide bins of confidence."""
+"""Number of equally wide bins of confidence."""
 
 LOST_OD = 0.8
-"""A track whose overlap distance is greater is lost (Maggio et al., section 5)."""
+"""A track is lost if its overlap distance is greater (Maggio et al., section 5)."""
 
 BURN_IN = 10
-"""Frames from a start, itself included, that say nothing yet about accuracy (VOT)."""
+"""Frames after a start, including the start, that are left out of the accuracy (VOT)."""
 
 SENSITIVITY = 30
-"""S of VOT's robustness."""
+"""The number of frames S in VOT's robustness."""
 
 REAPPEARANCE = 30
-"""Frames in a row with the target that a tracker has at least to find it again."""
+"""A loss counts only if the target is later present for this many frames in a row."""
 
 CHI_SQUARE_95 = 5.991
 """The 95 % quantile of the chi-square distribution with 2 degrees of freedom."""
@@ -43,9 +43,10 @@ _CHUNK = 32
 
 
 def success_curve(overlaps: Floats) -> Floats:
-    """Return the share of frames whose overlap (IoU, (frames,)) exceeds each of `THRESHOLDS`.
+    """Return the share of frames whose overlap (IoU) exceeds each of `THRESHOLDS`, (21,).
 
-    Wu, Lim and Yang, Online object tracking: a benchmark, CVPR 2013. NaN where there are no frames.
+    Overlaps have shape (frames,). NaN without frames. Wu, Lim and Yang, Online object tracking: a
+    benchmark, CVPR 2013.
     """
     return _shares(overlaps[:, None] > THRESHOLDS)
 
@@ -56,10 +57,10 @@ def success_auc(overlaps: Floats) -> float:
 
 
 def precision_curve(distances: Floats) -> Floats:
-    """Return the share of frames whose distance between centers is at most each of `PIXELS`.
+    """Return the share of frames whose distance between centers is at most each of `PIXELS`, (51,).
 
-    Distances (frames,) are in pixels. Wu, Lim and Yang, CVPR 2013, who rank trackers by the share
-    at 20 pixels. NaN where there are no frames.
+    Distances (frames,) are in pixels. NaN without frames. Wu, Lim and Yang, CVPR 2013, who rank
+    trackers by the share at 20 pixels.
     """
     return _shares(distances[:, None] <= PIXELS)
 
@@ -70,7 +71,7 @@ def _shares(passed: Flags) -> Floats:
 
 
 def enclosing_boxes(ellipses: Floats) -> Floats:
-    """Return the smallest boxes x, y, w, h (n, 4) around ellipses (n, 5), as `Ellipse.box` does."""
+    """Return the smallest boxes x, y, w, h (n, 4) around ellipses (n, 5), as `Ellipse.box`."""
     x, y, a, b, theta = ellipses.T
     cos, sin = np.cos(theta), np.sin(theta)
     half_width, half_height = np.hypot(a * cos, b * sin), np.hypot(a * sin, b * cos)
@@ -84,14 +85,15 @@ def overlap_distances(ellipses: Floats, truths: Floats) -> Floats:
 
         OD = 1 - 2 TP / (|A_c| + |A_gt|)
 
-    with TP the common area of the two. Maggio, Smeraldi and Cavallaro, equation 11. TP is the area
-    of the truth times the share of 4096 points, spread evenly over it, that lie in the ellipse.
+    TP is the common area of the two. Maggio, Smeraldi and Cavallaro, equation 11. TP is computed as
+    the area of the truth times the share of 4096 points, spread evenly over it, that lie in the
+    ellipse.
 
     Parameters
     ----------
     ellipses, truths
-        (n, 5): x, y, a, b, theta. A row that is no ellipse is as far as can be, OD 1; without a
-        truth OD is NaN.
+        (n, 5): x, y, a, b, theta. A row that is not an ellipse has the largest distance, OD 1;
+        without a truth OD is NaN.
     """
     out = np.ones(len(truths))
     out[~_regions(truths)] = np.nan
@@ -111,10 +113,10 @@ def _regions(ellipses: Floats) -> Flags:
 
 
 def _squared_radius(ellipses: Floats, truths: Floats) -> Floats:
-    """Return how far the truth's points are from an ellipse's center, squared, in its half-axes.
+    """Return the squared distances of a truth's points from the ellipse, in its half-axes.
 
-    As polynomials (n, 6) of u², uv, v², u, v and 1, where (u, v) is the place of a point of the
-    truth in the unit disk; what is at most 1 lies in the ellipse.
+    The result (n, 6) holds polynomials of u², uv, v², u, v and 1, where (u, v) is the position of a
+    point of the truth in the unit disk. A point with a value of at most 1 lies in the ellipse.
     """
     x, y, a, b, theta = ellipses.T
     true_x, true_y, true_a, true_b, true_theta = truths.T
@@ -133,25 +135,31 @@ def _squared_radius(ellipses: Floats, truths: Floats) -> Floats:
 
 
 def first_lost(distances: Floats) -> int | None:
-    """Return the first row whose overlap distance is above `LOST_OD`; None if there is none."""
+    """Return the first row whose overlap distance exceeds `LOST_OD`, or None."""
     lost = np.flatnonzero(distances > LOST_OD)
     return int(lost[0]) if lost.size else None
 
 
-def detection_recall(said: Flags, true: Flags) -> float:
-    """Return the share of the true frames in which it was said.
+def detection_recall(reported: Flags, actual: Flags) -> float:
+    """Return the share of the frames with an actual loss in which a loss was reported.
 
-    1 where nothing was said and nothing true; NaN where something was said, but nothing true.
+    1 without any reported or actual loss; NaN with reported, but without actual losses.
+
+    Parameters
+    ----------
+    reported, actual
+        (frames,), whether a loss was reported, and whether there was one.
     """
-    return _ratio(said & true, true, empty=not said.any())
+    return _ratio(reported & actual, actual, empty=not reported.any())
 
 
-def detection_precision(said: Flags, true: Flags) -> float:
-    """Return the share of what was said that was true.
+def detection_precision(reported: Flags, actual: Flags) -> float:
+    """Return the share of the reported losses that were actual losses.
 
-    1 where nothing was said and nothing true; NaN where something was true, but nothing said.
+    1 without any reported or actual loss; NaN with actual, but without reported losses. Parameters
+    as in `detection_recall`.
     """
-    return _ratio(said & true, said, empty=not true.any())
+    return _ratio(reported & actual, reported, empty=not actual.any())
 
 
 def _ratio(part: Flags, whole: Flags, empty: bool) -> float:
@@ -161,24 +169,24 @@ def _ratio(part: Flags, whole: Flags, empty: bool) -> float:
     return np.count_nonzero(part) / count
 
 
-def detection_f1(said: Flags, true: Flags) -> float:
-    """Return F1 of a yes-or-no statement per frame; 1 where nothing was said and nothing true."""
-    together = np.count_nonzero(said) + np.count_nonzero(true)
-    return 2 * np.count_nonzero(said & true) / together if together else 1.0
+def detection_f1(reported: Flags, actual: Flags) -> float:
+    """Return F1 of the reported losses; 1 without any reported or actual loss."""
+    together = np.count_nonzero(reported) + np.count_nonzero(actual)
+    return 2 * np.count_nonzero(reported & actual) / together if together else 1.0
 
 
 def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:
-    """Return how many losses count, and after how many of them the target was found again.
+    """Return the number of losses, and the number of losses after which the target was found again.
 
-    A loss is a frame in which the target is missed, after it was not missed in the last one that
-    had it. It counts if from there on the target is present in `REAPPEARANCE` frames in a row; it
-    is found again if some later frame is correct.
+    A loss is a frame in which the target is missed after it was not missed in the last frame with
+    the target. It counts if the target is present in `REAPPEARANCE` frames in a row that begin in
+    this frame or later. The target is found again if some later frame is correct.
 
     Parameters
     ----------
     present, missed, correct
-        (frames,): whether there is a target, whether the tracker does not have it, and whether it
-        has it well enough. Without a target, the latter two do not matter.
+        (frames,): whether there is a target, whether the tracker misses it, and whether the overlap
+        is large enough. Without a target, the latter two do not matter.
     """
     if len(present) < REAPPEARANCE:
         return 0, 0
@@ -193,13 +201,12 @@ def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]
 def covered(offsets: Floats, covariances: Floats) -> Flags:
     """Return whether points lie in the 95 % ellipses of normal distributions, (n,).
 
-    A point at d from the mean does if d' C^-1 d <= `CHI_SQUARE_95`; none does where C has no area,
-    or is NaN.
+    A point at offset d does if d' C^-1 d <= `CHI_SQUARE_95`. None does if C has no area, or is NaN.
 
     Parameters
     ----------
     offsets
-        (n, 2), of the points from the means.
+        (n, 2), offsets of the points from the means.
     covariances
         (n, 3): xx, xy, yy.
     """
@@ -210,18 +217,18 @@ def covered(offsets: Floats, covariances: Floats) -> Flags:
 
 
 class Reliability(NamedTuple):
-    """A reliability diagram: what happened where a confidence was said, each field (bins,).
+    """A reliability diagram: each field has shape (bins,).
 
     Attributes
     ----------
     frames
-        Their number.
+        Number of frames.
     weight
         Sum of their weights.
     confidence
-        Mean confidence; NaN where there are no frames, like the next.
+        Mean confidence; NaN without frames.
     accuracy
-        Share of correct frames.
+        Share of correct frames; NaN without frames.
     """
 
     frames: NDArray[np.int64]
@@ -231,50 +238,51 @@ class Reliability(NamedTuple):
 
     @property
     def error(self) -> float:
-        """The expected calibration error (ECE): the mean gap of the bins; NaN without frames."""
+        """The expected calibration error (ECE), the mean gap of the bins; NaN without frames."""
         total = self.weight.sum()
         gaps = np.nan_to_num(np.abs(self.accuracy - self.confidence))
         return float((self.weight * gaps).sum() / total) if total else np.nan
 
 
 def reliability(confidence: Floats, correct: Flags, weights: Floats) -> Reliability:
-    """Return how often frames are correct, in `BINS` equally wide bins of confidence.
+    """Return the share of correct frames in `BINS` equally wide bins of confidence.
 
     Guo, Pleiss, Sun and Weinberger, On calibration of modern neural networks, ICML 2017. `weights`
-    (frames,) let each sequence count the same however long it is.
+    (frames,) make it possible that all sequences count equally, whatever their length.
     """
     which = np.clip((confidence * BINS).astype(int), 0, BINS - 1)
-    weight, said, right = (
+    weight, confidence_sum, correct_sum = (
         np.bincount(which, weights * values, minlength=BINS).astype(np.float64)
         for values in (np.ones(confidence.size), confidence, correct)
     )
     with np.errstate(invalid="ignore"):  # 0 / 0 of an empty bin
-        means = said / weight, right / weight
+        means = confidence_sum / weight, correct_sum / weight
     return Reliability(np.bincount(which, minlength=BINS), weight, *means)
 
 
 def calibration_error(confidence: Floats, correct: Flags, weights: Floats) -> float:
-    """Return the expected calibration error (ECE).
+    """Return the expected calibration error (ECE) of confidences (frames,).
 
-    The mean, over ten equally wide bins of confidence and weighted by their share of the frames, of
-    the distance between the mean confidence and the share of correct frames; see `reliability`.
+    It is the mean, over ten equally wide bins of confidence weighted by their share of the frames,
+    of the difference between the mean confidence and the share of correct frames; see
+    `reliability`.
     """
     return reliability(confidence, correct, weights).error
 
 
 def reset_accuracy(overlaps: Floats, started: Flags, tracked: Flags) -> float:
-    """Return the mean overlap of a tracker that is started anew wherever it fails.
+    """Return the mean overlap of a tracker that is restarted after each failure.
 
     Kristan et al., The visual object tracking VOT challenges, 2013 to 2016: the `BURN_IN` frames
-    from each start are left out, as they owe too much to it.
+    after each start are left out, since their overlap depends too much on the start.
 
     Parameters
     ----------
     overlaps
         (frames,), NaN where there is no target.
     started, tracked
-        Whether the tracker was started in a frame; whether it followed the target there, so that it
-        was neither started, nor failed, nor waiting.
+        (frames,): whether the tracker was started in a frame; whether it followed the target there,
+        so that it was not started, had not failed and was not waiting.
 
     Returns
     -------
@@ -300,7 +308,7 @@ def reset_robustness(failures: int, frames: int) -> float:
 
 
 class Difference(NamedTuple):
-    """A mean difference and its interval of confidence; all NaN where nothing was compared."""
+    """A mean difference and its confidence interval; all NaN without pairs."""
 
     mean: float
     low: float
@@ -313,21 +321,21 @@ def paired_difference(
     """Return the mean of values - others, (n,), and its percentile bootstrap interval.
 
     Pairs are drawn with replacement, n at a time and `RESAMPLES` times. Efron and Tibshirani, An
-    introduction to the bootstrap, 1993, chapter 13. From one pair follows no interval: NaN.
+    introduction to the bootstrap, 1993, chapter 13. One pair gives no interval: NaN.
     """
     differences = values - others
     n = differences.size
     mean = float(differences.mean()) if n else np.nan
     if n < 2:
         return Difference(mean, np.nan, np.nan)
-    chunks = np.full(10, RESAMPLES // 10)  # as n may be large
+    chunks = np.full(10, RESAMPLES // 10)  # limits the memory for large n
     means = [differences[rng.integers(n, size=(chunk, n))].mean(axis=1) for chunk in chunks]
     low, high = np.quantile(np.concatenate(means), [(1 - level) / 2, (1 + level) / 2])
     return Difference(mean, float(low), float(high))
 
 
 def time_quantiles(seconds: Floats) -> tuple[float, float]:
-    """Return median and 95th percentile of running times (n,), in milliseconds; NaN of none."""
+    """Return median and 95th percentile of running times (n,), in milliseconds; NaN if n is 0."""
     if not seconds.size:
         return np.nan, np.nan
     median, high = np.quantile(seconds, [0.5, 0.95]) * 1000

@@ -1,1 +1,1 @@
-"""How a tracker is run over a sequence."""
+"""The protocols by which trackers are run over sequences."""

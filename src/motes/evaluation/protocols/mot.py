@@ -1,4 +1,4 @@
-"""How a tracker of many objects is put to the test: one pass over all frames, and what is noted."""
+"""One pass of a multi-object tracker over the frames of a sequence, and its tracks."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from motes.core.detection import Detection
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.frame import Frame
-from motes.evaluation.adapters.mot import Info, MotTrackerAdapter
+from motes.evaluation.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, read_rows, rows_of, write_rows
 from motes.evaluation.protocols.trace import duration
 
 COLUMNS = ("frame", "objects", "seconds")
-"""Of the file beside the rows: frames from 0, how many objects were said, in what time."""
+"""The columns of the CSV file beside the rows: frames from 0, number of objects, running time."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracks:
-    """What a tracker said in one pass.
+    """The output of a tracker in one pass.
 
     Attributes
     ----------
     rows
-        Where it said objects are.
+        The boxes with identities.
     seconds
-        (frames,), of time inside the tracker; NaN where that is not known.
+        (frames,), time inside the tracker; NaN where unknown.
     """
 
     rows: Rows
@@ -41,61 +41,65 @@ class Tracks:
 
 
 class MotPass:
-    """A pass in progress: hand it every frame of the film in order, then take its tracks.
+    """A pass in progress: feed it every frame of the sequence in order, then read its tracks.
 
     Parameters
     ----------
-    begin
-        Makes who is tested.
-    crowd
-        Where.
+    make_adapter
+        Makes the tracker under test.
+    sequence
+        The sequence under test.
     """
 
-    def __init__(self, begin: Callable[[], MotTrackerAdapter], crowd: MotSequence) -> None:
-        self._begin, self._crowd = begin, crowd
-        self._follower: MotTrackerAdapter | None = None
+    def __init__(
+        self, make_adapter: Callable[[], MotTrackerAdapter], sequence: MotSequence
+    ) -> None:
+        self._make_adapter, self._sequence = make_adapter, sequence
+        self._adapter: MotTrackerAdapter | None = None
         self._lines: list[list[float]] = []
         self._seconds: list[float] = []
 
     def feed(self, frame: Frame) -> None:
-        """Take the next frame."""
-        crowd = self._crowd
-        if self._follower is None:
-            self._follower = self._begin()
-            info = Info(crowd.name, crowd.frames, crowd.rate, frame.width, frame.height)
-            self._follower.start(info)
+        """Process the next frame."""
+        sequence = self._sequence
+        if self._adapter is None:
+            self._adapter = self._make_adapter()
+            info = SequenceInfo(
+                sequence.name, sequence.frames, sequence.rate, frame.width, frame.height
+            )
+            self._adapter.start(info)
         detections = None
-        if crowd.detections is not None:
-            known = crowd.detections.listed(frame.index)
+        if sequence.detections is not None:
+            known = sequence.detections.listed(frame.index)
             detections = [Detection(box, score) for _, box, score in known]
-        said = self._follower.update(frame, detections)
-        for identity, (x, y, width, height), score in said.found:
+        answer = self._adapter.update(frame, detections)
+        for identity, (x, y, width, height), score in answer.found:
             line = [frame.index + 1, identity, x + 1, y + 1, width, height, score, UNKNOWN]
             self._lines.append(line)
-        self._seconds.append(said.seconds)
+        self._seconds.append(answer.seconds)
 
     def close(self) -> None:
-        """Let go of the contestant."""
-        if self._follower is not None:
-            self._follower.close()
+        """Close the tracker."""
+        if self._adapter is not None:
+            self._adapter.close()
 
     @property
     def tracks(self) -> Tracks:
-        """What was said so far."""
+        """The tracks so far."""
         return Tracks(rows_of(self._lines), np.array(self._seconds, np.float64))
 
     def save(self, path: Path) -> None:
-        """Write the tracks, as `save_tracks` does."""
+        """Write the tracks with `save_tracks`."""
         save_tracks(path, self.tracks)
 
 
 def save_tracks(path: Path, tracks: Tracks) -> None:
-    """Write times as CSV with the `COLUMNS`, and first, beside them, the rows as .txt.
+    """Write the rows as .txt and, after that, counts and times as CSV with the `COLUMNS`.
 
     Raises
     ------
     FormatError
-        If that is not possible; there is no CSV then.
+        If a file cannot be written; there is no CSV file then.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -121,12 +125,12 @@ def load_tracks(path: Path) -> Tracks:
     Raises
     ------
     FormatError
-        If one of the files cannot be read or is something else.
+        If one of the files cannot be read or has another format.
     """
     try:
         head, *lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8")))
         if tuple(head) != COLUMNS:
-            raise ValueError("its columns are others")
+            raise ValueError("it has other columns")
         seconds = np.array([duration(line[2]) for line in lines])
         return Tracks(read_rows(path.with_suffix(".txt"), len(seconds), "results"), seconds)
     except OSError as error:

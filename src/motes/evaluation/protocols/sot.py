@@ -1,12 +1,12 @@
-"""How a tracker is put to the test: where it starts, what is noted, when it is started anew.
+"""Protocols for single-object trackers: where a tracker starts, and when it is restarted.
 
-| protocol | starts | by |
+| protocol | starts | source |
 |---|---|---|
 | `ope` | one pass from the first frame with the target | Wu, Lim and Yang, CVPR 2013 |
-| `sre` | the same frame, with 12 boxes that are off | the same |
+| `sre` | the same frame, with 12 perturbed boxes | the same |
 | `tre` | up to 20 frames | the same |
-| `reset` | as `ope`, and anew after each failure | Kristan et al., VOT |
-| `mot` | all objects, from the first frame on: see `mot_protocol` | |
+| `reset` | as `ope`, with a restart after each failure | Kristan et al., VOT |
+| `mot` | all objects from the first frame: see `protocols.mot` | |
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from motes.evaluation.protocols.trace import NOWHERE, Row, TrackerOutput, save_t
 
 Floats = NDArray[np.float64]
 
-SHIFT = 0.1
-"""How far a box is moved in `sre`, in its own width and height."""
-SHIFTS = {
+SRE_SHIFT = 0.1
+"""Distance by which `sre` moves a box, as a fraction of its width and height."""
+SRE_DIRECTIONS = {
     "left": (-1, 0),
     "right": (1, 0),
     "up": (0, -1),
@@ -39,19 +39,19 @@ SHIFTS = {
     "down-left": (-1, 1),
     "down-right": (1, 1),
 }
-SCALES = (0.8, 0.9, 1.1, 1.2)
-"""Sizes of a box in `sre`."""
+SRE_SCALES = (0.8, 0.9, 1.1, 1.2)
+"""Scale factors of a box in `sre`."""
 
-TIMES = 20
-"""Starts of `tre`, where the film is long enough."""
-SHORTEST = 5
-"""A start of `tre` leaves at least so many frames, its own included."""
+MAX_TRE_STARTS = 20
+"""Number of starts of `tre`, if the sequence is long enough."""
+MIN_FRAMES = 5
+"""Smallest number of frames after a start of `tre`, including its own."""
 
-PAUSE = 5
-"""In `reset`, a tracker starts anew so many frames after a failure."""
+RESTART_DELAY = 5
+"""In `reset`, a tracker is restarted this many frames after a failure."""
 
 TRACKED, STARTED, FAILED, SKIPPED = range(4)
-"""What a row of a trace is; in `reset`, FAILED is an overlap of 0, SKIPPED waits for a restart."""
+"""Events of a frame. In `reset`, FAILED means an overlap of 0, SKIPPED the wait for a restart."""
 
 
 class Start(NamedTuple):
@@ -62,10 +62,10 @@ class Start(NamedTuple):
     protocol
         `ope`, `sre`, `tre`, `reset` or `mot`.
     label
-        Which of the protocol's starts, such as `shift-left`, `scale-0.8` or `from-035`; empty
-        where there is only one.
+        The name of the start in its protocol, such as `shift-left`, `scale-0.8` or `from-035`;
+        empty if there is only one.
     frame, box
-        The first frame, and what the tracker is told there; None in `mot`, for nothing.
+        The first frame, and the box given to the tracker there; None in `mot`, which gives no box.
     """
 
     protocol: str
@@ -75,7 +75,7 @@ class Start(NamedTuple):
 
 
 def starts(protocol: str, sequence: Sequence | MotSequence, width: int, height: int) -> list[Start]:
-    """Return the starts of a protocol on a sequence with frames of a width and height."""
+    """Return the starts of a protocol on a sequence whose frames have a width and height."""
     if isinstance(sequence, MotSequence):
         return [Start(protocol, "", 0, None)]
     return PROTOCOLS[protocol](protocol, sequence, (width, height))
@@ -90,19 +90,21 @@ def _perturbed(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list
     frame = int(_present(sequence)[0])
     x, y, width, height = box = _box(sequence, frame)
     boxes = {
-        f"shift-{name}": Box(x + SHIFT * right * width, y + SHIFT * down * height, width, height)
-        for name, (right, down) in SHIFTS.items()
+        f"shift-{name}": Box(
+            x + SRE_SHIFT * right * width, y + SRE_SHIFT * down * height, width, height
+        )
+        for name, (right, down) in SRE_DIRECTIONS.items()
     }
-    boxes |= {f"scale-{scale}": _scaled(box, scale) for scale in SCALES}
+    boxes |= {f"scale-{scale}": _scaled(box, scale) for scale in SRE_SCALES}
     return [Start(protocol, label, frame, _inside(box, size)) for label, box in boxes.items()]
 
 
 def _times(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list[Start]:
     present, length = _present(sequence), len(sequence.boxes)
-    # Where the target is absent, the next frame that has it.
-    wanted = np.searchsorted(present, np.arange(TIMES) * length // TIMES)
-    frames = np.unique(present[wanted[wanted < present.size]])
-    chosen = [frame for frame in frames.tolist() if length - frame >= SHORTEST]
+    # If the target is absent, the start is the next frame with the target.
+    found_at = np.searchsorted(present, np.arange(MAX_TRE_STARTS) * length // MAX_TRE_STARTS)
+    frames = np.unique(present[found_at[found_at < present.size]])
+    chosen = [frame for frame in frames.tolist() if length - frame >= MIN_FRAMES]
     return [
         Start(protocol, f"from-{frame:03d}", frame, _box(sequence, frame))
         for frame in chosen or present[:1].tolist()
@@ -118,7 +120,7 @@ PROTOCOLS: dict[str, Callable[[str, Sequence, tuple[int, int]], list[Start]]] = 
 
 
 def _present(sequence: Sequence) -> NDArray[np.intp]:
-    """Return the frames that have the target."""
+    """Return the frames with the target."""
     return np.flatnonzero(np.isfinite(sequence.boxes).all(axis=1))
 
 
@@ -133,68 +135,70 @@ def _scaled(box: Box, scale: float) -> Box:
 
 
 def _inside(box: Box, size: tuple[int, int]) -> Box:
-    """Return a box that is no larger than the frame, moved until it lies in it."""
+    """Return a box no larger than the frame, moved so that it lies inside the frame."""
     width, height = min(box.width, size[0]), min(box.height, size[1])
     x, y = max(min(box.x, size[0] - width), 0.0), max(min(box.y, size[1] - height), 0.0)
     return Box(x, y, width, height)
 
 
 class TrackerPass:
-    """A pass in progress: hand it every frame of the film in order, then take its trace.
+    """A pass in progress: feed it every frame of the sequence in order, then read its trace.
 
     Parameters
     ----------
-    begin
-        Makes who is tested.
+    make_adapter
+        Makes the tracker under test.
     start
-        Where; earlier frames are passed over.
+        Where it starts; earlier frames are skipped.
     boxes
         (frames, 4), the truth, for the protocol `reset`.
     """
 
-    def __init__(self, begin: Callable[[], TrackerAdapter], start: Start, boxes: Floats) -> None:
-        self._begin, self._start, self._boxes = begin, start, boxes
-        self._contestant: TrackerAdapter | None = None
+    def __init__(
+        self, make_adapter: Callable[[], TrackerAdapter], start: Start, boxes: Floats
+    ) -> None:
+        self._make_adapter, self._start, self._boxes = make_adapter, start, boxes
+        self._adapter: TrackerAdapter | None = None
         self._rows: list[Row] = []
         self._last = NOWHERE
         self._next: int | None = start.frame
         """The earliest frame for the next start; None while the tracker runs."""
 
     def feed(self, frame: Frame) -> None:
-        """Take the next frame."""
+        """Process the next frame."""
         if frame.index < self._start.frame:
             return
         truth = self._boxes[frame.index]
         there = bool(np.isfinite(truth).all())
-        self._contestant = contestant = self._contestant or self._begin()
+        self._adapter = adapter = self._adapter or self._make_adapter()
         if self._next is None:
-            answer, event = contestant.update(frame), TRACKED
+            answer, event = adapter.update(frame), TRACKED
         elif there and frame.index >= self._next:
-            begun = self._start.box if frame.index == self._start.frame else None
-            box = begun or Box(*truth.tolist())
-            answer, event = contestant.init(frame, box), STARTED
+            given_box = self._start.box if frame.index == self._start.frame else None
+            box = given_box or Box(*truth.tolist())
+            answer, event = adapter.init(frame, box), STARTED
             self._next = None
         else:
             self._rows.append(Row(frame.index, NOWHERE, np.nan, False, np.nan, SKIPPED, UNKNOWN))
             return
         self._last = answer.ellipse or self._last
         if self._start.protocol == "reset" and there and not iou(self._last.box, truth):
-            event, self._next = FAILED, frame.index + PAUSE
+            event, self._next = FAILED, frame.index + RESTART_DELAY
         _, confidence, lost, seconds, covariance = answer
         self._rows.append(
             Row(frame.index, self._last, confidence, lost, seconds, event, covariance)
         )
 
     def close(self) -> None:
-        """Let go of the contestant."""
-        if self._contestant is not None:
-            self._contestant.close()
+        """Close the tracker."""
+        if self._adapter is not None:
+            self._adapter.close()
 
     @property
     def trace(self) -> TrackerOutput:
-        """What was said so far."""
+        """The output so far."""
         return trace_of(self._rows)
 
     def save(self, path: Path) -> None:
-        """Write the trace, as `save_trace` does."""
+        """Write the trace with `save_trace`."""
         save_trace(path, self.trace)

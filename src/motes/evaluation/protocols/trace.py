@@ -1,4 +1,4 @@
-"""The output of a tracker on a sequence, frame by frame, in memory and in a file."""
+"""The output of a tracker on a sequence (a trace), frame by frame, in memory and in a file."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ EVENTS = ("tracked", "started", "failed", "skipped")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerOutput:
-    """What a tracker said in one pass, from its start to the end of the film.
+    """The output of a tracker in one pass, from its start to the end of the sequence.
 
     Attributes
     ----------
     frames
         (n,), index of each frame.
     ellipses
-        (n, 5); upright ones where the tracker gives boxes. Where it gives nothing it is the last
-        one that it gave, and NaN where it was not asked.
+        (n, 5); upright ones if the tracker gives boxes. A frame without output repeats the last
+        output; a frame in which the tracker was not run has NaN.
     confidence
-        (n,), NaN where the tracker has none.
+        (n,), NaN if the tracker gives none.
     lost
-        (n,), whether the tracker says that it does not have the target.
+        (n,), whether the tracker reports that it has lost the target.
     seconds
-        (n,), of time inside the tracker; NaN where it was not asked.
+        (n,), time inside the tracker; NaN where it was not run.
     events
         (n,), TRACKED, STARTED, FAILED or SKIPPED.
     covariances
-        (n, 3), of the ellipses' centers: xx, xy, yy; NaN where the tracker has none.
+        (n, 3), of the ellipses' centers: xx, xy, yy; NaN if the tracker gives none.
     """
 
     frames: NDArray[np.int64]
@@ -85,18 +85,18 @@ def trace_of(rows: list[Row]) -> TrackerOutput:
     )
 
 
-SPREAD = ("xx", "xy", "yy")
+COVARIANCE = ("xx", "xy", "yy")
 
 
-COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event", *SPREAD)
-"""Of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field.
+COLUMNS = ("frame", *Ellipse._fields, "confidence", "lost", "seconds", "event", *COVARIANCE)
+"""The columns of a trace's file; `lost` is 0 or 1, `event` one of `EVENTS`, NaN an empty field.
 
-Files made before there were the last three, the covariance, are read as without one.
+Files without the last three columns, the covariance, come from older versions and can be read.
 """
 
 
 def save_trace(path: str | Path, trace: TrackerOutput) -> None:
-    """Write a trace as CSV with the `COLUMNS`, whole or not at all; it is read back identically.
+    """Write a trace as CSV with the `COLUMNS`, complete or not at all; reading restores it exactly.
 
     Raises
     ------
@@ -116,8 +116,8 @@ def save_trace(path: str | Path, trace: TrackerOutput) -> None:
         trace.covariances.tolist(),
         strict=True,
     ):
-        numbers, (time,), spread = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
-        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *spread])
+        numbers, (time,), variances = map(_fields, ((*ellipse, confidence), (seconds,), covariance))
+        writer.writerow([frame, *numbers, int(lost), time, EVENTS[event], *variances])
     path = Path(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -138,12 +138,12 @@ def load_trace(path: str | Path) -> TrackerOutput:
     Raises
     ------
     FormatError
-        If the file cannot be read or is no trace.
+        If the file cannot be read or is not a trace.
     """
     try:
         head, *lines = csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8")))
-        if tuple(head) not in (COLUMNS, COLUMNS[: -len(SPREAD)]):
-            raise ValueError("its columns are others")
+        if tuple(head) not in (COLUMNS, COLUMNS[: -len(COVARIANCE)]):
+            raise ValueError("it has other columns")
         rows: list[Row] = []
         for place, line in enumerate(lines, 2):
             rows.append(_row(line, len(head), place))
@@ -159,21 +159,21 @@ def load_trace(path: str | Path) -> TrackerOutput:
 
 
 def _row(fields: list[str], columns: int, line: int) -> Row:
-    """Return a row of a trace; raise a ValueError, with the number of its line, if it is none."""
+    """Return a row of a trace; raise a ValueError with the line number if it is not valid."""
     try:
         if len(fields) != columns:
             raise ValueError("it has more or fewer columns than the first one")
-        return _of_fields(*fields)
+        return _parse_fields(*fields)
     except ValueError as error:
         raise ValueError(f"line {line}: {error}") from None
 
 
-def _of_fields(
+def _parse_fields(
     frame: str, x: str, y: str, a: str, b: str, theta: str,
-    confidence: str, lost: str, seconds: str, event: str, *spread: str,
+    confidence: str, lost: str, seconds: str, event: str, *variances: str,
 ) -> Row:  # fmt: skip
     ellipse = Ellipse(*map(number, (x, y, a, b, theta)))
-    xx, xy, yy = map(number, spread) if spread else UNKNOWN
+    xx, xy, yy = map(number, variances) if variances else UNKNOWN
     sure, time = number(confidence), duration(seconds)
     if min(ellipse.a, ellipse.b) < 1 / LARGEST:
         raise ValueError(f"the ellipse of frame {frame} has no area")
@@ -185,15 +185,27 @@ def _of_fields(
 
 
 def number(field: str) -> float:
-    """Return the number in a field of a track, NaN for an empty one; raise a ValueError if none."""
+    """Return the number in a field of a track, NaN if it is empty.
+
+    Raises
+    ------
+    ValueError
+        If it is not a number, or out of bounds.
+    """
     value = float(field) if field else math.nan
-    if abs(value) > LARGEST**2:  # which a covariance may be
+    if abs(value) > LARGEST**2:  # a covariance may be as large as the square
         raise ValueError(f"{field} is out of bounds")
     return value
 
 
 def duration(field: str) -> float:
-    """Return the seconds in a field of a track, NaN for an empty one, as `number` does."""
+    """Return the seconds in a field of a track, NaN if it is empty.
+
+    Raises
+    ------
+    ValueError
+        If it is not a duration.
+    """
     seconds = number(field)
     if seconds < 0 or 0 < seconds < 1 / LARGEST:
         raise ValueError(f"a frame takes no {field} s")

@@ -1,112 +1,102 @@
 """The default tracker: particles over cues that learn the target against its surroundings.
 
-A step is a particle filter in parts (MacCormick and Isard, ECCV 2000): first where, then how large,
-then where exactly. Particles look their likelihood up in dense results: the response of a
-correlation filter, and sums of the pixels' color posterior. The first frame's filter is kept, and
-how much the place found is like it and stands out in color says how sure the tracker is; it learns
-only while it is sure, and searches in the same frame when it is not.
+A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first the place, then the
+size, then the exact place. Particles look their likelihood up in dense results: the response of a
+correlation filter, and sums of the pixels' color posterior. The filter of the first frame is kept.
+Its response and the color contrast at the estimate give the certainty. The tracker learns only
+while it is certain; when it is not, it searches in the same frame.
 """
 
 from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Annotated
+from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
-from motes.core.config import NonNegative, Positive
+from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import ELLIPSES, SAME, Array, check, middle_of, rows
+from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status, Track
+from motes.core.types import Floats, Spectra
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
-from motes.cues.fourier_ridge import Spectra
-from motes.cues.scale_filter import ScaleFilter, ScaleModel
+from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
+from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
-from motes.sot.discriminative.localization import Localizer, TargetModels, WindowEstimate
-from motes.sot.discriminative.redetection import Redetection, RedetectionModel, limits
+from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.redetection import Redetection, limits
+from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.resampling import Weights
-from motes.sot.step_info import StepInfo
-
-Floats = NDArray[np.float64]
+from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.sample_size import KldSampling
 
 RUNNING_MEAN_RATE = 0.05
-"""Share of a frame in the running means of contrast and borders."""
+"""Weight of a frame in the running means of contrast and borders."""
 TURN_GAIN = 1.15
-"""A target is seen as turned only if that is so many times as certain: else noise would turn it."""
+"""A turned window must be this many times as certain; otherwise noise would turn the target."""
 CENTERED = CELL_SIZE
-"""A target so many samples off the middle of the window is seen well enough."""
+"""A target up to this many samples from the center of the window needs no second window."""
 NO_PARTICLES = np.empty((0, 5))
-"""No searchers."""
+"""The search particles while nothing is searched for."""
 DRIFT_SIGMA = 0.15
-"""Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
-answers for what it has learned, which may have drifted from the target's middle."""
+"""Standard deviation of a center, as a share of the mean side, that the particles do not show: the
+learned filter may have drifted from the center of the target."""
 
 
-class DiscriminativeState(TargetModels, frozen=True, eq=False):
-    """What the next step needs, beside what a look goes by.
-
-    Attributes
-    ----------
-    time
-        Of the last frame, in seconds.
-    ellipse
-        The last estimate: the box as an ellipse, turned by as much as the target since the start.
-    shape
-        The first region; what is reported is this, moved and scaled.
-    scale, appearance
-        The models of its size, and what the search goes by.
-    border
-        (2,) running mean of the posterior just inside and outside of the target's border.
-    search_particles
-        (N, 5) the particles that search, none while the target is tracked.
-    scale_due
-        Whether the next frame is one in which the target is sized; in the others it is looked at
-        turned. Each in every other frame is enough, and what is seldom sized jitters less.
-    factors
-        (N,) particles of its size, when it was last sized, as factors of the size before.
-    target
-        Whether the target is tracked, and how surely it was.
-    """
-
-    time: Annotated[float, SAME]
-    ellipse: Ellipse
-    shape: Ellipse
-    scale: ScaleModel
-    appearance: RedetectionModel
-    border: Floats
-    search_particles: Annotated[Floats, ELLIPSES]
-    scale_due: bool
-    factors: Annotated[Floats, Array(least=1e-6)]
-    target: TargetStatus
-
-
-class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
-    """The default tracker; as many particles as look at a window search for a missed target.
+class Discriminative(
+    Algorithm[DiscriminativeState, DiscriminativeInfo],
+    Config,
+    frozen=True,
+    dict=True,
+    tag="discriminative",
+):
+    """The default tracker.
 
     Attributes
     ----------
+    particles
+        How many particles are spread over a window; as many search for a missed target.
+    budget
+        How many of them go on from there: fewer if there are fewer places to choose from.
+    correlation, posterior
+        The cues for the place.
+    color_gain
+        How much the color contrast counts in the pool of these cues.
+    sigma
+        Temperature of the pool: particles weigh exp(pool / sigma).
+    resampling
+        How particles are selected.
     scale
         The cue for the size.
     redetection
         How a target is searched for.
     border_gain
-        How much the posterior across the border counts, beside the sizes' filter, for the size.
+        Weight of the posterior at the border in the estimate of the size; the scale filter has
+        weight 1.
     turn
-        In radians, by which a target is turned to see whether that makes it certain.
+        Angle of the turned windows that are tried when the tracker is not certain, in radians.
     gate
-        How certain it must be to learn, and not to be lost.
+        How certain the tracker must be to learn, and to keep the target.
     calibration
-        From 1 - certainty to the confidence.
+        The map from 1 - certainty to the confidence.
     """
 
+    state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
+    presence: ClassVar[None] = None
+
+    particles: Particles = 400
+    budget: KldSampling = KldSampling(min=100, max=400, bin=0.25)
+    correlation: Correlation = Correlation(sharpness=1 / 12)
+    posterior: Posterior = Posterior()
+    color_gain: NonNegative = 1.0
+    sigma: Positive = 0.02
+    resampling: Resampling = Resampling(scheme="systematic", threshold=1.0)
     scale: ScaleFilter = ScaleFilter()
     redetection: Redetection = Redetection()
     border_gain: NonNegative = 0.2
@@ -119,9 +109,22 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         """The cues for the place, by name."""
         return {"correlation": self.correlation, "posterior": self.posterior}
 
+    @cached_property
+    def localizer(self) -> Localizer:
+        """The localization in a window, with the values of this configuration."""
+        return Localizer(
+            particles=self.particles,
+            budget=self.budget,
+            correlation=self.correlation,
+            posterior=self.posterior,
+            color_gain=self.color_gain,
+            sigma=self.sigma,
+            resampling=self.resampling,
+        )
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, StepInfo]:
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Learn the target in the box around `region` and start tracking it."""
         box = Ellipse.from_box(region.box)
         correlation = self.correlation.learn(frame, box)
@@ -143,13 +146,13 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
             factors=np.ones(1),
             target=TargetStatus(),
         )
-        return state, self._put(state, frame)
+        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
-    ) -> tuple[DiscriminativeState, StepInfo]:
-        """Look where the target was, turned and elsewhere if need be; size it; look again."""
-        look = self.localize(rng, state, frame, state.ellipse)
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
+        """Localize, also in turned windows and by a search if needed; estimate the size; learn."""
+        look = self.localizer.localize(rng, state, frame, state.ellipse)
         doubted = look.certainty < self.gate.relative_to_start * state.target.reference
         turning = doubted and not state.scale_due
         if turning:
@@ -163,7 +166,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         if state.scale_due and elsewhere is None and self.gate.was_present(state.target):
             state, place, spectra = self._sized(rng, state, frame, look)
         if place != look.pose or math.hypot(*look.box[:2].tolist()) > CENTERED:
-            look, spectra = self.localize(rng, state, frame, place), None
+            look, spectra = self.localizer.localize(rng, state, frame, place), None
         after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
         if learned and state.scale_due:
             if spectra is None:
@@ -175,8 +178,8 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
-    ) -> tuple[DiscriminativeState, StepInfo]:
-        """Put the target at `region` of the current frame; what was learned is kept."""
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
+        """Put the target at `region` of the current frame; the learned models are kept."""
         state = replace(
             state,
             ellipse=Ellipse.from_box(region.box),
@@ -186,10 +189,10 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
                 status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
             ),
         )
-        return state, self._put(state, frame)
+        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
-    def check(self, state: DiscriminativeState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
+        """Return a saved state; raise a ValueError if no frame leaves such a one."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
         fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
         searchers = (
@@ -199,6 +202,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         )
         factors = rows(1.0, state.factors)
         check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
+        return state
 
     def _turn(
         self,
@@ -207,9 +211,9 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         frame: Frame,
         look: WindowEstimate,
     ) -> WindowEstimate:
-        """Return a look, or a surer one at the same place turned to either side."""
+        """Return the estimate, or a more certain one of a window turned to either side."""
         looks = [
-            self.localize(
+            self.localizer.localize(
                 rng, state, frame, look.window_pose._replace(theta=look.window_pose.theta + turn)
             )
             for turn in (-self.turn, self.turn)
@@ -224,11 +228,11 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         frame: Frame,
         look: WindowEstimate,
     ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
-        """Return the state with particles of its size, the likeliest one, and what was seen.
+        """Return the state with particles of the size, the resized ellipse, and the spectra.
 
-        Each size is weighed by the sizes' filter, and by how well the posterior just inside and
-        outside of its border is what it was. The likeliest one is taken, not the mean: what is
-        nearer to the last size than half a step is no change, so that noise does not add up.
+        Each size is weighted by the scale filter, and by how close the posterior just inside and
+        outside of its border is to its running mean. The most likely size is taken, not the mean:
+        changes below half a step are ignored, so that noise does not add up.
         """
         model, sizes = state.scale, self.scale
         factors = np.clip(sizes.factors, *limits(look.pose, frame))
@@ -247,12 +251,12 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
     ) -> tuple[DiscriminativeState, WindowEstimate | None]:
-        """Return a look at where else the target is, if anywhere.
+        """Return the state after the search, and the estimate at another place, if one is accepted.
 
         Parameters
         ----------
         here
-            How certain it is where it was.
+            Certainty at the place without the search.
         """
         searchers = state.search_particles
         if not len(searchers):
@@ -260,7 +264,7 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         searchers, places = self.redetection.step(
             rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
         )
-        looks = [self.localize(rng, state, frame, place) for place in places]
+        looks = [self.localizer.localize(rng, state, frame, place) for place in places]
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
         there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
@@ -273,14 +277,14 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         look: WindowEstimate,
         *,
         jumped: bool,
-    ) -> tuple[DiscriminativeState, StepInfo, bool]:
-        """Judge and learn what was seen at last."""
+    ) -> tuple[DiscriminativeState, DiscriminativeInfo, bool]:
+        """Return the next state, the report, and whether the models learned from this frame."""
         standing, there, learned = self.gate.update(
             state.target, look.certainty, look.response, jumped=jumped
         )
         followed = there or self.gate.may_move(look.certainty, state.target)
         found = look.pose if followed else state.ellipse
-        if not learned and not jumped:  # a size seen by one who is not sure is none
+        if not learned and not jumped:  # an uncertain size is ignored
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
             state,
@@ -291,33 +295,33 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
         )
         if learned:
             after = self._learned(after, look)
-        if followed:
-            weights, factors = look.weights, np.resize(state.factors, len(look.centers))
-            ellipses = np.tile(np.array(found), (len(factors), 1))
-            ellipses[:, :2] = look.centers
-            # The size is the likeliest one; the particles say how sure that is.
-            ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
-        else:
-            ellipses = state.search_particles
-            if not len(ellipses):  # the first look was certain, the second was not
-                ellipses = np.tile(np.array(found), (self.particles, 1))
-            weights = Weights.uniform(len(ellipses))
-        return after, self._told(after, frame, ellipses, weights, look.certainty), learned
+        if not followed:  # perhaps without a search: only the last window was uncertain
+            info = self._report(after, frame, state.search_particles, None, look.certainty)
+            return after, info, learned
+        weights, factors = look.weights, np.resize(state.factors, len(look.centers))
+        ellipses = np.tile(np.array(found), (len(factors), 1))
+        ellipses[:, :2] = look.centers
+        # The size is the most likely one; the particles show its uncertainty.
+        ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
+        return after, self._report(after, frame, ellipses, weights, look.certainty), learned
 
-    def _put(self, state: DiscriminativeState, frame: Frame) -> StepInfo:
-        """Return what there is to say of a target that somebody else has found."""
-        ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
-        return self._told(state, frame, ellipses, Weights.uniform(self.particles), 1.0)
-
-    def _told(
+    def _report(
         self,
         state: DiscriminativeState,
         frame: Frame,
         ellipses: Floats,
-        weights: Weights,
+        weights: Weights | None,
         certainty: float,
-    ) -> StepInfo:
-        """Return the estimate in the form of the first region, and the particles."""
+    ) -> DiscriminativeInfo:
+        """Return the estimate and the particles in the form of the first region.
+
+        Without weights, all particles have the same. Without particles, the track has the
+        covariance and the effective sample size of particles that all lie at the estimate.
+        """
+        count = len(ellipses)
+        if not count:
+            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+        weights = weights or Weights.uniform(len(ellipses))
         size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
         shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
         shaped[:, :2] = ellipses[:, :2]
@@ -345,19 +349,18 @@ class Discriminative(Localizer, frozen=True, dict=True, tag="discriminative"):
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self.color_weight(state)
-        return StepInfo(
+        share = self.localizer.color_weight(state)
+        return DiscriminativeInfo(
             track,
-            shaped,
-            weights.values,
-            np.full(len(shaped), 1 - certainty),
-            len(shaped) if state.target.frames_missed == 0 else 0,
+            shaped[:count],
+            weights.values[:count],
+            certainty,
             {"correlation": state.correlation, "posterior": state.posterior},
             {"correlation": 1 - share, "posterior": share},
         )
 
     def _learned(self, state: DiscriminativeState, look: WindowEstimate) -> DiscriminativeState:
-        """Return the state after a frame of which the tracker is certain."""
+        """Return the state after learning from a frame."""
         x, y = look.box[:2].tolist()
         border = borders(look.integral, look.box[None])[0]
         correlation, posterior = self.correlation, self.posterior

@@ -140,3 +140,10 @@ class Product(Config, frozen=True, tag="product"):
 
 
 Fusion = Adaptive | Fixed | Product
+
+
+def fuse_distances(distances: Floats, shares: Floats) -> Floats:
+    """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
+    out = np.empty(distances.shape[1])
+    kernels.particles.combine(distances, shares, out)
+    return out

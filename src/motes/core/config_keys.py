@@ -1,0 +1,194 @@
+"""The keys of a configuration: their names, types, values, meanings and choices.
+
+The meaning of a field stands once, in the section Attributes of its class's docstring.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, get_args, get_origin
+
+import msgspec
+from msgspec import NODEFAULT, Struct
+
+from motes.core.registry import open_registry, registry_of
+from motes.core.type_words import words
+
+NAME = "NAME"
+"""Stands in a path for a key that users choose, such as the name of a cue."""
+_ATTRIBUTES = re.compile(r"^Attributes\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
+_ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?:(?: +.*)?(?:\n|\Z))+)", re.M)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A configuration class that may stand at a key.
+
+    Attributes
+    ----------
+    tag
+        Value of the key `type`; None where there is one class only.
+    meaning
+        First sentence of the class's docstring.
+    keys
+        Its keys.
+    chosen
+        Whether the described value is of this class.
+    """
+
+    tag: str | None
+    meaning: str
+    keys: tuple[Key, ...]
+    chosen: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A key of a configuration.
+
+    Attributes
+    ----------
+    path
+        Its name, after the names of the keys around it: `motion.noise.position`.
+    type
+        The values that it takes, in words; empty where it takes keys.
+    value
+        The value, or the default, as TOML; None where nothing is set.
+    required
+        Whether there is no default.
+    meaning
+        The meaning of the value.
+    choices
+        The classes that it takes; empty where it takes a plain value.
+    """
+
+    path: str
+    type: str
+    value: str | None
+    required: bool
+    meaning: str
+    choices: tuple[Choice, ...] = ()
+
+
+def alternatives(kind: Any) -> list[type[Struct]]:
+    """Return the configuration classes that a type accepts.
+
+    These are the type itself, the members of a union, or the implementations of an interface, those
+    of other packages included.
+    """
+    if isinstance(kind, type) and issubclass(kind, Struct):
+        return [kind]
+    registry = registry_of(kind)
+    if registry is not None:
+        return [each for each in registry.usable().values() if issubclass(each, kind)]
+    if get_origin(kind) in (dict, tuple, list):
+        return []
+    return [each for part in get_args(kind) for each in alternatives(part)]
+
+
+def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
+    """Return the keys of a configuration class, or of all in a union.
+
+    Parameters
+    ----------
+    kind
+        The class or union.
+    value
+        A configuration whose values are described; by default the defaults are.
+    path
+        The name of the key that it stands at.
+    """
+    found: dict[str, Key] = {}
+    for part in alternatives(kind):
+        for field in fields(part):
+            given = _default(field) if value is None else _given(value, field.name)
+            name = f"{path}.{field.name}" if path else field.name
+            meaning = meanings(part).get(field.name, "")
+            found.setdefault(name, _key(field.type, given, name, meaning))
+    return tuple(found.values())
+
+
+def fields(kind: type) -> list[msgspec.structs.FieldInfo]:
+    """Return the fields of a configuration class; an open one becomes those that it may hold."""
+    name, registry = open_registry(kind)
+    own = [field for field in msgspec.structs.fields(kind) if field.name != name]
+    taken = {field.name for field in own}
+    added = {} if registry is None else registry.usable()
+    return own + [
+        msgspec.structs.FieldInfo(key, key, held | None, default=None)
+        for key, held in added.items()
+        if key not in taken
+    ]
+
+
+def _given(value: Any, name: str) -> Any:
+    """Return the value of a field, or what an open field holds by that name; else None."""
+    held = getattr(value, getattr(value, "open_field", None) or "", {})
+    return getattr(value, name, held.get(name))
+
+
+def all_keys(keys: Iterable[Key]) -> Iterator[Key]:
+    """Yield keys and all keys inside them, those of every choice included."""
+    for key in keys:
+        yield key
+        if len(key.choices) > 1:
+            yield type_key(key)
+        for choice in key.choices:
+            yield from all_keys(choice.keys)
+
+
+def type_key(key: Key) -> Key:
+    """Return the key `type` of a key with several choices, which names the choice."""
+    tags = [f'"{choice.tag}"' for choice in key.choices]
+    chosen = next((f'"{choice.tag}"' for choice in key.choices if choice.chosen), None)
+    return Key(f"{key.path}.type", ", ".join(tags), chosen, key.required, key.meaning)
+
+
+@cache
+def meanings(kind: type) -> Mapping[str, str]:
+    """Return the meaning of each field of a class, its bases' included, from the docstrings."""
+    found: dict[str, str] = {}
+    for part in reversed(kind.__mro__):
+        section = _ATTRIBUTES.search(inspect.cleandoc(part.__dict__.get("__doc__") or ""))
+        for names, text in _ENTRY.findall(section[1] if section else ""):
+            found |= dict.fromkeys(names.split(", "), " ".join(text.split()))
+    return found
+
+
+def _key(kind: Any, value: Any, path: str, meaning: str) -> Key:
+    """Return a field as a key, with the choices of its type."""
+    required = value is NODEFAULT
+    set_value = None if required else value
+    if get_origin(kind) is dict:
+        inner = get_args(kind)[1]
+        entries = set_value or {NAME: None}
+        named = tuple(_key(inner, each, f"{path}.{name}", "") for name, each in entries.items())
+        return Key(path, "", None, required, meaning, (Choice(None, "", named, True),))
+    if get_origin(kind) in (list, tuple) and alternatives(get_args(kind)[0]):
+        kind, set_value = get_args(kind)[0], None  # each item has these keys
+    classes = alternatives(kind)
+    if not classes:
+        text = None if set_value is None else json.dumps(msgspec.to_builtins(set_value))
+        return Key(path, words(kind), text, required, meaning)
+    choices = []
+    for each in classes:
+        chosen = type(set_value) is each
+        inside = keys(each, set_value if chosen else None, path)
+        tag = each.__struct_config__.tag if len(classes) > 1 else None
+        choices.append(Choice(None if tag is None else str(tag), summary(each), inside, chosen))
+    return Key(path, "", None, required, meaning, tuple(choices))
+
+
+def _default(field: msgspec.structs.FieldInfo) -> Any:
+    """Return the default of a field; NODEFAULT where there is none."""
+    return field.default if field.default_factory is NODEFAULT else field.default_factory()
+
+
+def summary(kind: type) -> str:
+    """Return the first line of a class's docstring."""
+    return (kind.__doc__ or "").partition("\n")[0]

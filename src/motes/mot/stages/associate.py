@@ -1,0 +1,87 @@
+"""Stage 2: detections go to visible objects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.mot.assignment import assign_pairs
+from motes.mot.association import model_distances
+from motes.mot.boxes import as_rows
+from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
+from motes.mot.overlaps import holding, overlapping
+from motes.mot.pairs import Floats
+from motes.mot.scene_config import SceneConfig
+from motes.mot.tracked_object import TrackedObject
+
+
+def associate(
+    objects: Sequence[TrackedObject],
+    detections: Sequence[Detection],
+    frame: Frame,
+    dt: float,
+    config: SceneConfig,
+) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
+    """Return the objects, the visible ones where they are detected; free detections; outcomes.
+
+    A detection in which several objects lie is divided between them. The others are assigned one to
+    one, by overlap and by appearance.
+    """
+    after, log = list(objects), list[LoggedDetection]()
+    visible = [n for n, each in enumerate(objects) if not each.occluded]
+    if not visible or not detections:
+        return after, list(detections), log
+    places = as_rows(objects[n].predicted.box for n in visible)
+    boxes = as_rows(each.box for each in detections)
+
+    def detect(i: int, box: Box) -> None:
+        found = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
+        after[visible[i]] = found.update_velocity(config.smoothing.velocity, dt)
+
+    blobs = holding(places, boxes, config.containment, config.association.merged_blob_ratio)
+    taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
+    for j, inside in blobs.items():
+        log.append(LoggedDetection(detections[j], DetectionOutcome.SEVERAL))
+        if not inside:  # another such detection covers more of each of its objects
+            continue
+        shared = split_merged_blob(places[inside], detections[j].box)
+        for i, box in zip(inside, shared.tolist(), strict=True):
+            detect(i, Box(*box))
+    rows, columns, overlaps = overlapping(places, boxes, config.association.overlap)
+    free = ~(np.isin(rows, held) | np.isin(columns, list(blobs)))
+    rows, columns, overlaps = rows[free], columns[free], overlaps[free]
+    distances = model_distances([objects[n] for n in visible], frame, boxes, rows, columns)
+    costs = config.association.costs(overlaps, distances)
+    for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
+        detect(i, detections[j].box)
+        identity = objects[visible[i]].identity
+        log.append(LoggedDetection(detections[j], DetectionOutcome.MATCHED, identity))
+        taken.add(j)
+    return after, [each for j, each in enumerate(detections) if j not in taken], log
+
+
+def split_merged_blob(places: Floats, blob: Box) -> Floats:
+    """Return where objects are in a box that holds them all, each with its own size: (n, 4).
+
+    On each side of the box, the outermost object touches the edge. Otherwise, objects are where
+    they are predicted.
+
+    Parameters
+    ----------
+    places
+        (n, 4), predicted boxes.
+    blob
+        The box that holds them.
+    """
+    out, blob_low = places.copy(), np.array(blob[:2])
+    for axis in range(2):
+        low, size = places[:, axis], places[:, 2 + axis]
+        first, last = int(low.argmin()), int((low + size).argmax())
+        if first != last:  # one that is outermost on both sides may be occluded, or cover the rest
+            out[first, axis] = blob_low[axis]
+            out[last, axis] = blob_low[axis] + blob[2 + axis] - size[last]
+    return out

@@ -1,0 +1,57 @@
+"""Stage 5: free detections go to occluded objects that reappear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.mot.assignment import assign_pairs
+from motes.mot.association import model_distances
+from motes.mot.boxes import as_rows
+from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
+from motes.mot.scene_config import SceneConfig
+from motes.mot.tracked_object import TrackedObject
+
+
+def reidentify(
+    objects: Sequence[TrackedObject],
+    free: Sequence[Detection],
+    frame: Frame,
+    config: SceneConfig,
+) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
+    """Return the objects, some visible again; the detections that stay free; outcomes.
+
+    Detections are assigned one to one, by the distance from where an object, or its occluder,
+    should be, and by appearance.
+    """
+    after, log = list(objects), list[LoggedDetection]()
+    occluded = [n for n, each in enumerate(objects) if each.occluded]
+    if not occluded or not free:
+        return after, list(free), log
+    lost = [objects[n] for n in occluded]
+    boxes = as_rows(each.box for each in free)
+    predicted = {each.identity: each.predicted for each in objects}
+    # An occluded object may also stop or turn round behind its occluder.
+    places = np.array(
+        [(each.predicted, predicted.get(each.occluded_by or 0, each.predicted)) for each in lost]
+    )
+    unseen = np.array([frame.time - each.last_time for each in lost])
+    rows, columns, off = config.association.near(places, unseen, boxes)
+    distances = model_distances(lost, frame, boxes, rows, columns)
+    costs = config.association.recovery_costs(off, distances)
+    pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+    distance_of = dict(zip(pairs, distances.tolist(), strict=True))
+    taken = set()
+    for i, j in assign_pairs(rows, columns, costs, (len(lost), len(free))):
+        distance = distance_of[i, j]
+        confidence = config.tracker.calibration.probability(distance)
+        found = lost[i].detect(free[j].box, frame.time)
+        track = replace(found.track, distance=distance, confidence=confidence)
+        after[occluded[i]] = replace(found, track=track)
+        log.append(LoggedDetection(free[j], DetectionOutcome.FOUND, found.identity))
+        taken.add(j)
+    return after, [each for j, each in enumerate(free) if j not in taken], log

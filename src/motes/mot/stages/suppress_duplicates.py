@@ -1,0 +1,36 @@
+"""Stage 1: of detections of the same object, the one with the highest score stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from motes.core.detection import Detection, best
+from motes.core.frame import Frame
+from motes.mot.boxes import as_rows
+from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
+from motes.mot.overlaps import singles
+from motes.mot.scene_config import DetectionSelection
+
+
+def suppress_duplicates(
+    detections: Sequence[Detection], frame: Frame, config: DetectionSelection
+) -> tuple[list[Detection], list[LoggedDetection]]:
+    """Return the detections that can be objects, one for each, and the outcomes of the others.
+
+    Those with the highest scores come first; of equal scores, the largest.
+    """
+    useful, log = list[Detection](), list[LoggedDetection]()
+    for each in sorted(detections, key=lambda d: (-d.score, -d.box.width * d.box.height)):
+        if not math.isfinite(each.score) or best([each], frame) is None:
+            log.append(LoggedDetection(each, DetectionOutcome.USELESS))
+        else:
+            useful.append(each)
+    log += [LoggedDetection(each, DetectionOutcome.SURPLUS) for each in useful[config.limit :]]
+    useful = useful[: config.limit]
+    kept = singles(as_rows(each.box for each in useful), config.duplicate_overlap)
+    doubles = np.delete(np.arange(len(useful)), kept).tolist()
+    log += [LoggedDetection(useful[i], DetectionOutcome.DOUBLE) for i in doubles]
+    return [useful[i] for i in kept], log

@@ -1,0 +1,31 @@
+"""Stage 3: the filters of visible objects observe the frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec.structs import replace
+
+from motes.core.frame import Frame
+from motes.mot.boxes import as_rows
+from motes.mot.identity_switch import shape_model
+from motes.mot.occlusion import occlusion_candidates
+from motes.mot.tracked_object import TrackedObject
+
+
+def update(objects: Sequence[TrackedObject], frame: Frame, dt: float) -> list[TrackedObject]:
+    """Return the objects after a step of the filters of all that are visible.
+
+    While another object is so near that one may occlude the other, an object's models do not
+    learn; its edges are learned when that begins.
+    """
+    after = list(objects)
+    visible = [n for n, each in enumerate(objects) if not each.occluded]
+    pairs = occlusion_candidates(as_rows(objects[n].predicted.box for n in visible))
+    meeting = set(pairs[0].tolist())
+    for i, n in enumerate(visible):
+        near = i in meeting
+        each = objects[n].observe(frame, dt, learn=not near)
+        edges = shape_model(each, frame) if near and not each.near_other else each.shape_model
+        after[n] = replace(each, near_other=near, shape_model=edges)
+    return after

@@ -1,0 +1,93 @@
+"""The state of the default tracker, and what it reports of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import ELLIPSES, SAME, Array
+from motes.core.track import Track
+from motes.cues.color_posterior import PosteriorModel
+from motes.cues.correlation_filter import CorrelationModel
+from motes.cues.scale_filter import ScaleModel
+from motes.sot.discriminative.confidence_gate import TargetStatus
+from motes.sot.discriminative.localization import TargetModels
+from motes.sot.discriminative.redetection import RedetectionModel
+
+Floats = NDArray[np.float64]
+
+
+class DiscriminativeState(TargetModels, frozen=True, eq=False):
+    """The state after a frame: the models of `TargetModels`, and all else that the next step needs.
+
+    Attributes
+    ----------
+    time
+        Time of the last frame, in seconds.
+    ellipse
+        The last estimate: the ellipse in the target's box, turned as the target since the start.
+    shape
+        The first region; a track reports it moved, scaled and turned.
+    scale, appearance
+        The model of the size, and the model of the search.
+    border
+        (2,) running means of the posterior just inside and just outside of the target's border.
+    search_particles
+        (N, 5) the particles of the search; none while the target is tracked.
+    scale_due
+        Whether the next frame estimates the size; the other frames try turned windows. Every other
+        frame is enough for each, and a size that is estimated less often jitters less.
+    factors
+        (N,) particles of the size from its last estimate, as factors of the size before.
+    target
+        The status of the target.
+    """
+
+    time: Annotated[float, SAME]
+    ellipse: Ellipse
+    shape: Ellipse
+    scale: ScaleModel
+    appearance: RedetectionModel
+    border: Floats
+    search_particles: Annotated[Floats, ELLIPSES]
+    scale_due: bool
+    factors: Annotated[Floats, Array(least=1e-6)]
+    target: TargetStatus
+
+
+class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):
+    """What the default tracker reports of a step.
+
+    Attributes
+    ----------
+    track
+        The estimate.
+    ellipses
+        (N, 5) the particles: x, y, a, b, theta. While a missed target is searched for, they are
+        the particles of the search. There are none where the user has placed the target.
+    weights
+        (N,) their probabilities after this frame.
+    certainty
+        How certain it is that the target is at the estimate, from 0 to 1.
+    models
+        The models of the target after this frame.
+    cue_weights
+        The weight of each cue; they sum to 1.
+    """
+
+    track: Track
+    ellipses: Floats
+    weights: Floats
+    certainty: float
+    models: Mapping[str, CorrelationModel | PosteriorModel]
+    cue_weights: Mapping[str, float]
+
+    @property
+    def n_supporting(self) -> None:
+        """None: the appearance rule is not used."""
+        return

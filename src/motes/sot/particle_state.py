@@ -1,0 +1,158 @@
+"""The state of the particle filter, what it reports, and the check of a saved state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeAlias
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import (
+    ELLIPSES,
+    LARGEST,
+    SAME,
+    Array,
+    check,
+    check_numbers,
+    in_types_of,
+    middle_of,
+    rows,
+)
+from motes.core.track import Status, Track
+from motes.core.types import Floats
+from motes.cues.base import Cue
+from motes.sot.filtering.appearance_rule import BackgroundStatistics
+from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
+from motes.sot.filtering.motion import Motion
+from motes.sot.filtering.resampling import Weights
+
+Model: TypeAlias = Any
+"""A target model; its type is the cue's own affair."""
+
+
+class FilterState(msgspec.Struct, frozen=True, eq=False):
+    """The state after a frame.
+
+    Attributes
+    ----------
+    time
+        Time of the last frame, in seconds.
+    states
+        (N, d) the particles, in the columns of the motion model.
+    weights
+        Weights of the particles after the last frame.
+    models
+        The target model of each cue.
+    memories
+        What the model update remembers, for each cue whose update remembers something.
+    backgrounds
+        Background statistics of the appearance rule, for each cue.
+    reference_size
+        The target's first region; all noise is proportional to its size.
+    search_regions
+        (R, 4) boxes over which particles are spread in a search.
+    status, frames_missed
+        The status, and the number of frames in a row that failed the appearance rule.
+    """
+
+    time: Annotated[float, SAME]
+    states: Floats
+    weights: Weights
+    models: dict[str, Model]
+    memories: dict[str, UpdaterState]
+    backgrounds: dict[str, BackgroundStatistics]
+    reference_size: Ellipse
+    search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
+    status: Status
+    frames_missed: int
+
+
+class FilterInfo(msgspec.Struct, frozen=True, eq=False):
+    """What the particle filter reports of a step.
+
+    Attributes
+    ----------
+    track
+        The estimate.
+    ellipses
+        (N, 5) the particles: x, y, a, b, theta.
+    weights
+        (N,) their probabilities after this frame.
+    distances
+        (N,) to the target model, over all cues.
+    n_supporting
+        Number of particles that fulfill the appearance rule.
+    models
+        The target model of each cue that this frame was compared with.
+    cue_weights
+        The weight of each cue; they sum to 1.
+    update_diagnostics
+        What the model update made of this frame, for each cue whose update reports it. It is empty
+        while the appearance rule does not hold.
+    """
+
+    track: Track
+    ellipses: Floats
+    weights: Floats
+    distances: Floats
+    n_supporting: int
+    models: Mapping[str, Any]
+    cue_weights: Mapping[str, float]
+    update_diagnostics: Mapping[str, UpdateDiagnostics] = {}
+
+
+def check_state(
+    state: FilterState,
+    frame: Frame,
+    cues: Mapping[str, Cue],
+    strategies: Mapping[str, Strategy],
+    motion: Motion,
+) -> FilterState:
+    """Return a saved state with models and memories in their types, which the cues know.
+
+    Raises
+    ------
+    ValueError
+        If no frame leaves such a state; see `motes.core.saved_state`.
+    """
+    middle = middle_of(frame, *state.reference_size[2:4])
+    models = {name: cue.learn(frame, middle) for name, cue in cues.items()}
+    memories = dict[str, UpdaterState]()
+    for name in filter(strategies.get, state.memories):
+        flat = np.full_like(models[name].histogram, 1 / len(models[name].histogram))
+        memory = strategies[name].learn(None, flat, flat, flat).memory
+        if memory is not None:
+            memories[name] = memory
+    state = replace(
+        state,
+        models=in_types_of(models, state.models, "state.models"),
+        memories=in_types_of(memories, state.memories, "state.memories"),
+    )
+    [start] = motion.initial(np.array([middle]))
+    states = rows(start, state.states)
+    zeros = rows(0.0, states)
+    fresh = FilterState(
+        time=frame.time,
+        states=states,
+        weights=Weights(zeros, zeros, False),
+        models=models,
+        memories=memories,
+        backgrounds=dict.fromkeys(cues, BackgroundStatistics(0.0, 0.0)),
+        reference_size=middle,
+        search_regions=rows(np.zeros(4), state.search_regions),
+        status=Status.TRACKING,
+        frames_missed=0,
+    )
+    check(state, fresh, "state")
+    # In a motion model that multiplies two columns, two wrong signs would cancel out.
+    [corner] = motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
+    least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
+    check_numbers(state.states, "state.states", Array(least))
+    with np.errstate(all="ignore"):
+        ellipses = motion.ellipses(state.states)
+    check_numbers(ellipses, "state.states", ELLIPSES)
+    return state

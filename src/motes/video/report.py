@@ -1,0 +1,71 @@
+"""Counts of the pictures read from a source, and of the errors on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MAX_ASPECT = 1.25
+"""Pixels wider or higher than this are reported: round objects then no longer look round."""
+
+
+@dataclass(slots=True)
+class Report:
+    """What was read so far, and the errors.
+
+    Attributes
+    ----------
+    decoded
+        Decoded pictures, including those that `start` and `stride` pass over.
+    skipped
+        Packets that could not be decoded.
+    damaged
+        Pictures decoded with missing parts, which the decoder filled in.
+    retimed
+        Pictures whose time stamp was missing or did not increase. They get the time of the picture
+        before plus the nominal interval.
+    ended, expected
+        For a source that was cut off: its real end and the end given in its header, in seconds.
+    left_out
+        Pictures after the first one in animated files of a folder of images.
+    drops
+        Number of times that a live source ended or failed and had to be opened again.
+    aspect
+        Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled.
+    """
+
+    decoded: int = 0
+    skipped: int = 0
+    damaged: int = 0
+    retimed: int = 0
+    ended: float | None = None
+    expected: float | None = None
+    left_out: int = 0
+    drops: int = 0
+    aspect: float = 1.0
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the source ended before the end given in its header."""
+        return self.ended is not None
+
+    @property
+    def problems(self) -> str | None:
+        """One line about the errors, or None if there were none."""
+        parts = []
+        if self.skipped:
+            parts.append(f"{self.skipped} unreadable packet(s) skipped")
+        if self.damaged:
+            parts.append(f"{self.damaged} picture(s) damaged")
+        if self.truncated:
+            parts.append(f"cut off at {self.ended:.2f} s of {self.expected:.2f} s")
+        if self.retimed:
+            parts.append(f"{self.retimed} missing or wrong time stamp(s) replaced")
+        if self.left_out:
+            parts.append(
+                f"{self.left_out} picture(s) left out, those after the first in an animated file"
+            )
+        if self.drops:
+            parts.append(f"dropped {self.drops} time(s)")
+        if not 1 / MAX_ASPECT < self.aspect < MAX_ASPECT:
+            parts.append(f"pixels are {self.aspect:.2f} times as wide as high, and left so")
+        return "; ".join(parts) or None

@@ -1,0 +1,78 @@
+"""Trackers of every kind, and which few of them have all parts together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from motes.cues.color import Color
+from motes.sot.filtering.appearance_rule import AppearanceRule
+from motes.sot.filtering.likelihood import Gaussian
+from motes.sot.filtering.motion import Noise, SecondOrder
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS, TrackerConfig, configure
+
+# Presets, and what no preset uses.
+CONFIGS: dict[str, TrackerConfig] = {
+    **PRESETS,
+    "second order, systematic": ParticleFilter(
+        motion=SecondOrder(
+            noise=Noise(position=0.3, angle=0.02), velocity=0.3, acceleration=0.1, persistence=0.5
+        ),
+        color=Color(space="hsv", bins=(8, 8, 4), kernel="epanechnikov"),
+        likelihood=Gaussian(sigma=0.1),
+        presence=AppearanceRule(margin=0.7),
+        resampling=Resampling(scheme="systematic", threshold=0.5),
+    ),
+    "random walk, residual": configure(
+        PRESETS["nummiaro"],
+        {
+            "motion": {"type": "random_walk", "noise": {"position": 0.4, "size": 0.003}},
+            "color": {"sampling": {"type": "every_pixel"}},
+            "resampling": {"scheme": "residual"},
+        },
+    ),
+    "stratified, half of the pixels": configure(
+        PRESETS["nummiaro"],
+        {
+            "color": {"sampling": {"type": "checkerboard"}},
+            "resampling": {"scheme": "stratified"},
+        },
+    ),
+    "learned against the surroundings": configure(
+        PRESETS["nummiaro"],
+        {"correlation": {}, "posterior": {}, "presence": {"max_positions": 500}},
+    ),
+}
+# Some presets are the same under two names, as the columns of a paper's table are.
+DISTINCT = [name for i, name in enumerate(CONFIGS) if CONFIGS[name] not in [*CONFIGS.values()][:i]]
+ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
+"""One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
+KINDS = [
+    "default",
+    "mean_shift",
+    "mean_shift:kalman",
+    "maggio:C+O-SS-ROH",
+    "maggio:C+O-A-FOH",
+    "ng_delp",
+    "zhao_pei",
+    "zhao_pei:color",
+    "zhao_pei:hog",
+    "second order, systematic",
+    "random walk, residual",
+    "stratified, half of the pixels",
+    "learned against the surroundings",
+]
+"""Together they have each part that any has: for what depends on parts, but not on numbers."""
+FILTERS = [name for name in DISTINCT if isinstance(CONFIGS[name], ParticleFilter)]
+FILTER_KINDS = [name for name in KINDS if name in FILTERS and name in PRESETS]
+"""For what any filter can be combined with: they have one cue or two, fused in each way."""
+
+
+def parts(value: object, where: str = "") -> Iterator[tuple[str, object]]:
+    """Yield what a configuration chooses beside its numbers: which part at which place, or none."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from parts(inner, f"{where}.{key}")
+    elif value is None or isinstance(value, str | bool):
+        yield where, value

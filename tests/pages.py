@@ -1,0 +1,76 @@
+"""Runs a page of the documentation: its commands, its code, and what it says they print."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import textwrap
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from motes.cli import main
+
+NUMBER = re.compile(r"\d*\.\d+|\d{2,}")
+"""Measured numbers, whose last digits depend on the processor; counts below ten must agree."""
+OTHERS = ("make", "pip", "cd", "python")
+"""Programs in blocks of commands that are not run here."""
+
+
+class Block(NamedTuple):
+    """A fenced block: its language, the file that it is (title), its text and its first line."""
+
+    language: str
+    title: str | None
+    text: str
+    line: int
+
+
+def blocks(page: Path) -> list[Block]:
+    """Return a page's fenced blocks, in order, those in lists too."""
+    source = page.read_text(encoding="utf-8")
+    found = []
+    for fence in re.finditer(
+        r'^( *)```(\w+)(?: title="(.+?)")?\n(.*?)^\1```$', source, re.DOTALL | re.MULTILINE
+    ):
+        line = source.count("\n", 0, fence.start(4))
+        found.append(Block(fence[2], fence[3], textwrap.dedent(fence[4]), line))
+    return found
+
+
+def commands(block: Block) -> list[str]:
+    """Return the commands of motes in a block for the shell, without comments."""
+    text = block.text.replace("\\\n", "")
+    lines = [line.split("#")[0].strip() for line in text.splitlines()]
+    strange = [line for line in lines if line and line.split()[0] not in ("motes", *OTHERS)]
+    assert not strange, f"neither run nor known: {strange}"
+    return [line for line in lines if line.startswith("motes ")]
+
+
+def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Run all blocks of a page in the current folder.
+
+    A block with a title is written into that file. Commands of motes must end with exit code 0.
+    All Python shares one namespace. Every line of a text block must be in what was printed since
+    the last such block, but for its measured numbers.
+    """
+    names: dict[str, Any] = {}
+    output = ""
+    for block in blocks(page):
+        where = f"{page.name}:{block.line}"
+        if block.title:
+            Path(block.title).write_text(block.text, encoding="utf-8")
+        elif block.language == "sh":
+            for command in commands(block):
+                code = main(shlex.split(command)[1:])
+                output += "".join(capfd.readouterr())
+                assert code == 0, (where, command, output)
+        elif block.language == "python":
+            exec(compile("\n" * block.line + block.text, str(page), "exec"), names)
+            output += "".join(capfd.readouterr())
+        elif block.language == "text":
+            there = NUMBER.sub("#", output).splitlines()
+            for line in block.text.splitlines():
+                assert NUMBER.sub("#", line) in there, (where, line, output)
+            output = ""

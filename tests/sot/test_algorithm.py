@@ -1,0 +1,139 @@
+"""The protocol of algorithms: what each of them keeps and reports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.output.figures import APPEARING, Recorder
+from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.presets import configure, preset
+from motes.sot.step_info import StepInfo
+from motes.sot.tracker import Tracker
+from oracles import region, scene
+
+NAMES = ("default", "nummiaro", "maggio", "mean_shift")
+MEMBERS = ("track", "ellipses", "weights", "n_supporting", "models", "cue_weights")
+
+
+def algorithm(name: str) -> Algorithm[Any, StepInfo]:
+    return configure(preset(name), {"presence": {"stride": 8}} if name != "default" else {})
+
+
+def started(name: str, seed: int = 0) -> Tracker:
+    tracker = Tracker(preset(name), seed)
+    tracker.init(scene(0, (30.0, 36)), region((30.0, 36)))
+    return tracker
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_algorithm_keeps_the_state_that_it_names(name: str) -> None:
+    each, rng = algorithm(name), np.random.default_rng(0)
+    first, last = scene(0, (30.0, 36)), scene(1, (32.0, 36))
+    state, info = each.init(rng, first, region((30.0, 36)))
+    assert type(state) is each.state_type
+    for after, report in (
+        each.step(rng, state, last),
+        each.correct(state, first, region((32.0, 36))),
+    ):
+        assert type(after) is each.state_type
+        assert type(report) is type(info)
+        each.check(after, first if report.track.frame == 0 else last)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_step_changes_nothing_that_it_is_given(name: str) -> None:
+    each, picture = algorithm(name), scene(1, (32.0, 36))
+    state, _ = each.init(np.random.default_rng(0), scene(0, (30.0, 36)), region((30.0, 36)))
+    one, other = (each.step(np.random.default_rng(1), state, picture)[1] for _ in "12")
+    assert one.track.ellipse == other.track.ellipse
+    np.testing.assert_array_equal(one.ellipses, other.ellipses)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_info_has_the_members_of_the_protocol(name: str) -> None:
+    info = started(name).info
+    for member in MEMBERS:
+        getattr(info, member)
+    assert list(info.models) == list(info.cue_weights) == list(preset(name).cues)
+    assert info.ellipses.shape == (len(info.weights), 5)
+    assert (info.n_supporting is None) == (preset(name).presence is None)
+
+
+def test_the_default_tracker_reports_no_particles_that_it_does_not_have() -> None:
+    tracker = started("default")
+    assert tracker.info.ellipses.shape == (0, 5)
+    assert tracker.info.weights.shape == (0,)
+    tracker.update(scene(1, (32.0, 36)))
+    particles = tracker.info.ellipses
+    assert len(np.unique(particles[:, :2], axis=0)) == len(particles) >= 100
+    assert tracker.info.weights.sum() == pytest.approx(1)
+    tracker.correct(region((32.0, 36)))
+    assert not len(tracker.info.ellipses)
+
+
+def test_while_the_default_tracker_searches_it_reports_the_particles_of_the_search() -> None:
+    tracker = started("default")
+    for index in range(1, 10):
+        track = tracker.update(scene(index, (30.0 + index, 36) if index < 5 else None))
+    assert track.status is Status.SEARCHING
+    state: Any = tracker._state
+    assert len(state.search_particles) == len(tracker.info.weights) == 400
+    np.testing.assert_array_equal(tracker.info.ellipses[:, :2], state.search_particles[:, :2])
+    np.testing.assert_array_equal(tracker.info.weights, 1 / 400)
+
+
+def test_mean_shift_reports_its_only_hypothesis() -> None:
+    info = started("mean_shift").info
+    np.testing.assert_array_equal(info.ellipses, [info.track.ellipse])
+    np.testing.assert_array_equal(info.weights, [1.0])
+    assert info.n_supporting == 1
+    assert "ellipses" not in msgspec.structs.asdict(info)  # type: ignore[arg-type]
+
+
+def test_only_a_particle_filter_searches_and_chooses_its_number_of_particles() -> None:
+    able = {name for name in NAMES if isinstance(preset(name), SearchingAlgorithm)}
+    assert able == {name for name in NAMES if isinstance(preset(name), BudgetedAlgorithm)}
+    assert able == {"nummiaro", "maggio"}
+
+
+def test_a_budget_is_kept_or_the_default_one() -> None:
+    own = configure(preset("nummiaro"), {"budget": {"min": 7, "max": 70}})
+    assert isinstance(own, BudgetedAlgorithm)
+    assert Tracker(own, fps_target=500).config == own
+    without = Tracker("nummiaro", fps_target=500).config
+    assert without == configure(preset("nummiaro"), {"budget": {}})
+    assert Tracker("nummiaro").config == preset("nummiaro")
+    assert KldSampling() == getattr(without, "budget")  # noqa: B009
+
+
+def test_the_default_tracker_looks_with_the_values_of_its_configuration() -> None:
+    config = Discriminative(particles=50, color_gain=0.5, sigma=0.1)
+    assert config.localizer.particles == 50
+    assert (config.localizer.color_gain, config.localizer.sigma) == (0.5, 0.1)
+    for name in ("budget", "correlation", "posterior", "resampling"):
+        assert getattr(config.localizer, name) is getattr(config, name)
+
+
+def test_there_is_no_figure_of_a_rule_that_a_tracker_does_not_have() -> None:
+    for name in NAMES:
+        files = Recorder(preset(name)).files
+        assert (APPEARING in files) == (name != "default")
+
+
+def test_a_recorder_takes_the_infos_of_the_default_tracker() -> None:
+    tracker = started("default")
+    recorder = Recorder(tracker.config)
+    recorder.add(scene(0, (30.0, 36)), tracker.info, 0.001, None)
+    surface = recorder.surface()
+    assert surface is not None
+    assert surface.samples.shape == (0, 2)
+    assert np.isnan(recorder.series.n_supporting).all()
+    assert isinstance(tracker.info.track.ellipse, Ellipse)
