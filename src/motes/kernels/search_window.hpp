@@ -20,9 +20,9 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
             const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
             const auto column = Index(x), row = Index(y);
             // The four pixels around.
-            const std::uint8_t* here = picture.row(row) + 3 * column;
-            const Index beside = column < picture.width - 1 ? 3 : 0;
-            const Index below = row < picture.height - 1 ? 3 * picture.width : 0;
+            const std::uint8_t* here = picture.row(row) + picture.pixel * column;
+            const Index beside = column < picture.width - 1 ? picture.pixel : 0;
+            const Index below = row < picture.height - 1 ? picture.line : 0;
             const float u = x - float(column), v = y - float(row);
             const float share3 = u * v, share1 = u - share3, share2 = v - share3;
             const float share0 = 1.0f - u - share2;
@@ -30,7 +30,8 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
                 return share0 * here[c] + share1 * here[beside + c] + share2 * here[below + c] +
                        share3 * here[below + beside + c];
             };
-            red[j] = mixed(0), green[j] = mixed(1), blue[j] = mixed(2);
+            red[j] = mixed(picture.red()), green[j] = mixed(picture.green());
+            blue[j] = mixed(picture.blue());
         }
     }
 }
@@ -56,8 +57,9 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
                     const double x = double(j) - 0.5 + off_x[v];
                     const auto column = Index(std::min(std::max(left + x * across.x, 0.0), right));
                     const auto row = Index(std::min(std::max(top + x * across.y, 0.0), low));
-                    const std::uint8_t* pixel = picture.row(row) + 3 * column;
-                    red += pixel[0], green += pixel[1], blue += pixel[2];
+                    const std::uint8_t* pixel = picture.row(row) + picture.pixel * column;
+                    red += pixel[picture.red()], green += pixel[picture.green()];
+                    blue += pixel[picture.blue()];
                 }
             }
             out[0][i][j] = float(double(red) * share);
@@ -102,16 +104,19 @@ private:
     }
 };
 
-// Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a line.
+// Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
 template <Index taps>
-void weigh(const Line& columns, const float* line, Index left, Index i, Volume<float> out) {
+void weigh(const Picture& picture, const Line& columns, const float* line, Index left, Index i,
+           Volume<float> out) {
+    const float *reds = line + picture.red(), *greens = line + picture.green();
+    const float* blues = line + picture.blue();
     float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
     for (Index j = 0; j < out.columns; ++j) {
         float r = 0.0f, g = 0.0f, b = 0.0f;
         for (Index v = 0; v < taps; ++v) {
             const float share = columns.shares[j][v];
-            const float* pixel = line + 3 * (columns.places[j][v] - left);
-            r += share * pixel[0], g += share * pixel[1], b += share * pixel[2];
+            const Index at = picture.pixel * (columns.places[j][v] - left);
+            r += share * reds[at], g += share * greens[at], b += share * blues[at];
         }
         red[j] = r, green[j] = g, blue[j] = b;
     }
@@ -122,7 +127,8 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
     const Line columns(corner.x, step.x, out.columns, picture.width);
     const Line rows(corner.y, step.y, out.rows, picture.height);
     const Index left = columns.places[0][0];
-    const Index span = 3 * (columns.places[out.columns - 1][columns.taps - 1] + 1 - left);
+    const Index span =
+        picture.span(columns.places[out.columns - 1][columns.taps - 1] + 1 - left);
     Scratch<float> scratch(span);
     float* __restrict line = scratch;
     constexpr decltype(&weigh<1>) by_taps[] = {weigh<1>, weigh<2>, weigh<3>, weigh<4>};
@@ -131,14 +137,14 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
         std::fill_n(line, span, 0.0f);
         for (Index u = 0; u < rows.taps; ++u) {
             const float share = rows.shares[i][u];
-            const std::uint8_t* source = picture.row(rows.places[i][u]) + 3 * left;
+            const std::uint8_t* source = picture.row(rows.places[i][u]) + picture.pixel * left;
             for (Index c = 0; c < span; ++c) line[c] += share * float(source[c]);
         }
-        weigh_row(columns, line, left, i, out);
+        weigh_row(picture, columns, line, left, i, out);
     }
 }
 
-// Writes the samples (3, H, W) of a part of a picture, RGB 0 to 255.
+// Writes the samples (3, H, W) of a part of a picture: red, green and blue, 0 to 255.
 //
 // The sample in row i and column j lies at corner + j across + i down, each in x and y. Where it
 // stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
