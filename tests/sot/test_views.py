@@ -8,11 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+from backgrounds import METHODS
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
 from motes.evaluation import synthetic
+from motes.mot.detection.background import BackgroundDetector, Method
+from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
+from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.presets import PRESETS
 from motes.sot.tracker import Tracker
@@ -20,7 +24,6 @@ from motes.sot.tracker import Tracker
 FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=6), strict=True)
 START = TRUTHS[0][0].ellipse
 PIXELS = [frame.pixels for frame in FRAMES]
-# A background against which each position of 40 is judged would take most of the time.
 
 
 def bgr(pixels: Bytes) -> Bytes:
@@ -56,7 +59,7 @@ VIEWS: tuple[Callable[[Bytes], Bytes], ...] = (bgr, bgra, part, sparse, locked)
 
 
 def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Track]:
-    """Return the tracks of a tracker; each image is overwritten after its step."""
+    """Return the tracks of a tracker."""
     tracker = Tracker(name, seed=2)
     tracks = []
     for index, image in enumerate(images):
@@ -101,10 +104,37 @@ def test_gray_images_are_read_as_they_are(name: str) -> None:
 def test_opencv_images_are_read_where_they_lie(name: str) -> None:
     tracker = OpenCVTracker(name, seed=2)
     box = tuple(round(value) for value in START.box)
-    images = [pixels[:, :, ::-1].copy() for pixels in PIXELS]
     plain = Tracker(name, seed=2)
-    tracker.init(images[0], box)
+    image = PIXELS[0][:, :, ::-1].copy()
+    tracker.init(image, box)
     assert_same([tracker.tracker.info.track], [plain.init(PIXELS[0], box)])
-    for pixels, image in zip(PIXELS[1:], images[1:], strict=True):
+    for pixels in PIXELS[1:]:
+        image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
         tracker.update(image)
         assert_same([tracker.tracker.info.track], [plain.update(pixels)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_detectors_and_drawings_take_views(method: Method) -> None:
+    rng = np.random.default_rng(0)
+    moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
+    for index, pixels in enumerate(moving[30:]):
+        pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
+    found, drawn = [], []
+    for view in (np.copy, bgr, part):
+        detector = BackgroundDetector(method)
+        frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
+        found.append([detector(frame) for frame in frames])
+        drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
+    assert found[0] == found[1] == found[2]
+    assert any(found[0])
+    np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)
+
+
+def test_people_are_found_in_views() -> None:
+    pytest.importorskip("cv2")
+    detector = PeopleDetector(PeopleConfig(threshold=-1.0))
+    picture = np.random.default_rng(0).integers(0, 256, (160, 90, 3), np.uint8)
+    views = (picture, bgr(picture), part(picture))
+    found = [detector(Frame(0, 0.0, view)) for view in views]
+    assert found[0] == found[1] == found[2]

@@ -20,7 +20,8 @@ FRAME_INTERVAL = 1 / 25
 class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
-    Pixels may be given in any form that `as_rgb` takes. `cache` holds what cues have computed from
+    Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
+    not change them while a tracker works on the frame. `cache` holds what cues have computed from
     them, each under a key of its own, for as long as the frame lives.
 
     Raises

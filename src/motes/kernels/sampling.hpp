@@ -183,8 +183,9 @@ inline Index pixels_within(Window window, const double* ellipse, const Reading& 
 template <Order order>
 std::uint32_t color_of(std::uint32_t bytes) {
     if constexpr (order == Order::GRAY) return (bytes & 0xFF) * 0x010101;
-    if constexpr (order == Order::BGR)
-        return (bytes & 0xFF) << 16 | (bytes & 0xFF00) | (bytes >> 16 & 0xFF);
+    if constexpr (order == Order::BGR)  // compilers know the four bytes in reverse
+        return ((bytes & 0xFF) << 24 | (bytes & 0xFF00) << 8 | (bytes >> 8 & 0xFF00) |
+                bytes >> 24) >> 8;
     return bytes & 0xFFFFFF;
 }
 

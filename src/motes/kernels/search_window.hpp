@@ -72,8 +72,8 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
 // Which pixels of a line count how much for each of its samples: `taps` of them for one.
 class Line {
 public:
-    // `count` samples from `start`, `step` pixels apart, of `limit` pixels.
-    Line(double start, double step, Index count, Index limit)
+    // `count` samples from `start`, `step` pixels apart, of `limit` pixels of `bytes` each.
+    Line(double start, double step, Index count, Index limit, Index bytes)
         : taps(step < 1.0 ? 2 : std::min(Index(step + 0.5), Index(4))),
           places(count, taps),
           shares(count, taps) {
@@ -81,21 +81,26 @@ public:
             if (step < 1.0) {
                 const double x = inside(start + double(i) * step, limit);
                 const auto place = Index(x);
-                places[i][0] = place, places[i][1] = std::min(place + 1, limit - 1);
+                places[i][0] = place * bytes;
+                places[i][1] = std::min(place + 1, limit - 1) * bytes;
                 shares[i][0] = float(1.0 - (x - double(place)));
                 shares[i][1] = float(x - double(place));
                 continue;
             }
             for (Index u = 0; u < taps; ++u) {
                 const double off = double(i) - 0.5 + (double(u) + 0.5) / double(taps);
-                places[i][u] = Index(inside(start + off * step + 0.5, limit));
+                places[i][u] = Index(inside(start + off * step + 0.5, limit)) * bytes;
                 shares[i][u] = float(1.0 / double(taps));
             }
         }
+        first = places[0][0];
+        for (Index i = 0; i < count; ++i)
+            for (Index u = 0; u < taps; ++u) places[i][u] -= first;
     }
 
     const Index taps;
-    ScratchPlane<Index> places;
+    Index first;                 // in bytes, the first pixel that counts
+    ScratchPlane<Index> places;  // in bytes from there
     ScratchPlane<float> shares;
 
 private:
@@ -105,42 +110,42 @@ private:
 };
 
 // Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
-template <Index taps>
-void weigh(const Picture& picture, const Line& columns, const float* line, Index left, Index i,
-           Volume<float> out) {
-    const float *reds = line + picture.red(), *greens = line + picture.green();
-    const float* blues = line + picture.blue();
-    float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
+//
+// A pixel's channels are `apart` places apart: 0 if it is gray.
+template <Index taps, Index apart>
+void weigh(const Line& columns, const float* line, bool reversed, Index i, Volume<float> out) {
+    float *first = out[reversed ? 2 : 0][i], *middle = out[1][i], *last = out[reversed ? 0 : 2][i];
     for (Index j = 0; j < out.columns; ++j) {
-        float r = 0.0f, g = 0.0f, b = 0.0f;
+        float low = 0.0f, mid = 0.0f, high = 0.0f;
         for (Index v = 0; v < taps; ++v) {
             const float share = columns.shares[j][v];
-            const Index at = picture.pixel * (columns.places[j][v] - left);
-            r += share * reds[at], g += share * greens[at], b += share * blues[at];
+            const float* pixel = line + columns.places[j][v];
+            low += share * pixel[0], mid += share * pixel[apart], high += share * pixel[2 * apart];
         }
-        red[j] = r, green[j] = g, blue[j] = b;
+        first[j] = low, middle[j] = mid, last[j] = high;
     }
 }
 
 // Does as `cut` does with samples along the picture's rows and columns, `step` pixels apart.
 inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> out) {
-    const Line columns(corner.x, step.x, out.columns, picture.width);
-    const Line rows(corner.y, step.y, out.rows, picture.height);
-    const Index left = columns.places[0][0];
-    const Index span =
-        picture.span(columns.places[out.columns - 1][columns.taps - 1] + 1 - left);
+    const Line columns(corner.x, step.x, out.columns, picture.width, picture.pixel);
+    const Line rows(corner.y, step.y, out.rows, picture.height, picture.line);
+    const Index span = columns.places[out.columns - 1][columns.taps - 1] + picture.span(1);
+    const std::uint8_t* start = picture.data + rows.first + columns.first;
     Scratch<float> scratch(span);
     float* __restrict line = scratch;
-    constexpr decltype(&weigh<1>) by_taps[] = {weigh<1>, weigh<2>, weigh<3>, weigh<4>};
-    const auto weigh_row = by_taps[columns.taps - 1];
+    constexpr decltype(&weigh<1, 0>) by_taps[2][4] = {
+        {weigh<1, 0>, weigh<2, 0>, weigh<3, 0>, weigh<4, 0>},
+        {weigh<1, 1>, weigh<2, 1>, weigh<3, 1>, weigh<4, 1>}};
+    const auto weigh_row = by_taps[picture.order != Order::GRAY][columns.taps - 1];
     for (Index i = 0; i < out.rows; ++i) {
         std::fill_n(line, span, 0.0f);
         for (Index u = 0; u < rows.taps; ++u) {
             const float share = rows.shares[i][u];
-            const std::uint8_t* source = picture.row(rows.places[i][u]) + picture.pixel * left;
+            const std::uint8_t* source = start + rows.places[i][u];
             for (Index c = 0; c < span; ++c) line[c] += share * float(source[c]);
         }
-        weigh_row(picture, columns, line, left, i, out);
+        weigh_row(columns, line, picture.order == Order::BGR, i, out);
     }
 }
 
