@@ -27,15 +27,15 @@ from motes.cues.color import ColorModel
 from motes.cues.sampling import PROFILES
 from motes.cues.structure_tensor import OrientationModel, filters_of
 from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import NOTHING, Cell, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
 from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.particle_state import FilterInfo
 from motes.sot.presets import preset
-from motes.sot.step_info import StepInfo
 
 PRESETS = ("nummiaro", "ng_delp", "maggio")
 FRAMES, ROUNDS = 31, 10
@@ -137,7 +137,7 @@ def places(window: Window, ellipses: Floats, reading: Reading) -> tuple[Counts, 
     return offsets, weights, seconds_of(all_of, ellipses) - calls
 
 
-def color_steps(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
+def color_steps(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, float]:
     """Return the seconds of each step of `kernels.color.distances`, for all particles at once."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
@@ -162,7 +162,7 @@ def plane_of(frame: Frame) -> Any:
     return next(iter(frame.cache.values()))
 
 
-def edge_places(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, float]:
+def edge_places(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, float]:
     """Return the seconds for the places that are read in the plane of edges."""
     cue = config.edges or config.orientation
     assert cue is not None
@@ -212,21 +212,23 @@ def break_down(name: str) -> Breakdown:
             for frame in map(copy.deepcopy, frames[1:]):
                 spent.clear()
                 again.update(frame)
+                assert isinstance(again.info, FilterInfo)
+                info = again.info
                 seconds = dict(spent)
-                seconds |= color_steps(config, frame, again.info)
+                seconds |= color_steps(config, frame, info)
                 if frame.cache:
-                    seconds |= edge_places(config, frame, again.info)
+                    seconds |= edge_places(config, frame, info)
                     seconds[FILL] -= seconds[PLACES]
                 for row, value in seconds.items():
                     parts[row].append(value)
     return Breakdown(
         statistics.median(whole),
         {row: statistics.median(values) for row, values in parts.items()},
-        counted(config, frame, again.info),
+        counted(config, frame, info),
     )
 
 
-def counted(config: ParticleFilter, frame: Frame, info: StepInfo) -> dict[str, int]:
+def counted(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, int]:
     """Return how much there is to do in an update, as docs/performance.md derives it."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
@@ -269,7 +271,7 @@ def times(found: dict[str, Breakdown]) -> Table:
     rows = []
     for row in ROWS:
         cells = (
-            number(1e6 * each.parts[row], 1) if row in each.parts else Cell(NOTHING)
+            number(1e6 * each.parts[row], 1) if row in each.parts else Cell(NO_VALUE)
             for each in found.values()
         )
         rows.append((Cell(row), *cells))
