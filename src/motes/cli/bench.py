@@ -141,17 +141,13 @@ def _measured(
 
     if sequences:
         names, missing = speed.available([*speed.RIVALS, *filter(None, [nano])])
-        runs = {
-            film.name: partial(speed.in_lockstep, [*speed.FOLLOWERS, *names], film, frames)
-            for film in sequences
-        }
+        names = [*speed.FOLLOWERS, *names]
         real: dict[tuple[str, str], list[float]] = {}
-        for _ in range(rounds):
-            for film, run in runs.items():
-                for name, times in run().items():
-                    real.setdefault((film, name), []).extend(times)
-                yield result(f"sequences, {film}")
+        for _, sequence in itertools.product(range(rounds), sequences):
+            for name, times in speed.in_lockstep(names, sequence, frames).items():
+                real.setdefault((sequence.name, name), []).extend(times)
             tables["sequences"] = speed_report.sequences_table(real, missing)
+            yield result(f"sequences, {sequence.name}")
 
     main, many = films[MAIN], Film.of(crowd(LARGE, MAIN))
     few = many._replace(frames=many.frames[: UPDATES + 1])

@@ -172,7 +172,7 @@ def in_lockstep(
     trackers of motes are `OpenCVTracker`s.
     """
     seconds: dict[str, list[float]] = {name: [] for name in names}
-    [first, *_] = np.flatnonzero(~np.isnan(sequence.boxes[:, 0]))
+    first = int(np.argmin(np.isnan(sequence.boxes[:, 0])))
     box = [round(value) for value in sequence.boxes[first].tolist()]
     with ExitStack() as stack:
         films = {

@@ -120,7 +120,7 @@ def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -
     head = ("sequence", "tracker", "median ms", "95 % ms", *(TIMES + name for name in FOLLOWERS))
     text = "Frames are decoded right before each update, and BGR; all are geometric means."
     return Table(
-        "One update on real sequences, one core", head, rows, feet, f"{text} {note}".strip()
+        "One update on real sequences, one core", head, rows, (*feet,), f"{text} {note}".strip()
     )
 
 
