@@ -79,6 +79,7 @@ class Hog(HistogramCue, frozen=True):
 
         Each row sums to 1, or is zero where the ellipse sees no gradient.
         """
+        ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
@@ -115,5 +116,5 @@ class Hog(HistogramCue, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> HogModel:
         """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return HogModel(histogram, histogram)
