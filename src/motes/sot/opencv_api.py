@@ -65,8 +65,9 @@ class OpenCVTracker:
             If the size of the image has changed.
         """
         track = self.tracker.update(_from_bgr(image))
-        x, y, width, height = (round(value) for value in track.box)
-        return track.status is Status.TRACKING, (x, y, width, height)
+        x, y, width, height = track.ellipse.box
+        box = round(x), round(y), round(width), round(height)
+        return track.status is Status.TRACKING, box
 
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
