@@ -158,16 +158,22 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--hue.bin 12", "Config has no key 'hue.bin'; did you mean 'bins'?"),
+        (
+            "--hue.bin 12",
+            "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
+        ),
         ("--hue.bins 1", "Config hue.bins: Expected `int` >= 2, got 1."),
-        ("--heu.bins 12", "There is no option --heu with this preset; did you mean --hue?"),
+        ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
         (
             "--motion.type dirft",
             "'dirft'; known are random_walk, constant_velocity, second_order, ",
         ),
         ("--motion.type dirft", "autoregressive, drift."),
         ("--motion.type drift --motion.flow fast", "motion.flow: Expected `float`, got `str`."),
-        ("--motion.type drift --motion.flwo 1", "no key 'motion.flwo'; did you mean 'flow'?"),
+        (
+            "--motion.type drift --motion.flwo 1",
+            "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
+        ),
     ],
 )
 def test_mistakes_are_named(options: str, message: str, go: Go) -> None:
