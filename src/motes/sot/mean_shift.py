@@ -42,8 +42,8 @@ class Kalman(Config, frozen=True, tag="kalman"):
         the first region. With a larger value the prediction follows the last mean-shift results
         more.
     measurement
-        Standard deviation of the error of the mean-shift result, in the same unit. With a larger
-        value the prediction is smoother.
+        Standard deviation of the error of the mean-shift result, as a share of the mean half-axis
+        of the first region. With a larger value the prediction is smoother.
     """
 
     acceleration: Positive = 0.5

@@ -34,7 +34,10 @@ class BackgroundStatistics:
 
 
 class AppearanceRule(Config, frozen=True):
-    """A particle shows the target where rho > mu + 2 sigma of the background (equation 13).
+    """A particle shows the target if its rho is above mu + 2 sigma of the background.
+
+    Equation 13: rho is the similarity to the target model, mu and sigma are the mean and the
+    standard deviation of the background's rho.
 
     Attributes
     ----------

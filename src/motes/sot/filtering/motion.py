@@ -68,20 +68,21 @@ class Noise(Config, frozen=True):
     Attributes
     ----------
     position
-        Noise of the center: standard deviation of x and y, as a share of the mean half-axis sqrt(a
-        b) of the target's first region. A larger value follows faster targets.
+        Noise of the center in 1/25 s: standard deviation of x and y, as a share of the mean
+        half-axis sqrt(a b) of the target's first region. A larger value follows faster targets.
     size
-        Noise of the size: standard deviation of the natural logarithm of a factor common to both
-        half-axes. A larger value follows faster changes of the size.
+        Noise of the size in 1/25 s: standard deviation of the natural logarithm of a factor common
+        to both half-axes. A larger value follows faster changes of the size.
     size_return
         Pull back to the first size: share of the difference of the half-axes' logarithms that is
         removed in 1/25 s. A larger value keeps the size nearer to the first one; 0 is no pull.
     aspect
-        Noise of the proportions: standard deviation of each half-axis by itself, as a share of the
-        first region's half-axis. A larger value follows faster changes of the proportions.
+        Noise of the proportions in 1/25 s: standard deviation of each half-axis by itself, as a
+        share of the first region's half-axis. A larger value follows faster changes of the
+        proportions.
     angle
-        Noise of the angle: standard deviation of theta, in radians. A larger value follows faster
-        turns; with 0 the angle never changes.
+        Noise of the angle in 1/25 s: standard deviation of theta, in radians. A larger value
+        follows faster turns; with 0 the angle never changes.
     """
 
     position: Scale = 0.6
