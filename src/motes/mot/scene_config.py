@@ -26,8 +26,8 @@ class DetectionSelection(Config, frozen=True):
         Largest number of detections of a frame that are used: those with the highest scores. With a
         smaller value more are ignored.
     duplicate_overlap
-        A detection is a duplicate if more than this share of it, or of a detection with a higher
-        score, lies in the other one. With a larger value fewer detections are removed.
+        Overlap above which the one of two detections with the lower score is a duplicate: the
+        share of either box that lies in the other. With a larger value fewer are removed.
     """
 
     limit: Count = 10_000
