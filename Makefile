@@ -42,7 +42,7 @@ lint: $(READY)
 
 # The site, in site/: strict, so that a broken link or heading ends it, and without network.
 docs: $(READY)
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 	@echo "Open site/index.html"
 
 gallery: $(READY)

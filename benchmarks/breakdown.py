@@ -29,7 +29,7 @@ from motes.cues.color import ColorModel
 from motes.cues.sampling import PROFILES
 from motes.cues.structure_tensor import OrientationModel, filters_of
 from motes.evaluation.report import markdown
-from motes.evaluation.report.tables import NOTHING, Cell, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
 from motes.sot import particle_filter
@@ -228,8 +228,8 @@ def break_down(name: str) -> Breakdown:
             for frame in map(copy.deepcopy, frames[1:]):
                 spent.clear()
                 again.update(frame)
+                assert isinstance(again.info, FilterInfo)
                 info = again.info
-                assert isinstance(info, FilterInfo)
                 seconds = dict(spent)
                 seconds |= color_steps(config, frame, info)
                 if frame.cache:
@@ -287,7 +287,7 @@ def times(found: dict[str, Breakdown]) -> Table:
     rows = []
     for row in ROWS:
         cells = (
-            number(1e6 * each.parts[row], 1) if row in each.parts else Cell(NOTHING)
+            number(1e6 * each.parts[row], 1) if row in each.parts else Cell(NO_VALUE)
             for each in found.values()
         )
         rows.append((Cell(row), *cells))

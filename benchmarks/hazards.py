@@ -132,7 +132,8 @@ def returns(times: str) -> None:
     from test_rig import red
 
     from motes.mot.cameras.camera_reporter import CameraReporter
-    from motes.mot.cameras.reidentification import Camera, CrossCameraAssociation, Rig
+    from motes.mot.cameras.reidentification import CrossCameraAssociation
+    from motes.mot.cameras.rig_config import Camera, Rig
     from motes.mot.scene import Scene
     from motes.video import live
 

@@ -1,4 +1,4 @@
-"""The README's commands and code, run as they stand there."""
+"""The commands and code of the README and of pages that go on from it, run as they stand there."""
 
 from __future__ import annotations
 
@@ -15,21 +15,12 @@ from motes import Status, open_source
 from motes.cli import main
 from motes.evaluation import synthetic
 from motes.video.writer import VideoWriter
+from pages import blocks, commands
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+PAGES = [README, *(ROOT / "docs" / f"{name}.md" for name in ("track", "watch", "formats"))]
 BOX = "300,200,40,60"
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
-
-
-COMMANDS = [
-    line.split("#")[0].strip()
-    for block in blocks("sh")
-    for line in block.splitlines()
-    if line.startswith("motes ")
-]
 
 
 @pytest.fixture(scope="module")
@@ -69,32 +60,41 @@ def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.Monkey
             Image.fromarray(frame.pixels).save(pictures / f"{frame.index + 1:04}.png")
     rows = "".join(f"{301 + i},201,40,60\n" for i in range(6))
     (pictures.parent / "groundtruth_rect.txt").write_text(rows)
-    (tmp_path / "places.toml").write_text(blocks("toml")[0])
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.mark.slow
-def test_every_command_runs(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) >= 10
-    for command in COMMANDS:
-        assert main(shlex.split(command)[1:]) == 0, (command, capfd.readouterr().err)
-        output = re.search(r"-o (\S+\.csv)", command)
-        if output and "--resume" not in command:
-            rows = (folder / output[1]).read_text().splitlines()
-            assert len(rows) == 1 + 30 * max(1, command.count("--init")), command
-            assert rows[-1].split(",")[8] == "tracking", command
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cv2")
+    pytest.importorskip("matplotlib")
+    run = 0
+    for block in blocks(page):
+        if block.title:
+            (folder / block.title).write_text(block.text, encoding="utf-8")
+        for command in commands(block) if block.language == "sh" else ():
+            run += 1
+            assert main(shlex.split(command)[1:]) == 0, (command, capfd.readouterr().err)
+            output = re.search(r"^motes track .*-o (\S+\.csv)", command)
+            if output and "--resume" not in command:
+                rows = (folder / output[1]).read_text().splitlines()
+                assert len(rows) == 1 + 30 * max(1, command.count("--init")), command
+                assert rows[-1].split(",")[8] == "tracking", command
+    assert run >= 4
 
 
 def test_make_targets_exist() -> None:
-    makefile = (Path(__file__).parent.parent / "Makefile").read_text()
-    for target in re.findall(r"^make (\w+)", "\n".join(blocks("sh")), re.MULTILINE):
-        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
+    makefile = (ROOT / "Makefile").read_text()
+    for page in (README, ROOT / "CONTRIBUTING.md", ROOT / "docs/gallery.md"):
+        text = page.read_text(encoding="utf-8")
+        for target in re.findall(r"(?:^ *|`)make ([a-z]+)", text, re.MULTILINE):
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), (page, target)
 
 
 @pytest.mark.slow
 def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, several, opencv = blocks("python")
+    code, several, opencv = (b.text for b in blocks(README) if b.language == "python")
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     exec(code, {})
     printed = capsys.readouterr().out.splitlines()
@@ -112,6 +112,12 @@ def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert names["ok"] is (names["tracker"].tracker.info.track.status is Status.TRACKING)
 
 
+def test_python_code_of_watch_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (code,) = (block.text for block in blocks(ROOT / "docs/watch.md") if block.language == "python")
+    exec(code, {})
+    assert "TRACKING" in capsys.readouterr().out.splitlines()[30]
+
+
 def test_linked_files_exist() -> None:
-    for link in re.findall(r"\]\((?!http)([^)]+)\)", README):
-        assert (Path(__file__).parent.parent / link).exists(), link
+    for link in re.findall(r"\]\((?!http)([^)]+)\)", README.read_text(encoding="utf-8")):
+        assert (ROOT / link).exists(), link

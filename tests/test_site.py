@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
+import tomllib
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
+import motes
+from motes.cli.app import app
+from motes.core.config_keys import all_keys, keys
+from motes.mot.pipeline_config import WatchConfig
+from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.mean_shift import MeanShift
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import configure, preset
+from pages import blocks
+
 ROOT = Path(__file__).parent.parent
+KINDS = ParticleFilter, Discriminative, MeanShift, WatchConfig
+CALLED = {"motion.propagate", "motion.ellipses", "likelihood.log", "fusion.fuse"}
+"""Methods, not keys."""
 LOADED = {"script", "img", "iframe", "source", "video", "audio", "embed", "object", "link"}
 """Elements of which a browser loads what they name; of links, the canonical address is none."""
 
@@ -38,12 +53,13 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the site; a warning, such as of a broken link or heading, fails the build."""
     pytest.importorskip("mkdocs", reason="the site needs: pip install 'motes[docs]'")
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
+    command = [sys.executable, "-m", "mkdocs", "build", "--site-dir", str(folder)]
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert run.returncode == 0, run.stderr
     return folder
 
 
+@pytest.mark.slow
 def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
     pages = list(site.rglob("*.html"))
     assert len(pages) > 15
@@ -58,20 +74,40 @@ def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
         assert not re.search(r"(@import\s*|url\()[\"']?(https?:)?//", text), style
 
 
+@pytest.mark.slow
 def test_reference_is_complete(site: Path) -> None:
-    import motes
-    from motes.cli.app import app
-
     api = (site / "reference/api.html").read_text(encoding="utf-8")
-    for name in motes.__all__:
+    others = {each: importlib.import_module(f"motes.{each}").__all__ for each in motes._MODULES}
+    names = [f"{each}.{name}" for each, inner in others.items() for name in inner]
+    for name in [*motes.__all__, *names]:
         assert f'id="motes.{name}"' in api, name
     commands = (site / "reference/cli.html").read_text(encoding="utf-8")
     for name in ("track", "watch", "evaluate", "experiment", "demo", "bench", "doctor"):
         assert name in app
         assert f'id="motes-{name}"' in commands, name
-    keys = (site / "reference/configuration.html").read_text(encoding="utf-8")
-    for key in ("particles", "learning_rate", "kept_fraction", "min_hits", "history"):
-        assert f"<code>{key}</code>" in keys, key
+    text = (site / "reference/configuration.html").read_text(encoding="utf-8")
+    for kind in KINDS:
+        for key in all_keys(keys(kind)):
+            assert f">{key.path}" in text, key.path
+
+
+def test_docstrings_are_read_as_they_are_meant() -> None:
+    """A paragraph after a section of names would be read as one more name."""
+    griffe = pytest.importorskip("griffe", reason="the site needs: pip install 'motes[docs]'")
+    todo = [griffe.load("motes", docstring_parser=griffe.Parser.numpy)]
+    while todo:
+        part = todo.pop()
+        todo += [each for each in part.members.values() if not each.is_alias]
+        for section in part.docstring.parsed if part.docstring else ():
+            if section.kind.value in ("attributes", "parameters"):
+                for one in section.value:
+                    assert all(map(str.isidentifier, one.name.strip("*").split(", "))), part.path
+                    assert one.description, (part.path, one.name)
+
+
+def test_readme_lines_are_short() -> None:
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert max(map(len, lines)) <= 120
 
 
 def test_pictures_of_the_gallery_are_small() -> None:
@@ -81,3 +117,26 @@ def test_pictures_of_the_gallery_are_small() -> None:
         ROOT / "docs" / name for name in re.findall(r"\((images/gallery/.+?)\)", page)
     } == pictures
     assert sum(picture.stat().st_size for picture in pictures) < 300_000
+
+
+def test_named_configuration_keys_exist() -> None:
+    paths = {key.path for kind in KINDS for key in all_keys(keys(kind))}
+    tables = {path.rpartition(".")[0] for path in paths}
+    roots = {path.partition(".")[0] for path in paths}
+    for page in [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"`(?:--)?([a-z_]+(?:\.[a-z_-]+)+)(?: [^`]*)?`", text):
+            key = name.replace("-", "_")
+            if key.partition(".")[0] in roots and not key.endswith(".py"):
+                assert key in paths | tables | CALLED, (page, name)
+
+
+def test_configurations_can_be_loaded() -> None:
+    found = 0
+    for page in (ROOT / "docs").rglob("*.md"):
+        for block in blocks(page):
+            if block.language == "toml" and block.text.startswith("preset"):
+                found += 1
+                values = tomllib.loads(block.text)
+                configure(preset(values.pop("preset")), values)
+    assert found >= 2

@@ -1,103 +1,145 @@
-"""motes follows objects through video with particle filters."""
+"""motes follows objects through video with particle filters.
+
+Four more modules are public: `motes.cues` (what the pixels of a target show), `motes.filtering`
+(the parts of a particle filter), `motes.synthetic` (rendered clips with exact truth) and
+`motes.testing` (checks for packages that extend motes).
+"""
 
 from __future__ import annotations
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from motes.core.detection import Detection, Detector
-    from motes.core.errors import (
-        ConfigError,
-        FormatError,
-        MissingDependencyError,
-        MotesError,
-        SourceError,
+if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them for all else
+    from motes import (
+        cues as cues,
+        filtering as filtering,
+        synthetic as synthetic,
+        testing as testing,
     )
-    from motes.core.frame import Frame
-    from motes.core.geometry import Box, Ellipse
-    from motes.core.track import Status, Track
-    from motes.mot.detection.background import BackgroundDetector
-    from motes.mot.detection.lookalike import LookalikeDetector
-    from motes.mot.detection.pretrained import FaceDetector
-    from motes.mot.scene import Scene
-    from motes.mot.tracked_object import SceneTrack
-    from motes.sot.batch import Trackers
-    from motes.sot.known_target import Place, Target
-    from motes.sot.opencv_api import OpenCVTracker
-    from motes.sot.presets import PRESETS, configure, preset
-    from motes.sot.tracker import Tracker
-    from motes.video.sources import open_source
+    from motes.core.config import Config as Config
+    from motes.core.detection import (
+        Detection as Detection,
+        Detector as Detector,
+        DetectorConfig as DetectorConfig,
+    )
+    from motes.core.errors import (
+        ConfigError as ConfigError,
+        FormatError as FormatError,
+        MissingDependencyError as MissingDependencyError,
+        MotesError as MotesError,
+        PluginError as PluginError,
+        SourceError as SourceError,
+    )
+    from motes.core.frame import Frame as Frame
+    from motes.core.geometry import Box as Box, Ellipse as Ellipse
+    from motes.core.track import Status as Status, Track as Track
+    from motes.mot.analytics.events import (
+        Event as Event,
+        EventCounter as EventCounter,
+        Line as Line,
+        Regions as Regions,
+        Zone as Zone,
+    )
+    from motes.mot.analytics.ground_plane import Ground as Ground
+    from motes.mot.detection.background import (
+        BackgroundConfig as BackgroundConfig,
+        BackgroundDetector as BackgroundDetector,
+    )
+    from motes.mot.detection.lookalike import (
+        LookalikeConfig as LookalikeConfig,
+        LookalikeDetector as LookalikeDetector,
+    )
+    from motes.mot.detection.pretrained import (
+        FaceDetector as FaceDetector,
+        FacesConfig as FacesConfig,
+        PeopleConfig as PeopleConfig,
+        PeopleDetector as PeopleDetector,
+    )
+    from motes.mot.scene import Scene as Scene
+    from motes.mot.scene_config import SceneConfig as SceneConfig, scene_config as scene_config
+    from motes.mot.tracked_object import SceneTrack as SceneTrack
+    from motes.output.overlay import draw as draw
+    from motes.output.read_rows import read_track as read_track
+    from motes.output.scene_overlay import draw_scene as draw_scene
+    from motes.output.track_rows import TrackWriter as TrackWriter
+    from motes.sot.algorithm import Algorithm as Algorithm
+    from motes.sot.batch import Trackers as Trackers
+    from motes.sot.discriminative.state import DiscriminativeInfo as DiscriminativeInfo
+    from motes.sot.discriminative.tracker import Discriminative as Discriminative
+    from motes.sot.known_target import Place as Place, Target as Target, load_places as load_places
+    from motes.sot.mean_shift import MeanShift as MeanShift, MeanShiftInfo as MeanShiftInfo
+    from motes.sot.opencv_api import OpenCVTracker as OpenCVTracker
+    from motes.sot.particle_filter import ParticleFilter as ParticleFilter
+    from motes.sot.particle_state import FilterInfo as FilterInfo
+    from motes.sot.presets import (
+        PRESETS as PRESETS,
+        TrackerConfig as TrackerConfig,
+        configure as configure,
+        preset as preset,
+    )
+    from motes.sot.step_info import StepInfo as StepInfo
+    from motes.sot.tracker import Tracker as Tracker
+    from motes.video.sources import (
+        Source as Source,
+        open_source as open_source,
+        read_image as read_image,
+    )
+    from motes.video.writer import VideoWriter as VideoWriter
 
 __version__ = "0.1.0"
 
-# Names are loaded on first use, so that `import motes` costs nothing.
-_HOMES = {
-    "BackgroundDetector": "mot.detection.background",
-    "Box": "core.geometry",
-    "ConfigError": "core.errors",
-    "Detection": "core.detection",
-    "Detector": "core.detection",
-    "Ellipse": "core.geometry",
-    "FaceDetector": "mot.detection.pretrained",
-    "FormatError": "core.errors",
-    "Frame": "core.frame",
-    "LookalikeDetector": "mot.detection.lookalike",
-    "MissingDependencyError": "core.errors",
-    "MotesError": "core.errors",
-    "OpenCVTracker": "sot.opencv_api",
-    "PRESETS": "sot.presets",
-    "Place": "sot.known_target",
-    "Scene": "mot.scene",
-    "SceneTrack": "mot.tracked_object",
-    "SourceError": "core.errors",
-    "Status": "core.track",
-    "Target": "sot.known_target",
-    "Track": "core.track",
-    "Tracker": "sot.tracker",
-    "Trackers": "sot.batch",
-    "configure": "sot.presets",
-    "open_source": "video.sources",
-    "preset": "sot.presets",
-}
-
-__all__ = [
-    "PRESETS",
-    "BackgroundDetector",
-    "Box",
-    "ConfigError",
-    "Detection",
-    "Detector",
-    "Ellipse",
-    "FaceDetector",
-    "FormatError",
-    "Frame",
-    "LookalikeDetector",
-    "MissingDependencyError",
-    "MotesError",
-    "OpenCVTracker",
-    "Place",
-    "Scene",
-    "SceneTrack",
+_NAMES = {
+    "core.config": "Config",
+    "core.detection": "Detection Detector DetectorConfig",
+    "core.errors": "ConfigError FormatError MissingDependencyError MotesError PluginError "
     "SourceError",
-    "Status",
-    "Target",
-    "Track",
-    "Tracker",
-    "Trackers",
-    "configure",
-    "open_source",
-    "preset",
-]
+    "core.frame": "Frame",
+    "core.geometry": "Box Ellipse",
+    "core.track": "Status Track",
+    "mot.analytics.events": "Event EventCounter Line Regions Zone",
+    "mot.analytics.ground_plane": "Ground",
+    "mot.detection.background": "BackgroundConfig BackgroundDetector",
+    "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",
+    "mot.detection.pretrained": "FaceDetector FacesConfig PeopleConfig PeopleDetector",
+    "mot.scene": "Scene",
+    "mot.scene_config": "SceneConfig scene_config",
+    "mot.tracked_object": "SceneTrack",
+    "output.overlay": "draw",
+    "output.read_rows": "read_track",
+    "output.scene_overlay": "draw_scene",
+    "output.track_rows": "TrackWriter",
+    "sot.algorithm": "Algorithm",
+    "sot.batch": "Trackers",
+    "sot.discriminative.state": "DiscriminativeInfo",
+    "sot.discriminative.tracker": "Discriminative",
+    "sot.known_target": "Place Target load_places",
+    "sot.mean_shift": "MeanShift MeanShiftInfo",
+    "sot.opencv_api": "OpenCVTracker",
+    "sot.particle_filter": "ParticleFilter",
+    "sot.particle_state": "FilterInfo",
+    "sot.presets": "PRESETS TrackerConfig configure preset",
+    "sot.step_info": "StepInfo",
+    "sot.tracker": "Tracker",
+    "video.sources": "Source open_source read_image",
+    "video.writer": "VideoWriter",
+}
+"""The public names of each module. They are loaded on first use: `import motes` costs nothing."""
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
+_MODULES = ("cues", "filtering", "synthetic", "testing")
+
+__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
     if name == "LimitError":
         raise AttributeError("motes.LimitError is MissingDependencyError now")
+    if name in _MODULES:
+        return importlib.import_module(f"motes.{name}")
     if name not in _HOMES:
         raise AttributeError(f"module 'motes' has no attribute {name!r}")
     return getattr(importlib.import_module(f"motes.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__version__"]
+    return [*__all__, *_MODULES, "__version__"]

@@ -68,7 +68,7 @@ def test_only_a_key_and_those_inside(go: Go) -> None:
 def test_the_keys_of_watch(go: Go) -> None:
     out = go("--watch")[1]
     used = tomllib.loads("\n".join(re.findall(r"^\S.*? = .+?(?=  \[)", out, re.M)))
-    assert from_dict(used, WatchConfig).min_hits == 3
+    assert from_dict(used, WatchConfig).initiation.min_hits == 3
     assert used["tracker"]["particles"] == to_dict(preset("nummiaro:adaptive"))["particles"]
     assert '\ndetector.type = "people": ' in out
     assert "  detector.file (required)  [text]" in out

@@ -195,7 +195,7 @@ def test_a_name_that_is_not_utf_8(go: Go, home: Path) -> None:
         ("data --reference gone.csv", 3, "gone.csv cannot be read"),
         ("data --reference mine.py", 3, "The reference mine.py: "),
         ("data --resume --overwrite", 2, "contradict"),
-        ("data --peer cv2:kcf", 2, "--peer cv2:kcf takes no part; give --tracker cv2:kcf"),
+        ("data --peer cv2:kcf", 2, "--peer cv2:kcf is not measured; give --tracker cv2:kcf"),
         ("data --robust --max-frames 4", 2, "--max-frames is 4; give 5 or more"),
         ("data --folds 1", 2, "--folds is 1; give 2 or more"),
         ("data --folds 3", 2, "--folds is 3; .* no more than the 2 sequences"),
@@ -224,7 +224,7 @@ def test_the_same_folder_twice(whole: str, go: Go) -> None:
 
 
 def test_without_matplotlib(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motes.evaluation.report.plots.available", lambda: False)
+    monkeypatch.setattr("motes.evaluation.report.plots.has_matplotlib", lambda: False)
     code, _, error = go("data --out refused")
     assert code == 2
     assert "motes[report]" in error
@@ -274,7 +274,7 @@ def test_folds(go: Go) -> None:
     )
     assert [fold for fold, _ in chosen] == ["1", "2"]
     assert "| sequence | my.toml | mean_shift |" in text.replace("\\", "")
-    assert "How many times as fast as mine:Still" in text
+    assert "Speed relative to mine:Still" in text
     assert go(f"{line} --out folds --resume")[0] == 0
     assert "folds" not in Path("folds/summary.md").read_text()
 

@@ -119,7 +119,7 @@ def test_later_runs_name_what_is_unfinished_and_leave_it(go: Go, command: str) -
     left = PartialFile("o.mp4", ".mp4")
     left.close()
     code, error = go(f"{command} -o r.csv --overlay o.mp4")
-    assert f"motes: {left.path} is an unfinished o.mp4 of a run that was cut short" in error
+    assert f"motes: {left.path} is an unfinished o.mp4, of a run that was killed" in error
     assert code in (0, 4)
     assert pictures("o.mp4") == FRAMES
     assert left.path.exists()

@@ -18,7 +18,7 @@ from PIL import Image
 
 from motes import open_source
 from motes.cli import main
-from motes.cli.watch import table
+from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import COLUMNS
 from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
@@ -69,7 +69,7 @@ def test_one_walks_by(go: Go) -> None:
     )
     assert (code, out) == (0, "")
     assert "90 frames, 1 objects, 1 of them gone; " in error
-    assert "each followed by 100 particles and color; " in error
+    assert "each tracked by 100 particles and color; " in error
     assert "wrote o.mkv, e.jsonl, r.csv" in error
     assert "minute 0: appears 1, crosses line 1 left 1, disappears 1" in error
     with Path("r.csv").open(newline="") as file:
@@ -136,7 +136,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("FILM --zone 1,2,3,4,5,6,7", 2, "an x and a y for each corner"),
         ("FILM --max_agee 1", 2, "did you mean --termination.max_age?"),
         ("FILM --initiation.min-hits 0", 2, "initiation.min_hits"),
-        ("FILM --detector.histry 9", 2, "no key 'detector.histry'; did you mean 'history'?"),
+        ("FILM --detector.histry 9", 2, "did you mean --detector.history?"),
         ("FILM --detector people --detector.least 0.1", 2, "no key 'detector.least'"),
         ("FILM --detector.least 0.6", 2, "least < most"),
         ("FILM --detector.speck 4", 2, "detector.speck"),

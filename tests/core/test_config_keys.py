@@ -13,7 +13,7 @@ from msgspec import Meta
 
 import motes
 from motes.core.config import Config, Count, Positive, Share
-from motes.core.config_keys import all_paths, alternatives, keys, meanings
+from motes.core.config_keys import all_keys, alternatives, keys, meanings
 from motes.core.type_words import words
 from motes.sot.presets import DESCRIPTIONS, PRESETS
 
@@ -82,8 +82,8 @@ def test_keys_have_values_of_a_configuration_or_defaults() -> None:
     assert [key.required for key in keys(Holder)] == [True, False, False, False]
 
 
-def test_all_paths_include_those_of_every_choice() -> None:
-    found = set(all_paths(keys(Holder)))
+def test_all_keys_include_those_of_every_choice() -> None:
+    found = {key.path for key in all_keys(keys(Holder))}
     assert {"item", "item.type", "item.size", "maybe.left", "by_name.NAME"} <= found
     assert "maybe.type" not in found
 
@@ -113,6 +113,7 @@ def test_types_in_words(kind: object, text: str) -> None:
 
 
 def configurations(kind: type) -> Iterator[type]:
+    each: type
     for each in kind.__subclasses__():
         if each.__module__.startswith("motes.") and not each.__name__.startswith("_"):
             yield each

@@ -14,6 +14,7 @@ from motes import kernels
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
+from motes.core.types import Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, borders, contrast, means
 from motes.cues.correlation_filter import (
     UPSAMPLING,
@@ -22,7 +23,6 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
-from motes.cues.fourier_ridge import Spectra
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
     CELL_SIZE,
@@ -150,10 +150,12 @@ def test_the_taper_is_no_wider_than_the_target_asks_for() -> None:
 def test_windows_see_every_ellipse_near_their_middle() -> None:
     rng = np.random.default_rng(4)
     samples, place = grid(20, 14), TARGET._replace(theta=0.4)
+    frame = Frame(0, 0.0, np.zeros((150, 200, 3), np.uint8))
     ellipses = np.array(place) + rng.normal(0, 1, (300, 5)) * (60, 50, 4, 2, 0.6)
+    ellipses[:, :2] = np.clip(ellipses[:, :2], 0, (199, 149))
     ellipses[:5, 4] += np.pi  # the same ellipses
     seen = np.zeros(300, np.int64)
-    for window, mine in samples.tile_windows(place, ellipses):
+    for window, mine in samples.tile_windows(frame, place, ellipses):
         seen[mine] += 1
         across, down = samples.offsets(place._replace(x=window.x, y=window.y), ellipses[mine, :2]).T
         assert (np.abs(across) <= samples.width / 2 + 1e-9).all()
@@ -170,7 +172,7 @@ def test_windows_see_every_ellipse_near_their_middle() -> None:
 def test_one_window_sees_who_is_near_the_last_place() -> None:
     rng = np.random.default_rng(5)
     ellipses = np.array(TARGET) + rng.uniform(-1, 1, (50, 5)) * (18, 12, 2, 1.5, 0.2)
-    ((window, mine),) = grid(20, 14).tile_windows(TARGET, ellipses)
+    ((window, mine),) = grid(20, 14).tile_windows(textured(), TARGET, ellipses)
     assert window == pytest.approx(TARGET)
     assert sorted(mine) == list(range(50))
 
@@ -423,7 +425,7 @@ def test_what_learns_by_itself_takes_no_strategy() -> None:
     config: Any = configure(preset("nummiaro"), changes)
     assert list(config.strategies) == ["color"]
     changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
-    with pytest.raises(ConfigError, match=r"correlation.*learns at correlation\.rate"):
+    with pytest.raises(ConfigError, match=r"correlation.*learns at a rate of its own\.$"):
         configure(preset("nummiaro"), changes)
 
 

@@ -13,7 +13,7 @@ from motes.evaluation.protocols.trace import TrackerOutput
 from motes.evaluation.report.cross_validation import choices, choose, split
 from motes.evaluation.report.sections import recovery
 from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
-from motes.evaluation.report.tables import NOTHING, Table
+from motes.evaluation.report.tables import NO_VALUE, Table
 from motes.evaluation.report.write import write_report
 from motes.evaluation.scores import Outcome
 
@@ -87,12 +87,12 @@ def test_the_table_of_folds() -> None:
     a, b, c = (f"{UNIT * value:.3f}" for value in (0.45, 0.5, 0.05))
     d, e, f = (f"{UNIT * value:.3f}" for value in (0.8, 0.2, -0.6))
     assert texts(table) == [
-        ["1", "2", "two", a, b, c, f"{UNIT * 0.9:.3f}", NOTHING],
+        ["1", "2", "two", a, b, c, f"{UNIT * 0.9:.3f}", NO_VALUE],
         ["2", "2", "one", d, e, f, f"{UNIT * 0.4:.3f}", f"{UNIT:.3f}"],
         [
             *("mean", "4", ""),
             *(f"{UNIT * value:.3f}" for value in (0.625, 0.35, -0.275, 0.65)),
-            NOTHING,
+            NO_VALUE,
         ],
     ]
 
@@ -121,8 +121,8 @@ def test_how_many_times_as_fast() -> None:
     assert table.head == ("sequence", "fast", "odd")
     assert texts(table) == [
         ["a", "1.50", "0.500"],
-        ["b", "4.00", NOTHING],
-        ["c", NOTHING, NOTHING],
+        ["b", "4.00", NO_VALUE],
+        ["c", NO_VALUE, NO_VALUE],
         ["minimum", "1.50", "0.500"],
     ]
 
@@ -145,7 +145,7 @@ def test_the_table_of_losses() -> None:
     table = recovery(Evaluation(runs), "ope")
     assert texts(table) == [
         ["a", "2", "0.500", "81", f"{1 / 81:.3f}"],
-        ["b", "0", NOTHING, "0", NOTHING],
+        ["b", "0", NO_VALUE, "0", NO_VALUE],
     ]
     again = [outcome("a", one.sequence, one.trace or "", 0, "reset") for one in runs[:1]]
     assert texts(recovery(Evaluation(again), "reset")) == [["a", "81", f"{1 / 81:.3f}"]]
@@ -153,7 +153,7 @@ def test_the_table_of_losses() -> None:
 
 @pytest.mark.slow
 def test_the_report_has_what_is_wanted(tmp_path: Path) -> None:
-    titles = ["Chosen on the other folds, 2 in all", "How many times as fast as cv2:csrt"]
+    titles = ["Model selection by cross-validation, 2 folds", "Speed relative to cv2:csrt"]
     for wanted, there in (
         (Comparisons(), [False, True]),
         (Comparisons(peer="nobody", candidates=("one", "two"), folds=2), [True, False]),
@@ -162,4 +162,4 @@ def test_the_report_has_what_is_wanted(tmp_path: Path) -> None:
         for name in ("report.html", "summary.md"):
             text = (tmp_path / name).read_text(encoding="utf-8")
             assert [title in text for title in titles] == there
-            assert "Does it find the target again, and know where it is?" in text
+            assert "Recovery after losses, and covariance" in text

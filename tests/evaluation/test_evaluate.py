@@ -707,8 +707,8 @@ def test_resuming_something_else_is_refused(
     now = note(dataset)
     prepare(out, now)
     other = {
-        "tracker mean_shift, which was": note(dataset, trackers={"mean_shift": "scale = 2"}),
-        "sequence a, whose truth": note(dataset, sequences={"a": "0"}),
+        "tracker mean_shift, which had": note(dataset, trackers={"mean_shift": "scale = 2"}),
+        "sequence a, which had": note(dataset, sequences={"a": "0"}),
         "dataset, which was": note(dataset, path="elsewhere"),
         "version of motes, which was": note(dataset, motes="0.0.1"),
     }

@@ -632,7 +632,7 @@ def test_bad_input_is_answered_in_one_line(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(experiment, "announce_compiling", lambda: None)
+    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda _: None)
     found, out, error = go(capfd, line)
     assert (found, out) == (code, "")
     assert error.startswith("motes: error: ")
@@ -825,7 +825,7 @@ def test_an_interrupt_before_the_first_result_is_nothing_but_that(
     assert show(steps(None), Output("it", ("",), None, overwrite=False)) == 130
     assert capfd.readouterr() == ("", "")
     assert show(steps(Result({})), Output("it", ("",), None, overwrite=False)) == 130
-    assert capfd.readouterr() == ("", "motes: There is nothing to show yet.\n")
+    assert capfd.readouterr() == ("", "motes: There are no results yet.\n")
 
 
 def test_real_video(data: Path) -> None:

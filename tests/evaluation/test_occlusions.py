@@ -13,8 +13,16 @@ from motes.core.track import Status, Track
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.evaluation.papers import occlusions
-from motes.evaluation.synthetic.clips import Clip, Target
-from motes.evaluation.synthetic.occlusion_clips import EMPTY, Meetings, Way, hidden, meetings
+from motes.evaluation.papers.result import wilson_interval
+from motes.evaluation.synthetic.beetle import Target
+from motes.evaluation.synthetic.clips import Clip
+from motes.evaluation.synthetic.occlusion_clips import (
+    EMPTY,
+    OcclusionClip,
+    Way,
+    full_occlusions,
+    occlusion_clip,
+)
 from motes.mot.tracked_object import SceneTrack
 
 
@@ -43,17 +51,17 @@ class Told:
 def test_an_identity_is_kept(
     way: Way, before: int, after: int, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    met = meetings(way, 5)
+    met = occlusion_clip(way, 5)
     monkeypatch.setattr(occlusions, "Scene", lambda _: Told(met.clip, before, after))
     assert occlusions.keeps(met) == [kept]
 
 
 @pytest.mark.parametrize("way", get_args(Way))
 def test_who_meets_is_hidden_whole_for_as_long_as_is_said(way: Way) -> None:
-    met = meetings(way, 8, alike=True)
+    met = occlusion_clip(way, 8, same_colors=True)
     truths = [met.clip[index][1] for index in range(EMPTY + 60, len(met.clip))]
     visible = np.array([[truth.visible for truth in each] for each in truths])
-    ((target, first, last),) = hidden(visible, np.ones(visible.shape, bool), 0.02)
+    ((target, first, last),) = full_occlusions(visible, np.ones(visible.shape, bool), 0.02)
     assert target == 0
     assert last - first + 1 == pytest.approx(8, abs=2)
     assert first + EMPTY + 60 >= met.since
@@ -61,12 +69,15 @@ def test_who_meets_is_hidden_whole_for_as_long_as_is_said(way: Way) -> None:
     assert behind.colors == before.colors
     assert before.crosswise
     assert (behind.states[-1, 0] < behind.states[-20, 0]) == (way == "turning back")
-    assert meetings(way, 8).clip.targets[0].colors != meetings(way, 8).clip.targets[1].colors
+    assert (
+        occlusion_clip(way, 8).clip.targets[0].colors
+        != occlusion_clip(way, 8).clip.targets[1].colors
+    )
 
 
 @pytest.mark.parametrize("way", get_args(Way))
 def test_the_first_meets_the_last_of_its_lane(way: Way) -> None:
-    clip = meetings(way, 8, 20).clip
+    clip = occlusion_clip(way, 8, 20).clip
     states = np.array([target.states for target in clip.targets])
     assert states.shape == (20, len(clip), 5)
     behind, before = states[:2], states[10:12]
@@ -91,9 +102,9 @@ def test_a_skin_across_has_the_same_colors_and_other_edges() -> None:
 
 
 def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPatch) -> None:
-    met: list[Meetings] = []
+    met: list[OcclusionClip] = []
 
-    def keeps(each: Meetings) -> list[bool]:
+    def keeps(each: OcclusionClip) -> list[bool]:
         met.append(each)
         return [True, len(each.clip.targets) > 2]
 
@@ -108,12 +119,17 @@ def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPa
     }
     assert len(short.rows) == 12
     ((all_, *_, kept, share, between),) = short.foot
-    low, high = occlusions.interval(36, 48)
+    low, high = wilson_interval(36, 48)
     assert (all_.text, kept.text, share.text) == ("all", "36 of 48", "75%")
     assert between.text == f"{100 * low:.1f} to {100 * high:.1f} %"
 
 
 def test_wilsons_interval() -> None:
-    assert occlusions.interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
-    assert occlusions.interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
-    assert occlusions.interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
+    assert wilson_interval(10, 10) == pytest.approx((0.7225, 1), abs=1e-4)
+    assert wilson_interval(0, 10) == pytest.approx((0, 0.2775), abs=1e-4)
+    assert wilson_interval(5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)
+    # Its bounds x are the roots of |p - x| = z sqrt(x (1 - x) / n).
+    for successes, total in ((89, 89), (0, 10), (7, 20)):
+        for bound in wilson_interval(successes, total):
+            off = abs(successes / total - bound)
+            assert off == pytest.approx(1.96 * np.sqrt(bound * (1 - bound) / total), abs=2e-5)

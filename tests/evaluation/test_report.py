@@ -21,10 +21,10 @@ from motes.evaluation.datasets.sot import Problem, Sequence
 from motes.evaluation.protocols.trace import TrackerOutput
 from motes.evaluation.report import plots
 from motes.evaluation.report import sections as report_sections
-from motes.evaluation.report.failures import MOST, Failure, choose, draw, failures
+from motes.evaluation.report.failures import MAX_PICTURES, Failure, choose, draw, failures
 from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.speed_ratio import Comparisons
-from motes.evaluation.report.tables import NOTHING, number, three_digits
+from motes.evaluation.report.tables import NO_VALUE, number, three_digits
 from motes.evaluation.report.write import write_report
 from motes.evaluation.scores import Outcome
 from motes.video.sources import Source, open_source
@@ -182,7 +182,7 @@ def test_report(tmp_path: Path) -> None:
             assert name in text
         for words in (
             "Trackers & <others>",
-            "3 trackers on 3 sequences, 3 seeds where chance plays a part.",
+            "3 trackers on 3 sequences, 3 seeds for stochastic trackers.",
             "Passes: 15 ope; 1 of them failed.",
             "sequence <Cow>",
             "the frame 7 is missing",
@@ -272,11 +272,11 @@ def test_pictures_of_failures(tmp_path: Path) -> None:
     page, _ = report(tmp_path / "out", full(tmp_path))
     shown = [str(attributes["alt"]) for attributes in page.all("img")]
     assert shown == [
-        "Book, ours, frame 14: confidence 0.20, said lost: yes",
-        "Ant, ours, frame 14: confidence 0.20, said lost: yes",
-        f"Book, {NASTY}, frame 8: confidence none, said lost: yes",
-        f"Ant, {NASTY}, frame 8: confidence none, said lost: yes",
-        "Book, _third, frame 11: confidence 0.20, said lost: yes",
+        "Book, ours, frame 14: confidence 0.20, reported lost: yes",
+        "Ant, ours, frame 14: confidence 0.20, reported lost: yes",
+        f"Book, {NASTY}, frame 8: confidence none, reported lost: yes",
+        f"Ant, {NASTY}, frame 8: confidence none, reported lost: yes",
+        "Book, _third, frame 11: confidence 0.20, reported lost: yes",
     ]
     assert "No pictures of Gone: There is no file or folder" in page.words
     assert "8 failures, 5 shown" in page.words
@@ -366,7 +366,7 @@ def test_chosen_failures_are_spread() -> None:
     places = [sequence(f"s{i}") for i in range(20)]
     found = [failure(name, where) for name in "abcd" for where in places]
     chosen = choose(found)
-    assert len(chosen) == MOST == 24
+    assert len(chosen) == MAX_PICTURES == 24
     for name in "abcd":
         assert sum(failure.tracker == name for failure in chosen) == 6
     names = [failure.sequence.name for failure in chosen]
@@ -481,7 +481,7 @@ def test_problems_are_named_once() -> None:
 def test_report_without_matplotlib(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     page, _ = report(tmp_path / "out", full(tmp_path))
-    assert "There are no plots, as matplotlib is not installed." in page.words
+    assert "There are no plots, since matplotlib is not installed." in page.words
     assert "pip install 'motes[report]'" in page.words
     assert len(page.all("img")) == 5
 
@@ -492,9 +492,9 @@ def test_reports_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_numbers_for_people() -> None:
-    assert number(None).text == number(float("nan")).text == NOTHING
+    assert number(None).text == number(float("nan")).text == NO_VALUE
     assert number(0.12345).text == "0.123"
     assert [three_digits(v).text for v in (0.0123456, 0.5, 9.996, 12.34, 1234.5, 0.0)] == [
         *("0.0123", "0.500", "10.0", "12.3", "1234", "0"),
     ]
-    assert three_digits(float("nan")).text == NOTHING
+    assert three_digits(float("nan")).text == NO_VALUE

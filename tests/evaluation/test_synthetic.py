@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
 from motes.evaluation import synthetic
-from motes.evaluation.synthetic.clips import Clip, Stem, Target
+from motes.evaluation.synthetic.beetle import Target
+from motes.evaluation.synthetic.clips import Clip, Stem
 from motes.evaluation.synthetic.scenery import GRAIN
 
 CLIPS: list[Callable[..., Clip]] = [

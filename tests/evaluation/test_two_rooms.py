@@ -24,13 +24,3 @@ def test_kept_compares_the_last_identity_with_the_next_first() -> None:
     assert two_rooms.kept(names, [(0, 0, 3, 5)]) == [False]
     names[1] = np.nan
     assert two_rooms.kept(names, [(0, 0, 3, 5)]) == [False]
-
-
-def test_wilson() -> None:
-    """Against the two roots of its equation, |p - x| = z sqrt(x (1 - x) / n)."""
-    for good, total in ((89, 89), (0, 10), (7, 20)):
-        for bound in two_rooms.wilson(good, total):
-            off = abs(good / total - bound)
-            assert off == pytest.approx(
-                1.96 * np.sqrt(max(bound * (1 - bound), 0) / total), abs=1e-6
-            )

@@ -1,4 +1,4 @@
-"""Objects detected over objects there, on made-up crowds and from the command line."""
+"""Objects detected over objects present, on made-up crowds and from the command line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.cli import experiment, main
+from motes.cli import main
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -36,7 +36,7 @@ def counted(
     """Return the last result, and there, followed and detected of every frame."""
     *_, result = zhao_pei_figure9.figure9(each, detector, "nummiaro:adaptive", 0)
     (table,) = result.tables.values()
-    assert table.head[1:4] == ("there", "followed", "detected accurately")
+    assert table.head[1:4] == ("present", "followed", "detected accurately")
     return result, [[cell.value or 0.0 for cell in row[1:4]] for row in table.rows]
 
 
@@ -126,7 +126,7 @@ def some(rng: np.random.Generator, count: int) -> Rows:
 
 def test_one_object_is_a_crowd(tmp_path: Path) -> None:
     film = sequence(frames=4, absent=[1], source=pictures(tmp_path / "img", 4))
-    each = zhao_pei_figure9.crowd_of(film)
+    each = zhao_pei_figure9.as_mot_sequence(film)
     assert (each.name, each.source, each.frames, each.rate) == (film.name, film.source, 4, 25)
     assert [each.truth.listed(i) for i in range(4)] == [
         [(1, Box(*TARGET), 1.0)], [], [(1, Box(*TARGET), 1.0)], [(1, Box(*TARGET), 1.0)]
@@ -157,8 +157,8 @@ def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFix
     arena.write_sequence(tmp_path / "beetle", clip)
     assert main(["experiment", "zhao-figure9", str(tmp_path / "beetle")]) == 0
     out, error = capfd.readouterr()
-    assert "Objects detected over objects there, beetle" in out
-    assert "plot is drawn into the folder of --out" in error
+    assert "Objects detected over objects present, beetle" in out
+    assert "For the plot, give a folder with --out" in error
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_bad_input_is_answered_in_one_line(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(experiment, "announce_compiling", lambda: None)
+    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda _: None)
     for name in "ab":
         write_crowd(tmp_path / name)
     (tmp_path / "empty" / "gt").mkdir(parents=True)

@@ -9,12 +9,9 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
 from motes.mot.analytics.events import EventCounter, Regions
 from motes.mot.analytics.ground_plane import Ground
-from motes.mot.cameras.reidentification import (
-    CameraReport,
-    CrossCameraAssociation,
-    ObjectReport,
-    Rig,
-)
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_config import Rig
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.known_target import boxes_of, load_places
 

@@ -11,13 +11,9 @@ import pytest
 from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.mot.cameras.reidentification import (
-    CameraReport,
-    CrossCameraAssociation,
-    ObjectReport,
-    Overlap,
-    Rig,
-)
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_config import Overlap, Rig
 
 RIG = """
 [[camera]]

@@ -24,9 +24,11 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.cameras import camera_process
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage, CameraReporter
-from motes.mot.cameras.reidentification import Camera, CameraReport, CrossCameraAssociation, Rig
+from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig import RigRunner
+from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place

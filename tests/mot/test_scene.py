@@ -23,7 +23,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.track import Status
 from motes.evaluation.synthetic.clips import Clip
-from motes.evaluation.synthetic.occlusion_clips import EMPTY, meetings
+from motes.evaluation.synthetic.occlusion_clips import EMPTY, occlusion_clip
 from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
@@ -374,7 +374,7 @@ def owners(clip: Clip, scene: Scene, since: int = 0) -> NDArray[np.int_]:
 @pytest.mark.parametrize("length", [5, 30])
 def test_identities_survive_full_occlusion(length: int) -> None:
     pytest.importorskip("cv2")
-    clip = meetings("passing", length, seed=length).clip
+    clip = occlusion_clip("passing", length, seed=length).clip
     who = owners(clip, Scene(BackgroundDetector("mog2")), EMPTY - 60)
     inside = EMPTY + 100  # by when both have come in
     visible = np.array([clip[index][1][0].visible for index in range(inside, len(clip))])

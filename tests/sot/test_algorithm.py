@@ -135,5 +135,5 @@ def test_a_recorder_takes_the_infos_of_the_default_tracker() -> None:
     surface = recorder.surface()
     assert surface is not None
     assert surface.samples.shape == (0, 2)
-    assert np.isnan(recorder.series.appearing).all()
+    assert np.isnan(recorder.series.n_supporting).all()
     assert isinstance(tracker.info.track.ellipse, Ellipse)

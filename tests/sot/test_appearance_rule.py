@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import Color
 from motes.cues.sampling import EveryPixel
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration

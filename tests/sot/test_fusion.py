@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues import AdaptableCue
+from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
@@ -295,8 +295,8 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         moved = config.motion.propagate(twin, states, FRAME_INTERVAL, state.reference_size)
         ellipses = config.motion.ellipses(moved)
         models, d = state.models, np.empty((2, 50))
-        d[0] = color.distances(models["color"], copy, ellipses)  # type: ignore[arg-type]
-        d[1] = orientation.distances(models["orientation"], copy, ellipses)  # type: ignore[arg-type]
+        d[0] = color.distances(models["color"], copy, ellipses)
+        d[1] = orientation.distances(models["orientation"], copy, ellipses)
         likelihoods = prior * np.exp(-(d**2) / (2 * np.array([[0.15], [0.25]]) ** 2))
         likelihoods /= likelihoods.sum(axis=1, keepdims=True)
         if isinstance(fusion, Fixed):
@@ -321,8 +321,8 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         assert info.track.effective_sample_size == pytest.approx(1 / (pi**2).sum(), rel=1e-6)
         place = np.array([info.track.ellipse])
         at = [
-            color.distances(models["color"], copy, place)[0],  # type: ignore[arg-type]
-            orientation.distances(models["orientation"], copy, place)[0],  # type: ignore[arg-type]
+            color.distances(models["color"], copy, place)[0],
+            orientation.distances(models["orientation"], copy, place)[0],
         ]
         assert info.track.distance == pytest.approx(math.sqrt(alpha @ np.square(at)), abs=1e-6)
         appears = rho > alpha @ thresholds

@@ -19,17 +19,17 @@ from kinds import FILTER_KINDS
 from motes.core.config import from_flag, from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.cues import AdaptableCue
+from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.hog import Hog
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.model_update import (
-    AnyStrategy,
     ExponentialForgetting,
     GaussianBins,
     KalmanBins,
     KalmanMemory,
     PerCue,
+    Strategy,
     UpdateDiagnostics,
     UpdateResult,
     critical,
@@ -58,7 +58,7 @@ def series(seed: int, bins: int, frames: int) -> list[Floats]:
     return out
 
 
-def lessons(strategy: AnyStrategy, first: Floats, seen: list[Floats]) -> Iterator[UpdateResult]:
+def lessons(strategy: Strategy, first: Floats, seen: list[Floats]) -> Iterator[UpdateResult]:
     model, memory = first, None
     for each in seen:
         learned = strategy.learn(memory, model, first, each)
@@ -480,7 +480,7 @@ def test_strategies_from_flags() -> None:
     assert kalman.adaptation == KalmanBins(frames=5)
     zhao = configure(preset("zhao_pei"), from_flag("adaptation.cues.color.alpha", "0.05"))
     assert isinstance(zhao, ParticleFilter)
-    expected: dict[str, AnyStrategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
+    expected: dict[str, Strategy] = {"color": KalmanBins(alpha=0.05), "hog": GaussianBins()}
     assert zhao.adaptation == PerCue(cues=expected)
     still = configure(preset("zhao_pei"), from_flag("adaptation.type", "forgetting"))
     assert isinstance(still, ParticleFilter)

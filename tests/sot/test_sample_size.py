@@ -66,7 +66,7 @@ def test_bins_are_in_units_of_the_target() -> None:
 
 
 def test_a_range_upside_down() -> None:
-    with pytest.raises(ConfigError, match="least is 60, and most is 50"):
+    with pytest.raises(ConfigError, match="min is 60, and max is 50"):
         KldSampling(min=60, max=50)
 
 

@@ -1,6 +1,6 @@
-"""The command line: one file per command, and the frame around all of them.
+"""The command line: its start, its errors and its exit codes; each command has its own file.
 
-Nothing here takes time to import: from then on no interrupt shows a traceback.
+The imports here are quick: `main` soon handles interrupts, and none shows a traceback.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from motes.core import interrupts
 from motes.core.errors import clear
 
 LEAST_ADDRESSES = 1_000_000 * 1024
-"""Bytes. Where a limit allows fewer, libraries abort or never end while they are loaded."""
+"""Least bytes of address space; with fewer, libraries abort or hang while they are loaded."""
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
@@ -45,7 +45,7 @@ def _run(tokens: Sequence[str]) -> int:
         code: int | None = app(tokens)
         finish_output()
         return code or DONE
-    except BrokenPipeError:  # the reader of a pipe has seen enough
+    except BrokenPipeError:  # the reader has closed the pipe
         drop_output()
         return DONE
     except Exception as error:
@@ -55,7 +55,7 @@ def _run(tokens: Sequence[str]) -> int:
             from motes.cli.explain import explain
 
             message, code = explain(error)
-        except MemoryError:  # not even for this
+        except MemoryError:  # the message needs memory too
             message, code = NO_MEMORY, USAGE
         drop_output()
         print("motes: error:", clear(" ".join(message.split())), file=sys.stderr)
@@ -63,7 +63,7 @@ def _run(tokens: Sequence[str]) -> int:
 
 
 def _address_limit() -> int | None:
-    """Return how many bytes the process may address; None without a limit."""
+    """Return the limit of the address space in bytes; None without a limit."""
     try:
         import resource
     except ImportError:  # on Windows

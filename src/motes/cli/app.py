@@ -1,10 +1,11 @@
-"""All commands, each with one line of help. What only one command needs is imported by it."""
+"""All commands, each with one line of help. A command's module is imported when it is called."""
 
 from __future__ import annotations
 
 from cyclopts import App
 
 from motes import __version__
+from motes.cli.settings import refuse_clashes
 
 EXIT_CODES = """\
 Exit codes:
@@ -18,30 +19,39 @@ Exit codes:
   129  the terminal was closed (SIGHUP)
   130  interrupted by Ctrl-C (SIGINT)
   143  terminated (SIGTERM)
-With the last three, what was written is kept and finished, and the summary is printed.
+With the last three, the outputs are finished and kept, and the summary is printed.
 """
 
 app = App(
     name="motes",
     version=__version__,
-    help="Follow objects through video with particle filters: training-free, in real time.",
+    help="Track objects in video with particle filters: without training, in real time.",
     help_epilogue=EXIT_CODES,
     help_format="plaintext",
     result_action="return_value",
     exit_on_error=False,
     print_error=False,
     suppress_keyboard_interrupt=False,
+    config=(refuse_clashes,),
 )
-app.command("motes.cli.track:app", name="track", help="Follow one object through a video.")
-app.command("motes.cli.watch:watch", name="watch", help="Follow and count all that moves.")
 app.command(
-    "motes.cli.convert:app", name="convert", help="Make the document of a run that was cut off."
+    "motes.cli.track:app", name="track", help="Track one object, or several, through a video."
+)
+app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
+app.command(
+    "motes.cli.convert:app", name="convert", help="Make the document of a run that was killed."
 )
 app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
-app.command("motes.cli.histogram:app", name="histogram", help="Save what a target looks like.")
+app.command(
+    "motes.cli.histogram:app", name="histogram", help="Save the color histogram of a target."
+)
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
-app.command("motes.cli.experiment:app", name="experiment", help="Reproduce the papers' tables.")
-app.command("motes.cli.demo:demo", name="demo", help="Show it all on a rendered clip.")
+app.command(
+    "motes.cli.experiment:app",
+    name="experiment",
+    help="Reproduce tables and figures of the papers.",
+)
+app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")
 app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
 app.command("motes.cli.doctor:doctor", name="doctor", help="Check the installation.")
 app.register_install_completion_command(help="Install completion for this shell and exit.")

@@ -1,4 +1,4 @@
-"""`motes bench`: how fast trackers are on this machine, side by side in one run."""
+"""`motes bench`: the speed of trackers on this machine, side by side in one run."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.experiment_output import Out, Output, show
+from motes.cli.experiment_output import Output, ResultOptions, show
 from motes.cli.input_checks import check_counts, read_text
-from motes.cli.options import OUTPUT, RUN, Overwrite, announce_compiling
+from motes.cli.messages import announce_compiling
+from motes.cli.options import OUTPUT, RUN
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
@@ -33,39 +34,45 @@ from motes.video.writer import VideoWriter
 
 TABLES = ("trackers", "targets", "particles", "files")
 UPDATES = 5
-"""Of a crowd in each round: a thousand targets are not a matter of milliseconds."""
+"""Updates of a crowd in each round: those of a thousand targets take seconds."""
 LENGTH, LARGE_LENGTH = 400, 100
 """Frames of the files."""
 
 
 def bench(
     *,
-    frames: Annotated[int, Parameter(group=RUN, help="Of each clip.")] = 31,
-    rounds: Annotated[int, Parameter(group=RUN, help="How often everything is measured.")] = 3,
+    frames: Annotated[int, Parameter(group=RUN, help="Frames of each clip.")] = 31,
+    rounds: Annotated[int, Parameter(group=RUN, help="Number of measurements of each job.")] = 3,
     against: Annotated[
         Path | None,
-        Parameter(group=RUN, help="bench.md of another run: compare the ratios to peers with it."),
+        Parameter(
+            group=RUN,
+            help="bench.md of another run; its ratios to the peers are compared with those of this "
+            "run.",
+        ),
     ] = None,
     plot: Annotated[
         bool,
-        Parameter(group=OUTPUT, negative=(), help="Draw it all too; into bench/, if no --out."),
+        Parameter(
+            group=OUTPUT, negative=(), help="Draw plots too; without --out they are in bench/."
+        ),
     ] = False,
-    out: Out = None,
-    overwrite: Overwrite = False,
+    results: ResultOptions = ResultOptions(),
 ) -> int:
     """Measure trackers side by side on rendered clips, and how their time grows.
 
-    One update of each tracker beside OpenCV's; of 1 to 1,000 targets, in one and in two threads; of
-    50 to 5,000 particles; and files that are followed, beside the same ones only decoded. Each has
-    its turn in every round; times are medians over all updates, inside the tracker.
+    The tables show one update of each tracker and of OpenCV's; updates of 1 to 1,000 targets in one
+    and two threads, and of 50 to 5,000 particles; and video files that are decoded, with and
+    without tracking. Each job runs once in every round. A time is the median over all updates; it
+    is measured inside the tracker.
     """
     check_counts(frames=frames, rounds=rounds)
     if frames < 3:
         raise ConfigError("Medians need --frames of 3 or more.")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
     tables = (*TABLES, *["against"] * (stored is not None))
-    folder = out or (Path("bench") if plot else None)
-    output = Output("bench", tables, folder, overwrite, plot=plot)
+    folder = results.out or (Path("bench") if plot else None)
+    output = Output("bench", tables, folder, results.overwrite, plot=plot)
     announce_compiling()
     return show(_measured(frames, rounds, stored, plot), output)
 
@@ -73,7 +80,7 @@ def bench(
 def _measured(
     frames: int, rounds: int, stored: Mapping[Ratio, float] | None, plot: bool
 ) -> Experiment:
-    """Yield what is known after each round; `stored` are ratios to compare with."""
+    """Yield the results after each round; `stored` are the ratios of another run."""
     tables: dict[str, Table] = {}
     growths: dict[str, Growth] = {}
     updates: dict[Job, list[float]] = {}
@@ -114,14 +121,14 @@ def _measured(
 
 
 def _write(path: Path, film: Film, length: int) -> None:
-    """Write a file of so many frames, in which a film comes again and again."""
+    """Write a file of `length` frames, in which a film is repeated."""
     with VideoWriter(path, 1 / FRAME_INTERVAL) as writer:
         for frame in itertools.islice(itertools.cycle(film.frames), length):
             writer.write(frame.pixels)
 
 
 def _decode(path: Path) -> list[float]:
-    """Return the seconds that it takes to decode one frame, over a whole file."""
+    """Return the mean time to decode a frame of a file, in seconds."""
     start = time.perf_counter()
     with open_source(path) as source:
         count = sum(1 for _ in source)
@@ -129,10 +136,10 @@ def _decode(path: Path) -> list[float]:
 
 
 def _follow(path: Path, regions: Sequence[Ellipse]) -> list[float]:
-    """Return the same with targets followed, while a thread decodes ahead as in `motes track`."""
+    """Return the same with tracking, while a thread decodes ahead as in `motes track`."""
     start = time.perf_counter()
     with open_source(path) as source, prefetch(source) as frames:
-        trackers = Trackers(speed.soon_started())
+        trackers = Trackers(speed.quick_start_config())
         trackers.init(next(frames), regions)
         count = 1 + sum(1 for _ in map(trackers.update, frames))
     return [(time.perf_counter() - start) / count]

@@ -11,7 +11,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.core.config_keys import Choice, Key, all_paths, keys
+from motes.core.config_keys import Choice, Key, all_keys, keys, type_key
 from motes.core.errors import ConfigError
 
 app = App(name="config", help_format="plaintext")
@@ -63,7 +63,7 @@ def config(
     lines = list(_sections(listed, None if key is None else key.replace("-", "_")))
     if not lines:
         command = " ".join(["motes config", *filter(None, [preset]), *["--watch"] * watch])
-        near = difflib.get_close_matches(key, list(all_paths(listed)), n=1)
+        near = difflib.get_close_matches(key or "", [each.path for each in all_keys(listed)], n=1)
         hint = f"did you mean {near[0]}?" if near else f"see {command}."
         raise ConfigError(f"There is no key {key}; {hint}")
     _print([*head, *lines])
@@ -131,8 +131,7 @@ def _entries(listed: Iterable[Key]) -> Iterator[Key]:
         if chosen is None and key.choices and not key.required:
             continue  # among the others
         if chosen is not None and chosen.tag is not None:
-            tags = ", ".join(f'"{choice.tag}"' for choice in key.choices if choice.tag)
-            yield Key(f"{key.path}.type", tags, f'"{chosen.tag}"', False, key.meaning)
+            yield type_key(key)
         else:
             yield key
         yield from _entries(chosen.keys if chosen else ())

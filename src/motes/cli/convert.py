@@ -1,4 +1,4 @@
-"""`motes convert`: rows of a document that was not made, into a file of any form."""
+"""`motes convert`: make a document of the rows that a killed run has left."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
-from motes.cli.options import OUTPUT, Overwrite, log
+from motes.cli.messages import log
+from motes.cli.options import OUTPUT, Overwrite
 from motes.core.errors import FormatError
 
 app = App(name="convert", help_format="plaintext")
@@ -25,16 +26,17 @@ def convert(
         Parameter(
             name=["--output", "-o"],
             group=OUTPUT,
-            help="A document of COCO (.json) or CVAT (.xml), or rows: .csv, .jsonl or .txt.",
+            help="File to make: a document, .json (COCO) or .xml (CVAT), or rows, .csv, .jsonl "
+            "or .txt (MOTChallenge).",
         ),
     ],
     overwrite: Overwrite = False,
 ) -> int:
     """Make a document, or another file, of the rows of a run that could not finish it.
 
-    While motes track and motes watch run with -o NAME.json or NAME.xml, the objects of each frame
-    are in NAME.json.rows.jsonl or NAME.xml.rows.jsonl. Where a run is killed, or finds the disk
-    full, that file stays. This command makes the document of it, and leaves it as it is.
+    motes track and motes watch with -o NAME.json or NAME.xml write the objects of each frame into
+    NAME.json.rows.jsonl or NAME.xml.rows.jsonl first. This file stays if the run is killed or the
+    disk is full. This command makes the document of it. It does not change the file.
 
     Parameters
     ----------
@@ -60,5 +62,5 @@ def convert(
         with Rows(str(output), form_of(str(output)), overwrite) as lines:
             for picture in journal:
                 lines.add(picture)
-    log(f"wrote {output}, of the {sum(1 for _ in journal)} frames in {rows}.")
+    log(f"wrote {output} with the {sum(1 for _ in journal)} frames in {rows}.")
     return DONE

@@ -1,4 +1,4 @@
-"""motes demo: a film whose truth is known, and how two trackers do on it."""
+"""`motes demo`: three trackers on a rendered video with ground truth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rich.table import Table
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
-from motes.cli.options import announce_compiling, log
+from motes.cli.messages import announce_compiling, log
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -37,9 +37,9 @@ Pixels = NDArray[np.uint8]
 VIDEOS, ROWS = ("demo.mp4", "track.mp4"), ("default.csv", "nummiaro.csv", "mean_shift.csv")
 FILES = (*VIDEOS, "strip.png", *ROWS, "truth.csv", *FIGURES)
 MOMENTS = (40, 88, 150, 210)
-"""Frames in the strip: before the stem and past it, grown, and after the jump."""
+"""Frames in the strip: before and past the stem, grown, and after the jump."""
 STILL = (300, 240)
-"""Width and height of each."""
+"""Width and height of a still."""
 TRUTH_COLUMNS = "frame,time,x,y,a,b,theta,visible"
 HIT = 0.1
 """An estimate that overlaps the truth by less has lost the target."""
@@ -48,22 +48,22 @@ HIT = 0.1
 def demo(
     *, out: Path = Path("demo"), frames: int = 300, seed: int = 0, overwrite: bool = False
 ) -> int:
-    """Render a film whose truth is known, and see how three trackers follow it.
+    """Render a video with ground truth, and compare three trackers on it.
 
-    These are the default one, the papers' particle filter over colors, and mean shift. The folder
-    gets the film (demo.mp4), all of them at work (track.mp4, strip.png), a row for each frame
-    (default.csv, nummiaro.csv, mean_shift.csv, truth.csv) and the papers' four figures.
+    The trackers are the presets default, nummiaro and mean_shift. The folder gets the video
+    (demo.mp4), the tracks drawn (track.mp4, strip.png), a row for each frame (default.csv,
+    nummiaro.csv, mean_shift.csv, truth.csv) and the papers' four figures.
 
     Parameters
     ----------
     out
         Folder for the files.
     frames
-        Length of the film; all difficulties have come by after 300.
+        Length of the video in frames; 300 include all difficulties.
     seed
-        Of the film's scenery and of the particles.
+        Seed of the scenery and of the particles: 0 or more.
     overwrite
-        Replace files that are already there.
+        Replace existing files.
     """
     if seed < 0:
         raise ConfigError(f"The seed is {seed}; give 0 or more.")
@@ -126,7 +126,7 @@ def demo(
 
 @dataclass
 class Run:
-    """A tracker with what is known about its frames so far."""
+    """A tracker with its results so far."""
 
     name: str
     tracker: Tracker
@@ -136,7 +136,7 @@ class Run:
     seconds: list[float] = field(default_factory=list)
 
     def step(self, frame: Frame, truth: Truth) -> None:
-        """Follow the target into a frame; the first one shows where it starts."""
+        """Track the target in a frame; the first frame starts it on the truth."""
         start = time.perf_counter()
         if self.seconds:
             track = self.tracker.update(frame)
@@ -149,19 +149,18 @@ class Run:
 
 
 class Score(NamedTuple):
-    """How well a target was followed.
+    """The quality of a run.
 
     Attributes
     ----------
     overlap
-        Mean IoU with the truth over the frames in which something of the target is visible.
+        Mean IoU with the truth over the frames in which a part of the target is visible.
     half
-        Share of these frames in which the IoU is above 0.5.
+        Share of these frames with an IoU above 0.5.
     lost
-        First visible frame after which no visible frame was hit, itself included; None if the last
-        one was hit.
+        First visible frame from which on no visible frame was hit; None if the last one was hit.
     missed, admitted
-        Number of frames with an IoU below `HIT`, and in how many of them the status said so.
+        Number of frames with an IoU below `HIT`, and of those whose status was not tracking.
     """
 
     overlap: float
@@ -215,7 +214,7 @@ def _still(frame: Frame, truth: Truth, run: Run) -> Image.Image:
 
 
 def _strip(stills: list[Image.Image]) -> Image.Image:
-    """Return the stills side by side, in few colors for a small file."""
+    """Return the stills side by side, with few colors for a small file."""
     strip = Image.fromarray(np.hstack([np.array(still) for still in stills]))
     return strip.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
 
@@ -234,10 +233,10 @@ def _note(image: Image.Image, text: str, place: tuple[int, int], size: int) -> N
 
 
 def _tell(out: Path, runs: list[Run]) -> None:
-    """Print how the trackers did, and what to look at and to do next."""
+    """Print the scores of the trackers, and the next steps."""
     table = Table("", *(run.name for run in runs))
     scores = [score(run.overlaps, run.visible, run.tracking) for run in runs]
-    # A tracker that is lost may look at next to nothing, and be fast for no merit of its own.
+    # A lost tracker may read few pixels: its speed is no merit.
     milliseconds = [
         1000 * float(np.median(np.array(run.seconds)[np.array(run.overlaps) >= HIT]))
         for run in runs
@@ -250,7 +249,7 @@ def _tell(out: Path, runs: list[Run]) -> None:
             ["never" if s.lost is None else f"from frame {s.lost} on" for s in scores],
         ),
         (
-            "Knew it was off target (IoU < 0.1)",
+            "Off target (IoU < 0.1) and reported",
             [f"{s.admitted} of {s.missed} frames" for s in scores],
         ),
         ("Time per frame on target, median", [f"{ms:.2f} ms" for ms in milliseconds]),

@@ -1,4 +1,4 @@
-"""`motes doctor`: whether everything is here that motes needs."""
+"""`motes doctor`: a check of the installation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ OPTIONAL = {
     "scipy": "report",
     "trackers": "peers",
 }
-"""Modules, and the extras that install them."""
+"""Optional modules, and the extras that install them."""
 OPENCV = (
     "opencv-python",
     "opencv-python-headless",
@@ -31,7 +31,7 @@ OPENCV = (
 
 
 class Finding(NamedTuple):
-    """What was looked at, what was found, and whether motes can work like that."""
+    """A part of the installation, its state, and whether motes works with it."""
 
     what: str
     found: str
@@ -41,7 +41,7 @@ class Finding(NamedTuple):
 def doctor() -> int:
     """Check the installation: versions, codecs, the cache of compiled kernels, cores.
 
-    The exit code is 0 when all that motes needs works, else 1.
+    The exit code is 0 if all required parts work, else 1.
     """
     healthy = True
     for what, found, good in findings():
@@ -51,7 +51,7 @@ def doctor() -> int:
 
 
 def findings() -> Iterator[Finding]:
-    """Yield what there is to know about the installation."""
+    """Yield the state of each part of the installation."""
     yield Finding("motes", f"{__version__} in {Path(__file__).parents[1]}")
     yield Finding("python", f"{platform.python_version()} on {platform.platform()}")
     yield Finding("cores", str(os.cpu_count()))
@@ -71,7 +71,7 @@ def findings() -> Iterator[Finding]:
 def _module(name: str) -> Finding:
     try:
         module = importlib.import_module(name)
-    except Exception as error:  # whatever goes wrong in a library's import
+    except Exception as error:  # an import may raise anything
         return Finding(name, f"{error}; install motes anew", good=False)
     return Finding(name, str(getattr(module, "__version__", "installed")))
 
@@ -95,7 +95,7 @@ def _video() -> Iterator[Finding]:
 
 
 def _cache() -> Iterator[Finding]:
-    """Look for the folder of compiled kernels; without one, all works, but starts slowly."""
+    """Yield the state of the folder of compiled kernels; without one, every start is slow."""
     try:
         from motes import kernels
     except Exception as error:

@@ -1,4 +1,4 @@
-"""How commands end; `motes --help` says what each number means."""
+"""The exit codes of the commands; `motes --help` lists their meanings."""
 
 DONE, FAULT, USAGE, UNREADABLE, NOT_FOUND, UNWRITABLE, PARTIAL = range(7)
 NO_MEMORY = "There is not enough memory; use fewer particles or a smaller picture."

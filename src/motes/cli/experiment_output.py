@@ -1,4 +1,4 @@
-"""How results of `motes experiment` and `bench` reach the user, whole or as far as they came."""
+"""The results of `motes experiment` and `motes bench`: printed, and written into a folder."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import contextlib
 import io
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,7 +14,8 @@ from cyclopts import Parameter
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder
-from motes.cli.options import OUTPUT, log
+from motes.cli.messages import log
+from motes.cli.options import OUTPUT, Overwrite
 from motes.core import interrupts
 from motes.core.errors import MissingDependencyError
 from motes.core.interrupts import check, deferred
@@ -23,25 +25,37 @@ if TYPE_CHECKING:
     from motes.evaluation.papers.result import Experiment, Result
     from motes.evaluation.report.tables import Table
 
-Out = Annotated[
-    Path | None,
-    Parameter(group=OUTPUT, help="Folder for the tables, as Markdown and CSV, and for plots."),
-]
 WIDE = 200
-"""Columns of text where no terminal says how many it has: no table needs to be folded."""
+"""Columns of text where there is no terminal: no table needs to be folded."""
+
+
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class ResultOptions:
+    """Where the results are written."""
+
+    out: Annotated[
+        Path | None,
+        Parameter(help="Folder for the tables, as Markdown and CSV, and for the plots."),
+    ] = None
+    overwrite: Overwrite = False
+
+    def output(self, name: str, *tables: str, plot: bool = False) -> Output:
+        """Return the output of an experiment; raise a FormatError if it cannot be written."""
+        return Output(name, tables or ("",), self.out, self.overwrite, plot=plot)
 
 
 class Output:
-    """Where results go; checks on construction that they can be written.
+    """The folder of the results; it checks on construction that they can be written.
 
     Parameters
     ----------
     name, tables, plot
         The experiment's name, the keys of its tables, and whether it has a plot.
     folder
-        None for the terminal alone.
+        The folder; None to print only.
     overwrite
-        Whether files that are there may be replaced.
+        Whether existing files may be replaced.
     """
 
     def __init__(
@@ -59,16 +73,16 @@ class Output:
         from motes.evaluation.papers.result import files
         from motes.evaluation.report import plots
 
-        if plot and not plots.available():
+        if plot and not plots.has_matplotlib():
             raise MissingDependencyError(
                 "The plot needs matplotlib; install it: pip install 'motes[report]'."
             )
         prepare_folder(folder, files(name, tables, plot), overwrite)
 
     def show(self, result: Result) -> None:
-        """Print the tables, and write all there is into the folder."""
+        """Print the tables, and write tables and plots into the folder."""
         if not result.tables:
-            log("There is nothing to show yet.")
+            log("There are no results yet.")
             return
 
         from rich.console import Console
@@ -86,11 +100,11 @@ class Output:
             save(result, self._folder, self._name)
             log(f"wrote {self._folder / self._name}.md, with CSV{' and PNG' * self._plot}.")
         elif self._plot:
-            log("The plot is drawn into the folder of --out.")
+            log("For the plot, give a folder with --out.")
 
 
 def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) -> int:
-    """Do an experiment and show its results, those so far if it is cut short."""
+    """Run an experiment and show its results; after an interrupt, the results so far."""
     from rich.console import Console
     from rich.text import Text
 

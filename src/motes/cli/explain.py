@@ -1,4 +1,4 @@
-"""What to say about an error that ends the program, and the exit code that it has."""
+"""The message and the exit code of an error that ends the program."""
 
 from __future__ import annotations
 
@@ -8,22 +8,19 @@ import inspect
 from cyclopts import CycloptsError, MissingArgumentError
 
 from motes.cli.exit_codes import FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
-from motes.core.errors import FormatError, MotesError, SourceError
+from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
 
 
 def explain(error: Exception) -> tuple[str, int]:
-    """Return what to say about an error, and its exit code."""
+    """Return the message for an error, and its exit code."""
     if isinstance(error, SourceError):
         return str(error), UNREADABLE
     if isinstance(error, FormatError):
         return str(error), UNWRITABLE
     if isinstance(error, MotesError):
         return str(error), USAGE
-    if isinstance(error, MissingArgumentError) and (unknown := _unknown_option(error)):
-        return unknown, USAGE
     if isinstance(error, CycloptsError):
-        command = " ".join(["motes", *(error.command_chain or ())])
-        return f"{error} See {command} --help.", USAGE
+        return _wrong_option(error), USAGE
     if isinstance(error, MemoryError) or _lacks_memory(error):
         return NO_MEMORY, USAGE
     if isinstance(error, OSError):
@@ -37,29 +34,26 @@ def explain(error: Exception) -> tuple[str, int]:
 
 
 def _lacks_memory(error: Exception) -> bool:
-    """Return whether an error says that a thread, a library or the system finds no memory."""
+    """Return whether an error means that a thread, a library or the system is out of memory."""
     signs = ("can't start new thread", "failed to map segment", "cannot allocate memory")
     text = str(error)
     return getattr(error, "errno", None) == errno.ENOMEM or any(sign in text for sign in signs)
 
 
-def _unknown_option(error: MissingArgumentError) -> str | None:
-    """Return the message for an option without a value that is no key of the configuration.
+def _wrong_option(error: CycloptsError) -> str:
+    """Return the message for an option that the parser refuses."""
+    command = " ".join(["motes", *(error.command_chain or ())])
+    if isinstance(error, MissingArgumentError) and error.argument is not None:
+        if error.keyword is None:
+            return f"{error.argument.name} is missing; see {command} --help."
+        if error.argument.field_info.kind is not inspect.Parameter.VAR_KEYWORD:
+            return f"{error.keyword} needs a value; see {command} --help."
+        # The parser takes every unknown option for a key of the configuration.
+        from motes.cli.settings import without_value
 
-    The parser takes every unknown option for a key.
-    """
-    argument, command = error.argument, error.target
-    if argument is None or argument.field_info.kind is not inspect.Parameter.VAR_KEYWORD:
-        return None
-    assert command is not None
-    assert error.keyword is not None
-
-    from motes.cli.load_config import no_such_option
-    from motes.core.config import keys
-    from motes.mot.pipeline_config import WatchConfig
-    from motes.sot.presets import TrackerConfig
-
-    known = keys(WatchConfig if command.__name__ == "watch" else TrackerConfig)
-    if error.keyword.lstrip("-").split(".")[0].replace("-", "_") in known:
-        return None
-    return no_such_option(command, error.keyword, known)
+        assert error.app is not None
+        try:
+            return without_value(error.app, error.keyword, error.root_input_tokens or ())
+        except ConfigError as unknown_preset:
+            return str(unknown_preset)
+    return f"{error} See {command} --help."

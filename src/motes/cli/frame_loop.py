@@ -1,4 +1,4 @@
-"""From a film into outputs: the loop of `motes track` and `motes watch`."""
+"""The loop of `motes track` and `motes watch`: from a source of frames into outputs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol, TypeVar
 
+from motes.cli.messages import log
 from motes.cli.progress import Progress
+from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.video.prefetch import prefetch
@@ -18,10 +20,15 @@ T_contra = TypeVar("T_contra", contravariant=True)
 
 
 class Sink(AbstractContextManager[object], Protocol[T_contra]):
-    """Takes what became of each frame; ends as a context manager."""
+    """An output: it takes the result of each frame, and is closed as a context manager."""
 
     def write(self, step: T_contra, /) -> None:
         """Add a frame."""
+        ...
+
+    @property
+    def result(self) -> str | None:
+        """The name of what was written, for the summary; None for nothing."""
         ...
 
 
@@ -33,24 +40,24 @@ def run(
     *,
     quiet: bool = False,
 ) -> KeyboardInterrupt | None:
-    """Write what becomes of each frame into all outputs, and close them.
+    """Write the result of each frame into all outputs, and close them.
 
     Parameters
     ----------
     film
-        Decoded ahead, in a thread.
+        The frames; a thread decodes them ahead.
     outputs
-        Opened here, all of them before the first frame.
+        The outputs; all of them are opened here, before the first frame.
     steps
-        Makes of the frames what outputs take; closed before the film.
+        Makes the results from the frames; it is closed before the film.
     note
-        Takes note of a step that is written; returns how things are, for the progress bar.
+        Counts a result that is written; returns the state of the run, for the progress bar.
     quiet
         Whether there is no progress bar.
 
     Returns
     -------
-    The interrupt that ended it, if one did; all outputs are then closed as at the end.
+    The interrupt that ended the run, or None. All outputs are closed in either case.
     """
     interrupted: KeyboardInterrupt | None = None
     try:
@@ -77,3 +84,31 @@ def run(
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     return interrupted
+
+
+def summarize(
+    parts: Sequence[str],
+    film: Source,
+    outputs: Sequence[Sink[T]],
+    interrupted: KeyboardInterrupt | None,
+) -> None:
+    """Print a line on a run that is over.
+
+    Parameters
+    ----------
+    parts
+        The statistics of the run.
+    film
+        The source; its problems are added.
+    outputs
+        The outputs; their files are added.
+    interrupted
+        The interrupt that ended the run, if one did.
+    """
+    written = [output.result for output in outputs if output.result is not None]
+    line = [interrupts.word(interrupted) + parts[0], *parts[1:]]
+    if written:
+        line.append("wrote " + ", ".join(written))
+    if film.report.problems:
+        line.append(f"{film.name}: {film.report.problems}")
+    log("; ".join(line) + ".")

@@ -1,4 +1,4 @@
-"""`motes histogram`: save what a target looks like, to look for it later."""
+"""`motes histogram`: save the color histogram of a target, to search for it later."""
 
 from __future__ import annotations
 
@@ -10,22 +10,25 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_leftovers, region_of
 from motes.cli.load_config import tracker_config
+from motes.cli.messages import announce_compiling, log
 from motes.cli.options import (
-    CONFIG_HELP,
     FRAMES,
+    HYPHEN,
     OUTPUT,
+    TARGET,
     ConfigFile,
     Ellipse,
-    Init,
     Overwrite,
     Preset,
-    Settings,
-    announce_compiling,
-    log,
 )
+from motes.cli.settings import HELP, Settings
 from motes.core.errors import ConfigError
 
-app = App(name="histogram", help_epilogue=CONFIG_HELP, help_format="plaintext")
+app = App(
+    name="histogram",
+    help_epilogue=HELP.format(example="--color.bins 8,8,8", command="motes config PRESET"),
+    help_format="plaintext",
+)
 
 
 @app.default
@@ -34,11 +37,13 @@ def histogram(
     /,
     *,
     output: Annotated[
-        Path, Parameter(name=["--output", "-o"], group=OUTPUT, help="The file, as JSON.")
+        Path, Parameter(name=["--output", "-o"], group=OUTPUT, help="JSON file of the histogram.")
     ],
-    init: Init = None,
+    init: Annotated[
+        str | None, HYPHEN, Parameter(group=TARGET, help="Box: x,y,width,height.")
+    ] = None,
     ellipse: Ellipse = None,
-    frame: Annotated[int, Parameter(group=FRAMES, help="Frame to learn from.")] = 0,
+    frame: Annotated[int, Parameter(group=FRAMES, help="Frame of the target.")] = 0,
     overwrite: Overwrite = False,
     preset: Preset = "nummiaro",
     config: ConfigFile = None,
@@ -53,13 +58,17 @@ def histogram(
     """
     from motes.sot.discriminative.tracker import Discriminative
 
-    learning = tracker_config(histogram, preset, config, settings)
+    learning = tracker_config(app, preset, config, settings)
     color = None if isinstance(learning, Discriminative) else learning.color
     if color is None:
-        raise ConfigError(f"Preset {preset} reads no colors; choose one that does, as nummiaro.")
+        raise ConfigError(
+            f"Preset {preset} has no color histogram; choose one that has, such as nummiaro."
+        )
     region = region_of(init, ellipse)
     if region is None or (init and ellipse):
-        raise ConfigError("Where is the target? Give either --init x,y,width,height or --ellipse.")
+        raise ConfigError(
+            "The target is missing. Give either --init x,y,width,height or --ellipse."
+        )
     check_not_source(source, output)
     point_out_leftovers(output)
 

@@ -1,4 +1,4 @@
-"""Checks of what users name, before anything is computed."""
+"""Checks of options and files, before anything is computed."""
 
 from __future__ import annotations
 
@@ -8,28 +8,23 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from motes.cli.options import log
+from motes.cli.messages import log
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import leftovers, same_file
 
-if TYPE_CHECKING:
-    pass
-
-
 MOST = 1_000_000
-"""Seeds, frames to render, or rounds: nobody can wait for more of them."""
+"""Largest number of seeds, rendered frames or rounds; more would take days."""
 
 
 def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
-    """Return the region that a user gave as numbers with commas, as box or as ellipse.
+    """Return the numbers of --init or --ellipse; None if neither is given.
 
     Raises
     ------
     ConfigError
-        If the text is none.
+        If the text has another form.
     """
     for flag, text, form in (
         ("--init", init, "x,y,width,height"),
@@ -41,7 +36,7 @@ def region_of(init: str | None, ellipse: str | None) -> Sequence[float] | None:
 
 
 def numbers_of(flag: str, text: str, form: str) -> list[float]:
-    """Return the numbers of an option that takes them in a form such as x,y,width,height.
+    """Return the numbers of an option in a form such as x,y,width,height.
 
     Raises
     ------
@@ -58,12 +53,12 @@ def numbers_of(flag: str, text: str, form: str) -> list[float]:
 
 
 def first_pixels(texts: Sequence[str]) -> dict[str, int]:
-    """Return what --first-pixel says, by the pattern of the sequences that it is for.
+    """Return the values of --first-pixel, by the pattern of their sequences.
 
     Raises
     ------
     ConfigError
-        If a text is not of its form.
+        If a text has another form.
     """
     pixels = {}
     for text in texts:
@@ -75,14 +70,14 @@ def first_pixels(texts: Sequence[str]) -> dict[str, int]:
 
 
 def worker_count(workers: int | None) -> int:
-    """Return how many processes --workers asks for; raise a ConfigError for none."""
+    """Return the number of processes; raise a ConfigError if --workers is below 1."""
     if workers is not None and workers < 1:
         raise ConfigError(f"--workers is {workers}; give 1 or more.")
     return workers or os.cpu_count() or 1
 
 
 def check_counts(**counts: int) -> None:
-    """Check numbers of seeds, frames or rounds; raise a ConfigError for none and for too many."""
+    """Raise a ConfigError unless each number is from 1 to `MOST`."""
     for name, count in counts.items():
         if count < 1:
             raise ConfigError(f"--{name} is {count}; give 1 or more.")
@@ -103,11 +98,11 @@ def read_text(path: Path) -> str:
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except UnicodeDecodeError:
-        raise SourceError(f"{path} is not a text; check the name.") from None
+        raise SourceError(f"{path} is not a text file; check the name.") from None
 
 
 def default_output(source: str) -> str:
-    """Return where rows go if nobody says so."""
+    """Return the output of rows without -o: standard output, or a file if it is a terminal."""
     if not sys.stdout.isatty():
         return "-"
     path = urlsplit(source).path if "://" in source else os.path.abspath(source)
@@ -117,7 +112,7 @@ def default_output(source: str) -> str:
 
 
 def check_not_source(source: str, *outputs: Path | None) -> None:
-    """Check that no two of these are the same file, by its name or by a link.
+    """Check that source and outputs are different files, also through links.
 
     Raises
     ------
@@ -132,19 +127,19 @@ def check_not_source(source: str, *outputs: Path | None) -> None:
 
 
 def point_out_leftovers(*outputs: Path | None) -> None:
-    """Name the partial files that runs with the same outputs have left."""
+    """Print the names of partial files that other runs with the same outputs have left."""
     for path in outputs:
         for left in leftovers(path) if path is not None else []:
-            log(f"{left} is an unfinished {path} of a run that was cut short, or still goes on.")
+            log(f"{left} is an unfinished {path}, of a run that was killed or still goes on.")
 
 
 def check_label(label: str | None, output: str | None) -> None:
-    """Check the class that a user names for the objects of an output.
+    """Check the class of the objects in an output.
 
     Raises
     ------
     ConfigError
-        If no tool would take the name, or the output has no classes.
+        If the name is empty or unprintable, or the output has no classes.
     """
     from motes.output.documents import is_document
 
@@ -155,16 +150,16 @@ def check_label(label: str | None, output: str | None) -> None:
             "--label is for documents, which end in .json or .xml; rows have no class: omit it."
         )
     if not (label.strip() and label.isprintable()):
-        raise ConfigError(f"--label is {label!r}; give a name in letters that can be printed.")
+        raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
 
 
 def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
-    """Make a folder, and check that each of these files can be made there.
+    """Make a folder, and check that these files can be written there.
 
     Raises
     ------
     FormatError
-        If one cannot.
+        If the folder or a file cannot be written.
     """
     from motes.output.track_rows import check_writable
 

@@ -3,36 +3,37 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
-import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motes.cli.input_checks import read_text
+from motes.cli.input_checks import numbers_of, read_text
+from motes.cli.settings import as_keys, check_settings
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.renamed_keys import RENAMED
 
 if TYPE_CHECKING:
+    from cyclopts import App
+
+    from motes.mot.pipeline_config import WatchConfig
     from motes.sot.known_target import Target
     from motes.sot.presets import TrackerConfig
 
 
 def tracker_config(
-    command: Callable[..., object],
+    app: App,
     preset: str,
     file: Path | None,
-    settings: dict[str, Any],
+    settings: Mapping[str, Any],
     target: Target | None = None,
 ) -> TrackerConfig:
-    """Return the preset, with the target's cue, the file and the settings laid over it in turn.
+    """Return a preset, changed by the target's cue, the file and the settings, in this order.
 
-    An unknown setting may be a misspelled option of the command, whose parameters name them.
+    An unknown setting may be a misspelled option of the command `app`.
 
     Raises
     ------
     ConfigError
-        For what is unknown or makes no sense.
+        For an unknown preset or key, or a value that does not fit.
     SourceError
         If the file cannot be read.
     """
@@ -45,47 +46,71 @@ def tracker_config(
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
-    check_settings(command, to_dict(base), settings)
-    return presets.configure(base, as_keys(settings))
+    try:
+        return presets.configure(base, as_keys(settings))
+    except ConfigError:
+        presets.check_cues(to_dict(base) | as_keys(settings))
+        check_settings(app, preset, type(base), settings)
+        raise
 
 
-def as_keys(settings: dict[str, Any]) -> dict[str, Any]:
-    """Return settings by keys as a file has them: an option may have hyphens for underscores."""
-    return {
-        key.replace("-", "_"): as_keys(value) if isinstance(value, dict) else value
-        for key, value in settings.items()
-    }
+def watch_config(
+    app: App,
+    preset: str,
+    file: Path | None,
+    detector: str | None,
+    like: str | None,
+    settings: Mapping[str, Any],
+) -> WatchConfig:
+    """Return the scene of a preset, changed by the file, the detector and the settings in turn.
 
-
-def check_settings(
-    command: Callable[..., object], known: Iterable[str], settings: dict[str, Any]
-) -> None:
-    """Check that settings are known keys: an unknown one may be a misspelled option of the command.
+    Parameters
+    ----------
+    app
+        The command; an unknown setting may be one of its options, misspelled.
+    preset
+        The preset of the trackers.
+    file
+        A TOML file.
+    detector, like
+        The values of --detector and --like; at most one of them.
+    settings
+        Options that are keys of the configuration.
 
     Raises
     ------
     ConfigError
-        With the nearest known key or option.
+        For an unknown preset, detector or key, or a value that does not fit.
+    SourceError
+        If the file cannot be read.
     """
-    known = list(known)
-    unknown = [key for key in settings if key.replace("-", "_") not in known]
-    if unknown and "type" not in settings:
-        raise ConfigError(no_such_option(command, f"--{unknown[0]}", known))
+    from msgspec.structs import asdict
 
+    from motes.core.config import from_dict, from_toml, merge, to_dict
+    from motes.mot.pipeline_config import WatchConfig, detector_values
+    from motes.mot.scene_config import scene_config
 
-def no_such_option(command: Callable[..., object], flag: str, known: Iterable[str]) -> str:
-    """Return that a command has no such option, with the nearest of its own and of known keys."""
-    known = list(known)
-    renamed = {old: new for old, new in RENAMED.items() if new.partition(".")[0] in known}
-    name = flag.lstrip("-").replace("-", "_")
-    if name in renamed:
-        return f"There is no option {flag}; it is --{renamed[name]} now."
-    options = [name.replace("_", "-") for name in inspect.signature(command).parameters]
-    near = difflib.get_close_matches(flag.lstrip("-"), [*known, *options, *renamed], n=1)
-    hint = f"see motes {command.__name__} --help."
-    if near:
-        hint = f"did you mean --{renamed.get(near[0], near[0])}?"
-    return f"There is no option {flag} with this preset; {hint}"
+    if like is not None and detector is not None:
+        raise ConfigError("--like and --detector contradict each other; give one of them.")
+
+    def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
+        new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
+        return new
+
+    config = WatchConfig(**asdict(scene_config(preset)))
+    if file is not None:
+        with error_context(file):
+            config = changed(config, from_toml(read_text(file), "this file"))
+    if like is not None:
+        box = numbers_of("--like", like, "x,y,width,height")
+        config = changed(config, {"detector": {"type": "like", "box": box}})
+    elif detector is not None:
+        config = changed(config, {"detector": detector_values(detector)})
+    try:
+        return changed(config, as_keys(settings))
+    except ConfigError:
+        check_settings(app, preset, WatchConfig, settings)
+        raise
 
 
 @contextlib.contextmanager
@@ -98,7 +123,7 @@ def error_context(where: Path | str) -> Iterator[None]:
 
 
 def load_target(path: Path) -> Target:
-    """Return the target in a histogram file; raise a SourceError where there is none."""
+    """Return the target in a histogram file; raise a SourceError if it cannot be read."""
     from motes.sot.known_target import Target
 
     try:

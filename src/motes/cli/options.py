@@ -1,18 +1,18 @@
-"""What several commands share: options, the configuration they make, and checks."""
+"""Options that several commands share, in groups: frozen values that the parser makes.
 
-from __future__ import annotations
+Annotations are evaluated here: the parser would look for their names in the module of a subclass.
+"""
 
-import os
-import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Group, Parameter, Token
+from cyclopts import Group, Parameter
 
-from motes.core.errors import ConfigError, clear
+from motes.cli.messages import log
 
 if TYPE_CHECKING:
-    pass
+    from motes.video.sources import Source
 
 TARGET = Group("Target (one of these)", sort_key=1)
 DATASET = Group("Dataset", sort_key=1)
@@ -21,150 +21,112 @@ FRAMES = Group("Frames", sort_key=2)
 OUTPUT = Group("Output", sort_key=3)
 CONFIGURATION = Group("Configuration", sort_key=4)
 
-CONFIG_FLAGS = """\
-  --particles 100
-  --motion.type constant_velocity
-  --motion.noise.position 0.6
-  --motion.noise.size 0.05
-  --motion.noise.size_return 0.05
-  --motion.noise.aspect 0.003
-  --motion.noise.angle 0.0
-  --motion.velocity 0.5
-  --motion.persistence 0.8
-  --color.space rgb
-  --color.bins 8,8,8
-  --color.kernel radial
-  --color.sampling.type lattice
-  --color.sampling.points 256
-  --fusion.type adaptive
-  --fusion.floor 0.5
-  --likelihood.type gaussian
-  --likelihood.sigma 0.1
-  --likelihood.epsilon 0.0
-  --resampling.scheme multinomial
-  --resampling.threshold 1.0
-  --presence.fraction 0.1
-  --presence.frames 5
-  --presence.deviations 2.0
-  --presence.margin 0.7
-  --presence.max_threshold 0.9
-  --presence.stride 1
-  --presence.max_positions 400000
-  --calibration.middle 0.34
-  --calibration.width 0.08
-  --adaptation.type forgetting
-  --adaptation.learning_rate 0.0
-  --adaptation.anchor 0.0
-"""
-"""Preset nummiaro, written down here as well: to get it means to load the whole tracker."""
+FLAG = Parameter(negative=(), show_default=False)
+"""An option without a value, off by default."""
+REPEATED = Parameter(negative=())
+"""An option that may be given several times."""
+HYPHEN = Parameter(allow_leading_hyphen=True)
+"""An option whose value may begin with a hyphen: a negative number, or - for standard output."""
 
-CONFIG_HELP = f"""\
-Every key of the configuration is an option too. The preset comes first, then the file of \
---config, then these options. Preset nummiaro has
-
-{CONFIG_FLAGS}
---motion.type may also be random_walk, second_order, ellipse_walk or autoregressive, --color.space \
-hsv or hsv+v, --color.sampling.type checkerboard or every_pixel, --fusion.type fixed or product, \
---likelihood.type best_particle or exponential, --adaptation.type kalman, gaussian or per_cue. \
-A cue is added by naming a key of it, as --orientation.bins 36, --edges.bins 8, --hog.cells 3, \
---correlation.learning_rate 0.02 or --posterior.learning_rate 0.04. \
---dump-config shows all keys and values of a preset, as a file for --config.
-"""
-
-
-def _read_setting(_: Any, tokens: Any) -> Any:
-    """Return what cyclopts gathered under a key, a list of tokens or a nest of such lists."""
-    return _read_nest(tokens, 1)
-
-
-def _read_nest(tokens: Any, depth: int) -> Any:
-    from motes.core.config import DEEPEST, from_flag
-
-    if depth > DEEPEST:
-        raise ConfigError(f"An option has no more than {DEEPEST} parts.")
-    if isinstance(tokens, dict):
-        return {key: _read_nest(inner, depth + 1) for key, inner in tokens.items()}
-    token: Token = tokens[-1]
-    return from_flag("value", token.value)["value"]
-
-
-Settings = Annotated[Any, Parameter(converter=_read_setting, show=False)]
-Init = Annotated[
-    str | None, Parameter(group=TARGET, allow_leading_hyphen=True, help="Box: x,y,width,height.")
-]
-Ellipse = Annotated[
-    str | None,
-    Parameter(
-        group=TARGET,
-        allow_leading_hyphen=True,
-        help="Center, half-axes, angle from the x axis towards y in radians: x,y,a,b,theta.",
-    ),
-]
 Preset = Annotated[
     str,
     Parameter(
         group=CONFIGURATION,
-        help="nummiaro, nummiaro:adaptive, maggio, ng_delp, zhao_pei, mean_shift or "
-        "mean_shift:kalman; or a variant: ng_delp:color, ng_delp:edges, zhao_pei:fixed, "
-        "zhao_pei:72, zhao_pei:color, zhao_pei:hog, maggio:C, maggio:O-FOH, maggio:O-ROH, "
-        "maggio:C+O-SS-FOH, maggio:C+O-SS-ROH, "
-        "maggio:C+O-A-FOH, maggio:C+O-A-ROH, maggio:C+O-A&SS-FOH, maggio:C+O-A&SS-ROH.",
+        help="Preset: default, nummiaro, maggio, ng_delp, zhao_pei, mean_shift or a variant; "
+        "motes config lists all.",
     ),
 ]
-ConfigFile = Annotated[
-    Path | None, Parameter(group=CONFIGURATION, help="TOML file laid over the preset.")
-]
-DumpConfig = Annotated[
-    bool,
+ObjectPreset = Annotated[
+    str,
     Parameter(
         group=CONFIGURATION,
-        negative=(),
-        show_default=False,
-        help="Print the whole configuration as TOML and exit.",
+        help="Preset of the particle filter that tracks each object; motes config lists all.",
     ),
 ]
 Workers = Annotated[
-    int | None, Parameter(group=RUN, help="Processes; one for each core by default.")
+    int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
 ]
 FirstPixel = Annotated[
     list[str] | None,
     Parameter(
         group=DATASET,
         negative=(),
-        help="What the truth calls the first pixel, 0 or 1, or 'GLOB=0' for some sequences; by "
-        "default as the layout has it.",
+        help="Coordinate of the first pixel in the ground truth: 0 or 1, or 'GLOB=0' for some "
+        "sequences. The default is that of the dataset's layout.",
     ),
 ]
-Label = Annotated[
+Seeds = Annotated[
+    int, Parameter(group=RUN, help="Number of runs of each tracker that uses random numbers.")
+]
+Seed = Annotated[int, Parameter(group=CONFIGURATION, help="Seed of the random numbers: 0 or more.")]
+Region = Annotated[
     str | None,
+    HYPHEN,
+    Parameter(help="Box of the target in the first frame: x,y,width,height."),
+]
+Ellipse = Annotated[
+    str | None,
+    HYPHEN,
     Parameter(
-        group=OUTPUT,
-        help="Name of the objects' class in a .json or .xml document. [default: object]",
+        group=TARGET,
+        help="Ellipse: center, half-axes and angle from the x axis towards y in radians: "
+        "x,y,a,b,theta.",
     ),
 ]
-Overwrite = Annotated[
-    bool,
-    Parameter(group=OUTPUT, negative=(), show_default=False, help="Replace what is there already."),
+ConfigFile = Annotated[
+    Path | None,
+    Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
 ]
+Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 
 
-def log(message: str) -> None:
-    """Print a line for people."""
-    print(f"motes: {clear(message)}", file=sys.stderr)
+@Parameter(name="*", group=FRAMES)
+@dataclass(frozen=True, kw_only=True)
+class FrameOptions:
+    """The frames that are read."""
+
+    start: Annotated[int, Parameter(help="First frame.")] = 0
+    end: Annotated[int | None, Parameter(help="Stop before this frame.")] = None
+    stride: Annotated[int, Parameter(help="Read every n-th frame.")] = 1
+
+    def open(self, source: str) -> "Source":
+        """Return the frames of a source; raise a SourceError if it cannot be read."""
+        from motes.video.sources import open_source
+
+        return open_source(source, start=self.start, end=self.end, stride=self.stride, on_drop=log)
 
 
-def announce_compiling() -> None:
-    """Tell the user why a start takes long, if kernels must be compiled in it."""
-    from motes.kernels import compiling
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class OutputOptions:
+    """The outputs of a run."""
 
-    folder = compiling.FOLDER
-    writable = folder is not None and os.access(folder, os.W_OK)
-    kept = "once for this machine; later starts are quick."
-    lost = "there is no folder to keep them in (see motes doctor)."
-    why = kept if writable else lost
-    compiling.when_compiling(lambda: log(f"Compiling kernels, {why}"))
-    if writable:
-        advice = "make room there, or every start compiles."
-        compiling.when_unkept(
-            lambda error: log(f"{folder} cannot keep them: {error.strerror}; {advice}")
-        )
+    output: Annotated[
+        str | None,
+        HYPHEN,
+        Parameter(
+            name=["--output", "-o"],
+            help="Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for "
+            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT).",
+        ),
+    ] = None
+    label: Annotated[
+        str | None,
+        Parameter(help="Class of the objects in a .json or .xml document. [default: object]"),
+    ] = None
+    overlay: Annotated[
+        Path | None, Parameter(help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.")
+    ] = None
+    overwrite: Overwrite = False
+
+
+@Parameter(name="*", group=CONFIGURATION)
+@dataclass(frozen=True, kw_only=True)
+class ConfigOptions:
+    """Changes of a preset, beside the keys of the configuration."""
+
+    config: ConfigFile = None
+    seed: Seed = 0
+    dump_config: Annotated[
+        bool, FLAG, Parameter(help="Print the whole configuration as TOML and exit.")
+    ] = False

@@ -1,4 +1,4 @@
-"""How far a run is, while it runs, and how it went, in one line."""
+"""The progress bar of a run, and its statistics in one line."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 INTERVAL = 0.1
-"""Seconds from one look of the progress bar to the next."""
+"""Seconds between updates of the progress bar."""
 EVENTS = 6
-"""At most so many losses and findings are listed."""
+"""Most losses and recoveries that are listed."""
 
 
 class Progress:
-    """A progress bar on standard error; nothing at all where that is no terminal."""
+    """A progress bar on standard error; without a terminal it shows nothing."""
 
     def __init__(self, source: Source, *, quiet: bool = False) -> None:
         self._bar: Any = None
@@ -48,7 +48,7 @@ class Progress:
         self._at = time.perf_counter()
 
     def count(self, state: str) -> None:
-        """Count a frame; show it, and the state of things, if the last look is old enough."""
+        """Count a frame; update the bar if the last update is older than `INTERVAL`."""
         if self._bar is None:
             return
         self._frames += 1
@@ -75,12 +75,12 @@ class Progress:
 
 
 class RunStatistics:
-    """What there is to say about a run when it is over.
+    """Statistics of a run with one object.
 
     Parameters
     ----------
     budget
-        Whether the tracker chooses how many particles it has.
+        Whether the tracker chooses its number of particles.
     """
 
     def __init__(self, *, budget: bool = False) -> None:
@@ -98,11 +98,11 @@ class RunStatistics:
         return self._tracked > 0
 
     def add(self, step: Step) -> str:
-        """Count a frame; return how things are now."""
+        """Count a frame; return the state of the target."""
         self.frames += 1
         self._tracked += step.status is Status.TRACKING
         if self._before is not None:
-            if self._before.info is not None:  # the first frame takes long and says nothing
+            if self._before.info is not None:  # the first frame includes the start
                 self._updates += 1
                 self._seconds += step.seconds
                 count = len(self._before.info.weights if step.info is None else step.info.weights)

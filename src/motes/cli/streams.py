@@ -1,4 +1,4 @@
-"""The standard streams, which may be closed at the start, and terminals, which may be anything."""
+"""The standard streams: they may be closed at the start, or be terminals of any width."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from typing import Any, cast
 from motes.core.errors import FormatError
 
 NARROWEST, WIDEST = 20, 1000
-"""Columns. In fewer, no word fits and the libraries do not end; in more, padding takes the memory.
-"""
+"""Columns. In fewer, libraries wrap without end; in more, padding takes all memory."""
 
 
 @contextlib.contextmanager
 def usable() -> Iterator[None]:
-    """Make the standard streams such that all can rely on them.
+    """Make the standard streams usable, whatever state they are in.
 
-    What is closed is opened, lest a file take its place: there is nothing to read, messages are
-    dropped, and to write results is an error. What a terminal cannot show, since it is closed, and
-    messages that nobody can read, are dropped as well.
+    - A closed stream is opened, so that no file takes its number. Its input is empty, messages to
+      it are dropped, and to write results to it is an error.
+    - Text that a closed terminal cannot show is dropped.
     """
     _open_closed()
     columns = shutil.get_terminal_size().columns
@@ -39,7 +38,7 @@ def usable() -> Iterator[None]:
 
 
 def finish_output() -> None:
-    """Write what standard output still holds back; raise a FormatError if that fails."""
+    """Flush standard output; raise a FormatError if that fails."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -51,7 +50,7 @@ def finish_output() -> None:
 
 
 def drop_output() -> None:
-    """Write what standard output still holds back, or drop it: Python shall not try once more."""
+    """Flush standard output; if that fails drop its buffer, so that Python does not try again."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -63,7 +62,7 @@ def _open_closed() -> None:
         try:
             os.fstat(number)
         except OSError:
-            # The lowest free number is this one. What cannot be written to tells of results lost.
+            # The lowest free number is this one. Read-only, it raises an error if results are lost.
             os.open(os.devnull, os.O_WRONLY if name == "stderr" else os.O_RDONLY)
             os.set_inheritable(number, True)
             mode = "r" if name == "stdin" else "w"
@@ -71,10 +70,10 @@ def _open_closed() -> None:
 
 
 class _Lenient(io.FileIO):
-    """Drops what it cannot write."""
+    """A file that drops bytes which it cannot write."""
 
     def write(self, data: Any) -> int:
-        """Write bytes; return how many there are."""
+        """Write bytes; return their number."""
         try:
             return super().write(data)
         except OSError:
@@ -82,10 +81,10 @@ class _Lenient(io.FileIO):
 
 
 def _lenient(stream: Any) -> Any:
-    """Return a stream to the same place that drops what it cannot write."""
+    """Return a stream to the same file that drops text which it cannot write."""
     try:
         number = stream.fileno()
-    except (OSError, ValueError):  # it is none of the system's
+    except (OSError, ValueError):  # it has no file
         return stream
     stream.flush()
     file = _Lenient(number, "w", closefd=False)

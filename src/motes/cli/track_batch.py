@@ -1,42 +1,21 @@
-"""`motes track` with several objects: one run, a row for each of them in each frame."""
+"""`motes track` with several objects: a row for each object in each frame."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Generator, Iterator, Sequence
-from pathlib import Path
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import run
-from motes.cli.options import announce_compiling, log
-from motes.cli.watch_outputs import Form, FrameResult, Output, Overlay, objects_output
+from motes.cli.frame_loop import run, summarize
+from motes.cli.messages import announce_compiling
+from motes.cli.watch_outputs import FrameResult, Output
 from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.sot.batch import Trackers
 from motes.video.sources import Source
-
-
-def open_outputs(
-    film: Source,
-    stride: int,
-    output: str | None,
-    form: Form | None,
-    label: str | None,
-    overlay: Path | None,
-    *,
-    overwrite: bool,
-) -> list[Output]:
-    """Return what is to be written, after checks that it can be."""
-    outputs: list[Output] = []
-    if overlay is not None:
-        outputs.append(Overlay(overlay, film, stride, Regions(), overwrite=overwrite))
-    if output is not None:
-        outputs.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
-    return outputs
 
 
 def track_several(
@@ -45,7 +24,7 @@ def track_several(
     regions: Sequence[Sequence[float]],
     outputs: Sequence[Output],
 ) -> int:
-    """Follow the objects in regions of the first frame; their identities count from 1."""
+    """Track the objects in regions of the first frame; their identities count from 1."""
     announce_compiling()
     tally = Tally(len(regions))
 
@@ -57,17 +36,27 @@ def track_several(
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield FrameResult(frame, each, ())
 
+    def finish(interrupted: KeyboardInterrupt | None = None) -> None:
+        if tally.frames:
+            summarize([str(tally)], film, outputs, interrupted)
+
     try:
         interrupted = run(film, outputs, moments, tally.add)
     except MotesError:
-        _summarize(tally, film, outputs, interrupted=None)
+        finish()
         raise
-    _summarize(tally, film, outputs, interrupted=interrupted)
+    finish(interrupted)
     return interrupts.code(interrupted) if interrupted else DONE
 
 
 class Tally:
-    """What there is to say about a run with so many objects."""
+    """Statistics of a run with several objects.
+
+    Parameters
+    ----------
+    objects
+        The number of objects.
+    """
 
     def __init__(self, objects: int) -> None:
         self.frames = 0
@@ -75,11 +64,11 @@ class Tally:
         self._seconds = 0.0
 
     def seconds(self, seconds: float) -> None:
-        """Count the time that a frame takes; the first one takes long and says nothing."""
+        """Add the time of a frame; the first one is left out, as it includes the start."""
         self._seconds += seconds if self.frames else 0.0
 
     def add(self, moment: FrameResult) -> str:
-        """Count a frame; return how things are now."""
+        """Count a frame; return the state of the run."""
         seen = [each.track.status is Status.TRACKING for each in moment.tracks]
         self.frames += 1
         self._tracked = [count + here for count, here in zip(self._tracked, seen, strict=True)]
@@ -94,18 +83,3 @@ class Tally:
         if self.frames > 1:
             parts.append(f"trackers {1000 * self._seconds / (self.frames - 1):.2f} ms a frame")
         return ", ".join(parts)
-
-
-def _summarize(
-    tally: Tally, film: Source, outputs: Sequence[Output], *, interrupted: KeyboardInterrupt | None
-) -> None:
-    """Print one line on how a run went."""
-    if not tally.frames:
-        return
-    parts = [interrupts.word(interrupted) + str(tally)]
-    written = [output.result for output in outputs if output.result is not None]
-    if written:
-        parts.append("wrote " + ", ".join(written))
-    if film.report.problems:
-        parts.append(f"{film.name}: {film.report.problems}")
-    log("; ".join(parts) + ".")

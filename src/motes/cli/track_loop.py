@@ -1,4 +1,4 @@
-"""From frames to tracks, without a word to anyone: the loop of the command line."""
+"""The steps of `motes track`: from frames to tracks, without input or output."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from motes.sot.tracker import Picture, Tracker
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What became of a frame.
+    """The result of a frame.
 
     Attributes
     ----------
     frame
         The frame.
     info
-        What the tracker says; None while it waits for something to follow.
+        The tracker's report; None before it has a target.
     seconds
-        How long that took.
+        Time of the tracker.
     """
 
     frame: Frame
@@ -34,17 +34,17 @@ class Step:
 
     @property
     def track(self) -> Track | None:
-        """Where the target is."""
+        """The target's track; None before there is a target."""
         return self.info.track if self.info else None
 
     @property
     def status(self) -> Status:
-        """The track's; without one, the target is searched for."""
+        """The track's status; without a track, searching."""
         return self.info.track.status if self.info else Status.SEARCHING
 
 
 Begin = Callable[[Tracker, Frame], bool]
-"""Tries to start a tracker on a frame and tells whether it has."""
+"""Tries to start a tracker on a frame; returns whether it has started."""
 
 
 def on_region(region: Sequence[float]) -> Begin:
@@ -67,7 +67,7 @@ def on_detection(detector: Detector) -> Begin:
 
 
 def on_target(target: Target, places: Sequence[Place], background: Picture | None) -> Begin:
-    """Start by looking for a known target."""
+    """Start by searching for a known target."""
 
     def begin(tracker: Tracker, frame: Frame) -> bool:
         tracker.search(frame, target, places, background)
@@ -91,7 +91,7 @@ def follow(tracker: Tracker, begin: Begin, frames: Iterable[Frame]) -> Generator
 class Companion:
     """A mean-shift tracker that runs beside another one, for comparison.
 
-    It starts where the other one first tracks the target.
+    It starts on the frame in which the other one first tracks the target.
     """
 
     def __init__(self) -> None:
@@ -99,7 +99,7 @@ class Companion:
         self._begun = False
 
     def seconds(self, step: Step) -> float | None:
-        """Follow the target in a step's frame; return how long that took, None before it began."""
+        """Track the target in a step's frame; return the time in seconds, None before the start."""
         if self._begun:
             clock = time.perf_counter()
             self._tracker.update(step.frame)

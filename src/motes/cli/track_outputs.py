@@ -1,4 +1,4 @@
-"""What `motes track` writes: rows, an annotated video, figures."""
+"""The outputs of `motes track`: rows, an annotated video, figures."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 TRAIL = 50
-"""The overlay shows the way of so many frames."""
+"""Frames of the trail in the overlay."""
 NOWHERE = (float("nan"), float("nan"))
 
 
 class Output(Protocol):
-    """Takes steps; ends as a context manager, by an exception if the run was cut short."""
+    """Takes steps; is closed as a context manager, with the exception that ended the run."""
 
     def write(self, step: Step) -> None:
         """Add a frame."""
@@ -36,7 +36,7 @@ class Output(Protocol):
 
     @property
     def result(self) -> str | None:
-        """What there is of it in the end, for people; None for nothing."""
+        """The name of what was written, for the summary; None for nothing."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -62,7 +62,7 @@ class Rows:
 
     @property
     def result(self) -> str | None:
-        """The file, and how much of it was there before."""
+        """The file, and the number of rows that it had before."""
         rows, resumed = self._writer.rows, self._writer.resumed
         if self._name == "-":
             return None
@@ -79,7 +79,7 @@ class Rows:
 
 
 class AsObjects:
-    """The target as one of several objects, in a form that only these have."""
+    """The target as one of several objects, in a form that only they have."""
 
     def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
         self._inner = objects_output(path, film, overwrite=overwrite, label=label)
@@ -91,7 +91,7 @@ class AsObjects:
 
     @property
     def result(self) -> str | None:
-        """The file, or what there is instead."""
+        """The file, or the one written in its place."""
         return self._inner.result
 
     def __enter__(self) -> Self:
@@ -130,7 +130,7 @@ class Overlay:
 
     @property
     def result(self) -> str | None:
-        """The video, or what an error left of it."""
+        """The video, or the unfinished file that an error left."""
         return film_state(self._writer)
 
     def __enter__(self) -> Self:
@@ -163,7 +163,7 @@ class Figures:
         self._files: list[Path] = []
 
     def write(self, step: Step) -> None:
-        """Take note of a frame."""
+        """Record a frame."""
         if step.info is not None:
             seconds = self._companion.seconds(step)
             self._recorder.add(step.frame, step.info, step.seconds, seconds)

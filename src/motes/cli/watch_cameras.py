@@ -1,4 +1,4 @@
-"""`motes watch RIG.toml`: several cameras, and objects that keep their identity among them."""
+"""`motes watch RIG.toml`: several cameras, with identities that objects keep between them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import msgspec
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import announce_compiling, log
+from motes.cli.messages import announce_compiling, log
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraMessage
-from motes.mot.cameras.reidentification import CameraReport, Rig
 from motes.mot.cameras.rig import RigRunner
+from motes.mot.cameras.rig_config import Rig
 
 
 class RigRows(Lines):
@@ -32,7 +33,7 @@ class RigRows(Lines):
         self._csv, self._columns = ending == ".csv", ("camera", *COLUMNS)
 
     def begin(self) -> None:
-        """Write what comes before all rows."""
+        """Write the header."""
         if self._csv:
             self.put([",".join(self._columns)])
 
@@ -56,7 +57,7 @@ class RigRows(Lines):
 
 
 def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
-    """Watch the cameras of a rig, write their rows, and say how it went."""
+    """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
     text = read_text(Path(file))
     with error_context(Path(file)):
         rig = Rig.parse(text)

@@ -1,4 +1,4 @@
-"""What is written of several objects: rows or annotations of all, events, an annotated video."""
+"""The outputs of several objects: rows, documents, events, an annotated video."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ if TYPE_CHECKING:
 
 Form = Literal["mot", "csv", "jsonl"]
 FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
-"""By ending: what a user names as an output is rows, or one of `DOCUMENTS`."""
+"""Forms of rows, by the ending of the file; other endings are those of `DOCUMENTS`."""
 LABEL = "object"
-"""The class of all objects, if none is named."""
+"""Default class of the objects."""
 COLUMNS = (
     "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by",
 )  # fmt: skip
 TRAIL = 50
-"""The overlay shows the way of so many frames."""
+"""Frames of the trails in the overlay."""
 
 
 @dataclass(frozen=True, slots=True)
 class FrameResult:
-    """What became of a frame."""
+    """The result of a frame."""
 
     frame: Frame
     tracks: Sequence[SceneTrack]
@@ -58,7 +58,7 @@ class FrameResult:
 
 
 class Output(Protocol):
-    """Takes moments; ends as a context manager."""
+    """Takes results of frames; is closed as a context manager."""
 
     def write(self, moment: FrameResult) -> None:
         """Add a frame."""
@@ -66,7 +66,7 @@ class Output(Protocol):
 
     @property
     def result(self) -> str | None:
-        """What there is of it in the end, for people; None for nothing."""
+        """The name of what was written, for the summary; None for nothing."""
         ...
 
     def __enter__(self) -> Self: ...
@@ -75,7 +75,7 @@ class Output(Protocol):
 
 
 class Lines:
-    """Lines that are in a file, or on standard output, as soon as they are written.
+    """Lines in a file or on standard output, without a buffer.
 
     The file is made with the first line, or at the end of a run that had none.
     """
@@ -94,7 +94,7 @@ class Lines:
             check_not_deleted(file, self.name)
         try:
             write_all(file, "".join(line + "\n" for line in lines).encode())
-        except BrokenPipeError:  # whoever reads has seen enough
+        except BrokenPipeError:  # the reader has closed the pipe
             raise
         except OSError as error:
             raise self._failure(error) from error
@@ -107,7 +107,7 @@ class Lines:
     def _failure(self, error: OSError) -> FormatError:
         return FormatError(
             f"{self.name} cannot be written: {error.strerror}; make room, or choose another place. "
-            f"What is written is kept."
+            f"Existing lines are kept."
         )
 
     def _open(self) -> BinaryIO:
@@ -135,14 +135,14 @@ class Lines:
 def objects_output(
     name: str, film: Source, *, overwrite: bool, form: Form | None = None, label: str | None = None
 ) -> Output:
-    """Return what writes all objects of each frame, in the form that a name's ending asks for.
+    """Return the output of all objects of each frame, in the form of the name's ending.
 
     Raises
     ------
     ConfigError
-        If the ending says nothing and no form of rows is given.
+        If the ending is unknown and no form of rows is given.
     FormatError
-        If a file is there and must not be overwritten, or cannot be made.
+        If a file exists and must not be overwritten, or cannot be made.
     """
     if form is None and is_document(name):
         return Annotations(name, film, label or LABEL, overwrite)
@@ -150,7 +150,7 @@ def objects_output(
 
 
 def form_of(name: str) -> Form:
-    """Return the form of rows that a name's ending asks for; raise a ConfigError if none."""
+    """Return the form of rows of a name's ending; raise a ConfigError for another ending."""
     ending = ".csv" if name == "-" else Path(name).suffix.lower()
     if ending not in FORMS:
         raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
@@ -160,10 +160,10 @@ def form_of(name: str) -> Form:
 class Rows(Lines):
     """A row for each object in each frame.
 
-    As CSV and JSON Lines with `COLUMNS`, of all objects. In the form of the MOTChallenge, frames
-    and pixels counted from 1, of those that are seen: frame, identity, x, y, width, height,
-    confidence, class 1, visibility 1, -1. An object that is hidden has no row there: results have
-    no place to say so, and whoever measures them would take the foreseen box for a seen one.
+    - CSV and JSON Lines have rows of all objects, with `COLUMNS`.
+    - The form of the MOTChallenge has rows of visible objects: frame, identity, x, y, width,
+      height, confidence, class 1, visibility 1, -1. Frames and pixels count from 1. An occluded
+      object has no row, as the form cannot mark a predicted box, and scores would count it.
     """
 
     def __init__(self, name: str, form: Form, overwrite: bool) -> None:
@@ -205,9 +205,9 @@ def _row(picture: FrameRow, each: ObjectRow, form: Form) -> str:
 
 
 class Annotations:
-    """A document for annotation tools, made at the end, also of a run that is cut short.
+    """A document for annotation tools, made at the end, also of an interrupted run.
 
-    Until then there is a journal beside it; it stays where no document can be made of it.
+    Until then a journal beside it holds the rows; it stays if the document cannot be made.
     """
 
     def __init__(self, name: str, film: Source, label: str, overwrite: bool) -> None:
@@ -215,7 +215,7 @@ class Annotations:
         self.path, self.rows = Path(name), journal_of(name)
         if os.path.lexists(self.rows):
             raise FormatError(
-                f"{self.rows} exists: rows of a run that was cut off, or is not yet done. Make its "
+                f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
                 f"document with {self._remedy}, then remove it; or choose another name."
             )
         self._film, self._label = film, label
@@ -223,7 +223,7 @@ class Annotations:
         self._failed = self._done = False
 
     def write(self, moment: FrameResult) -> None:
-        """Keep a frame's objects for the end."""
+        """Add a frame's objects to the journal."""
         frame = moment.frame
         file = self._film.file_of(frame.index)
         objects = object_rows(moment.tracks)
@@ -239,7 +239,7 @@ class Annotations:
 
     @property
     def result(self) -> str | None:
-        """The document, or the rows that are there instead."""
+        """The document, or the journal in its place."""
         if self._done:
             return str(self.path)
         return None if self._journal is None else f"{self.rows}, but not {self.path}"
@@ -272,7 +272,7 @@ class Annotations:
 
 
 def _text(name: str) -> str:
-    """Return the name of a file without what is no text in it."""
+    """Return the name of a file with escapes for bytes that are no text."""
     return name.encode(errors="backslashreplace").decode()
 
 
@@ -285,7 +285,7 @@ class Events(Lines):
 
 
 def film_state(writer: VideoWriter) -> str | None:
-    """Return what there is of a video in the end, for people; None for nothing."""
+    """Return the name of a written video, for the summary; None for nothing."""
     if writer.result is None:
         return None
     return f"{writer.result}" + " (unfinished)" * (writer.result != writer.path)
@@ -306,7 +306,9 @@ class Overlay:
     def write(self, moment: FrameResult) -> None:
         """Add a picture."""
         here = {each.identity for each in moment.tracks}
-        self._trails = {who: trail for who, trail in self._trails.items() if who in here}
+        self._trails = {
+            identity: trail for identity, trail in self._trails.items() if identity in here
+        }
         for each in moment.tracks:
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
             trail.append(each.track.ellipse[:2])
@@ -317,7 +319,7 @@ class Overlay:
 
     @property
     def result(self) -> str | None:
-        """The video, or what an error left of it."""
+        """The video, or the unfinished file that an error left."""
         return film_state(self._writer)
 
     def __enter__(self) -> Self:
@@ -326,5 +328,5 @@ class Overlay:
 
     def __exit__(self, *exception: object) -> None:
         kind, error, trace = exception
-        # A video that Ctrl-C ended is as good as any that is shorter.
+        # A video that Ctrl-C ended is complete up to its last frame.
         self._writer.__exit__(kind, error, trace)  # type: ignore[arg-type]

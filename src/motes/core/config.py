@@ -10,13 +10,15 @@ import re
 import tomllib
 from collections.abc import Mapping
 from functools import reduce
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args, get_origin
 
 import msgspec
 from msgspec import Meta
 
-from motes.core.config_keys import NAME, all_paths, alternatives, keys
+from motes.core.config_keys import NAME, all_keys, alternatives, fields, keys
+from motes.core.decode import decode
 from motes.core.errors import ConfigError
+from motes.core.registry import tag_of
 from motes.core.renamed_keys import RENAMED
 
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
@@ -37,7 +39,12 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     A field's type says what it accepts; anything else, NaN and infinity included, raises a
     `ConfigError` that names the field. Subclasses with a `tag` are told apart by the key `type`.
+    A field whose type has a registry takes every implementation in it.
     """
+
+    open_field: ClassVar[str | None] = None
+    """A field that holds values of other packages by name. As plain values they stand among the
+    other fields: `hue.bins`, not `extra_cues.hue.bins`."""
 
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
@@ -50,7 +57,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
                     if isinstance(number, float) and not math.isfinite(number):
                         raise ConfigError(f"Expected a finite number, got {number}")
                 # Keeps what was meant: a list becomes a tuple, a mapping a configuration.
-                converted = msgspec.convert(value, field.type)
+                converted = decode(value, field.type)
                 msgspec.structs.force_setattr(self, field.name, converted)
             except (msgspec.ValidationError, ConfigError) as error:
                 raise ConfigError(f"{field.name}: {error}") from None
@@ -61,7 +68,17 @@ C = TypeVar("C", bound=Config)
 
 def to_dict(config: Config) -> dict[str, Any]:
     """Return a configuration as nested plain dicts."""
-    plain: dict[str, Any] = msgspec.to_builtins(config)
+    plain: dict[str, Any] = _spread(config, msgspec.to_builtins(config))
+    return plain
+
+
+def _spread(value: Any, plain: Any) -> Any:
+    """Return the plain values of a configuration, those of open fields among the others."""
+    if isinstance(value, Config):
+        for name in value.__struct_fields__:
+            plain[name] = _spread(getattr(value, name), plain[name])
+        if value.open_field is not None:
+            plain |= plain.pop(value.open_field)
     return plain
 
 
@@ -89,15 +106,19 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
     ------
     ConfigError
         For an unknown key, with the nearest known one, or a value that does not fit.
+    PluginError
+        If a value is of another package, which cannot be used.
     """
     try:
-        return msgspec.convert(values, kind)
+        return decode(values, kind)
     except UnicodeEncodeError as error:  # of an option, which may be any bytes
         raise ConfigError(f"Config takes texts in UTF-8, got {error.object!r}.") from None
     except msgspec.ValidationError as error:
-        message, _, path = str(error).partition(" - at `$")
-        where = path.rstrip("`").lstrip(".")
+        message, *places = str(error).split(" - at `$")  # the innermost first
+        where = "".join(place.rstrip("`") for place in reversed(places)).lstrip(".")
         unknown = re.search(r"unknown field `(.+?)`", message)
+        if message.endswith("."):  # it is of a configuration itself, and complete
+            raise ConfigError(f"Config {where}: {message}" if where else message) from None
         if unknown is None:
             given = reduce(_item, re.findall(r"[^.\[\]]+", where), values)
             got = "" if re.search("got|nvalid", message) else f", got {given}"
@@ -105,13 +126,15 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
             words = f"; known are {', '.join(choices)}" if choices else ""
             place = f"Config {where}: " if where else ""
             raise ConfigError(f"{place}{message}{got}{words}.") from None
-        name, paths = unknown[1], {*all_paths(keys(kind))}
-        # The name may be known elsewhere.
-        known = sorted({path.rpartition(".")[2] for path in paths} - {name, NAME})
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(known)}."
+        name, paths = unknown[1], {key.path for key in all_keys(keys(kind))}
+        at = re.sub(r"\[.*?\]", "", where)
+        parts = [path.rpartition(".") for path in paths]
+        known = {key for *_, key in parts} - {name, NAME}  # the name may be known elsewhere
+        here = sorted({key for before, _, key in parts if before == at} & known or known)
+        near = difflib.get_close_matches(name, sorted(known), n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(here)}."
         renamed = RENAMED.get(name, "")
-        if re.sub(r"\[.*?\]", "", f"{where}.{renamed}").lstrip(".") in paths:
+        if f"{at}.{renamed}".lstrip(".") in paths:
             hint = f"it is {renamed!r} now."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"
@@ -124,11 +147,10 @@ def _choices(kind: Any, path: list[str]) -> list[str]:
         return [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
     parts = alternatives(kind)
     if path == ["type"]:
-        tags = (part.__struct_config__.tag for part in parts)
-        return [str(tag) for tag in tags if tag is not None]
+        return [str(tag) for part in parts if (tag := tag_of(part)) is not None]
     found: list[str] = []
     for part in parts:
-        for field in msgspec.structs.fields(part):
+        for field in fields(part):
             if field.name == path[0]:
                 found += _choices(field.type, path[1:])
     return list(dict.fromkeys(found))

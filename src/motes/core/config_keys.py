@@ -16,6 +16,7 @@ from typing import Any, get_args, get_origin
 import msgspec
 from msgspec import NODEFAULT, Struct
 
+from motes.core.registry import open_registry, registry_of
 from motes.core.type_words import words
 
 NAME = "NAME"
@@ -75,9 +76,16 @@ class Key:
 
 
 def alternatives(kind: Any) -> list[type[Struct]]:
-    """Return the configuration classes that a type accepts: itself, or members of a union."""
+    """Return the configuration classes that a type accepts.
+
+    These are the type itself, the members of a union, or the implementations of an interface, those
+    of other packages included.
+    """
     if isinstance(kind, type) and issubclass(kind, Struct):
         return [kind]
+    registry = registry_of(kind)
+    if registry is not None:
+        return [each for each in registry.usable().values() if issubclass(each, kind)]
     if get_origin(kind) in (dict, tuple, list):
         return []
     return [each for part in get_args(kind) for each in alternatives(part)]
@@ -97,22 +105,48 @@ def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
     """
     found: dict[str, Key] = {}
     for part in alternatives(kind):
-        for field in msgspec.structs.fields(part):
-            given = _default(field) if value is None else getattr(value, field.name, None)
+        for field in fields(part):
+            given = _default(field) if value is None else _given(value, field.name)
             name = f"{path}.{field.name}" if path else field.name
             meaning = meanings(part).get(field.name, "")
             found.setdefault(name, _key(field.type, given, name, meaning))
     return tuple(found.values())
 
 
-def all_paths(keys: Iterable[Key]) -> Iterator[str]:
-    """Yield the paths of keys and of all keys inside them, those of every choice included."""
+def fields(kind: type) -> list[msgspec.structs.FieldInfo]:
+    """Return the fields of a configuration class; an open one becomes those that it may hold."""
+    name, registry = open_registry(kind)
+    own = [field for field in msgspec.structs.fields(kind) if field.name != name]
+    taken = {field.name for field in own}
+    added = {} if registry is None else registry.usable()
+    return own + [
+        msgspec.structs.FieldInfo(key, key, held | None, default=None)
+        for key, held in added.items()
+        if key not in taken
+    ]
+
+
+def _given(value: Any, name: str) -> Any:
+    """Return the value of a field, or what an open field holds by that name; else None."""
+    held = getattr(value, getattr(value, "open_field", None) or "", {})
+    return getattr(value, name, held.get(name))
+
+
+def all_keys(keys: Iterable[Key]) -> Iterator[Key]:
+    """Yield keys and all keys inside them, those of every choice included."""
     for key in keys:
-        yield key.path
+        yield key
         if len(key.choices) > 1:
-            yield f"{key.path}.type"
+            yield type_key(key)
         for choice in key.choices:
-            yield from all_paths(choice.keys)
+            yield from all_keys(choice.keys)
+
+
+def type_key(key: Key) -> Key:
+    """Return the key `type` of a key with several choices, which names the choice."""
+    tags = [f'"{choice.tag}"' for choice in key.choices]
+    chosen = next((f'"{choice.tag}"' for choice in key.choices if choice.chosen), None)
+    return Key(f"{key.path}.type", ", ".join(tags), chosen, key.required, key.meaning)
 
 
 @cache

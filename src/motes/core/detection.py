@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -24,6 +25,16 @@ class Detector(Protocol):
     def __call__(self, frame: Frame) -> Sequence[Detection]:
         """Return the detections in a frame, in any order."""
         ...
+
+
+class DetectorConfig:
+    """The interface of what sets a detector, which is also a `Config` with a tag."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def detector(self) -> Detector:
+        """Return a detector that is set so."""
 
 
 def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:

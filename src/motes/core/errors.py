@@ -43,3 +43,7 @@ class ConfigError(MotesError, ValueError):
 
 class MissingDependencyError(MotesError):
     """An optional part is not installed."""
+
+
+class PluginError(MotesError):
+    """A package that extends motes cannot be used."""

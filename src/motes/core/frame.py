@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import SourceError
+from motes.core.types import Bytes
 
 FRAME_INTERVAL = 1 / 25
 """Seconds between frames where a source does not say (PAL; the papers' cameras)."""
@@ -30,7 +31,7 @@ class Frame:
 
     index: int
     time: float
-    pixels: NDArray[np.uint8]
+    pixels: Bytes
     cache: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -50,8 +51,11 @@ class Frame:
         """Rows."""
         return int(self.pixels.shape[0])
 
+    def __repr__(self) -> str:
+        return f"Frame(index={self.index}, time={self.time:.3f} s, {self.width}x{self.height})"
 
-def as_rgb(pixels: NDArray[Any]) -> NDArray[np.uint8]:
+
+def as_rgb(pixels: NDArray[Any]) -> Bytes:
     """Return an image as RGB uint8 (H, W, 3), C-contiguous and writable.
 
     Takes gray (H, W) or (H, W, 1), RGB and RGBA (alpha is dropped), as uint8, uint16 (the high

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from motes.core.errors import ConfigError
+from motes.core.types import Floats
 
 FARTHEST = 1e15
 """No coordinate or size that anybody writes down is larger; whole numbers up to it are exact."""
@@ -59,7 +60,7 @@ class Ellipse(NamedTuple):
         """The area in square pixels."""
         return math.pi * self.a * self.b
 
-    def polygon(self, corners: int = 48) -> NDArray[np.float64]:
+    def polygon(self, corners: int = 48) -> Floats:
         """Return (corners, 2) points on the outline, in order."""
         t = np.linspace(0, 2 * math.pi, corners, endpoint=False)
         u, v = self.a * np.cos(t), self.b * np.sin(t)
@@ -67,7 +68,7 @@ class Ellipse(NamedTuple):
         return np.stack([self.x + u * cos - v * sin, self.y + u * sin + v * cos], axis=1)
 
 
-def clipped(corners: NDArray[np.float64], width: float, height: float) -> NDArray[np.float64]:
+def clipped(corners: Floats, width: float, height: float) -> Floats:
     """Return the part of a convex polygon between 0, 0 and width, height.
 
     Corners (n, 2) are in order, here and there; there are none if no part is. After Sutherland and
@@ -86,7 +87,7 @@ def clipped(corners: NDArray[np.float64], width: float, height: float) -> NDArra
     return corners
 
 
-def area(corners: NDArray[np.float64]) -> float:
+def area(corners: Floats) -> float:
     """Return the area of a polygon of corners (n, 2) in order."""
     x, y = corners.T
     twice = x[:-1] @ y[1:] - y[:-1] @ x[1:] + x[-1:] @ y[:1] - y[-1:] @ x[:1]
@@ -147,7 +148,7 @@ def _numbers(values: Sequence[float]) -> str:
     return ",".join(f"{value:g}" for value in values)
 
 
-def iou(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
+def iou(first: ArrayLike, second: ArrayLike) -> Floats:
     """Return the intersection over union of boxes (x, y, w, h), shapes (..., 4) that broadcast.
 
     A box without area overlaps nothing: 0.
@@ -157,7 +158,5 @@ def iou(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     high = np.minimum(p[..., :2] + p[..., 2:], q[..., :2] + q[..., 2:])
     inner = np.prod(np.clip(high - low, 0, None), axis=-1)
     union = np.prod(p[..., 2:], axis=-1) + np.prod(q[..., 2:], axis=-1) - inner
-    out: NDArray[np.float64] = np.divide(
-        inner, union, out=np.zeros_like(np.asarray(inner)), where=union > 0
-    )
+    out: Floats = np.divide(inner, union, out=np.zeros_like(np.asarray(inner)), where=union > 0)
     return np.minimum(out, 1.0)  # rounding

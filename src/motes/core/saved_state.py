@@ -9,13 +9,17 @@ with `SAME`.
 from __future__ import annotations
 
 import enum
-from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, NamedTuple, get_args, get_type_hints
 
+import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import ArrayLike, NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats, Singles
 
 LARGEST = 1e12
 """Of any number: nothing overflows with it that is squared, multiplied or made a whole number."""
@@ -46,8 +50,40 @@ SAME: Final = "same"
 """Marks what follows from the rest of a state, and is what a fresh one has."""
 ELLIPSES = Array(least=(-LARGEST, -LARGEST, LEAST_HALF, LEAST_HALF, -LARGEST))
 """Marks (N, 5): x, y, a, b, theta."""
-NotNegative = Annotated[NDArray[np.float64], Array(least=0.0)]
-NotNegativeSingles = Annotated[NDArray[np.float32], Array(least=0.0)]
+NotNegative = Annotated[Floats, Array(least=0.0)]
+NotNegativeSingles = Annotated[Singles, Array(least=0.0)]
+
+
+Size = Annotated[int, Meta(ge=0)]
+
+
+def pack(value: Any) -> Any:
+    """Return an array as [dtype, shape, bytes]: the hook of a msgspec encoder."""
+    return [value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes()]
+
+
+def unpack(kind: Any, value: Any) -> Any:
+    """Return an array that `pack` wrote, of the type of its field: the hook of a decoder."""
+    dtype = np.dtype(get_args(get_args(kind)[1])[0])
+    name, shape, data = msgspec.convert(value, tuple[str, tuple[Size, ...], bytes])
+    if name != dtype.str:
+        raise ValueError(f"an array is {name}, not {dtype.str}")
+    return np.frombuffer(data, dtype).reshape(shape).copy()
+
+
+def in_types_of(fresh: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return plain values in the types of fresh ones with the same keys; others stay plain.
+
+    `name` is what an error calls them.
+    """
+    typed = dict(values)
+    for key in filter(fresh.__contains__, values):
+        try:
+            typed[key] = msgspec.convert(values[key], type(fresh[key]), dec_hook=unpack)
+        except msgspec.ValidationError as error:
+            message, _, place = str(error).partition(" - at `$")
+            raise ValueError(f"{message} - at `{name}.{key}{place or '`'}") from None
+    return typed
 
 
 def check(value: Any, fresh: Any, name: str, mark: object = None) -> None:
@@ -109,7 +145,7 @@ def check_numbers(array: NDArray[Any], name: str, numbers: Array) -> None:
         raise ValueError(f"{name} sums to {parts.sum():g}, not {numbers.total:g}")
 
 
-def rows(row: ArrayLike, like: NDArray[Any]) -> NDArray[np.float64]:
+def rows(row: ArrayLike, like: NDArray[Any]) -> Floats:
     """Return as many equal rows as an array has, at least one, which need no memory."""
     return np.broadcast_to(row, (max(len(like), 1), *np.shape(row)))
 

@@ -1,14 +1,15 @@
-"""What a tracker says about one frame."""
+"""Where a target is in one frame."""
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
+from typing import Any
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Box, Ellipse
+from motes.core.types import Floats
 
 
 class Status(StrEnum):
@@ -49,7 +50,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     frame: int
     time: float
     ellipse: Ellipse
-    covariance: NDArray[np.float64]
+    covariance: Floats
     confidence: float
     status: Status
     distance: float
@@ -59,3 +60,40 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     def box(self) -> Box:
         """The axis-parallel box around the ellipse: x, y, width, height."""
         return self.ellipse.box
+
+    @property
+    def xyxy(self) -> tuple[float, float, float, float]:
+        """The box as left, top, right and bottom: x, y, x + width, y + height.
+
+        This is the form that supervision, torchvision and most detectors take.
+        """
+        x, y, width, height = self.box
+        return x, y, x + width, y + height
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the columns of a row file, with values that `json.dumps` takes.
+
+        The keys are frame, time, x, y, a, b, theta, confidence, status, distance and
+        effective_sample_size. Numbers are not rounded; one that is not finite is None.
+        """
+        return {
+            "frame": int(self.frame),
+            "time": finite(self.time),
+            **{name: finite(value) for name, value in self.ellipse._asdict().items()},
+            "confidence": finite(self.confidence),
+            "status": str(self.status),
+            "distance": finite(self.distance),
+            "effective_sample_size": finite(self.effective_sample_size),
+        }
+
+    def __repr__(self) -> str:
+        box = ", ".join(f"{value:.1f}" for value in self.box)
+        return (
+            f"Track(frame={self.frame}, time={self.time:.3f} s, status={self.status}, "
+            f"box=({box}), confidence={self.confidence:.2f})"
+        )
+
+
+def finite(value: float) -> float | None:
+    """Return a number as JSON knows it: a Python float, or None if it is not finite."""
+    return float(value) if math.isfinite(value) else None

@@ -1,46 +1,34 @@
-"""What pixels say about an ellipse: one cue a file."""
+"""Cues: what the pixels of an ellipse show of a target.
+
+>>> from motes.cues import Color, Edges, Lattice
+>>> tracker = motes.ParticleFilter(
+...     color=Color(space="hsv", sampling=Lattice(points=128)), edges=Edges()
+... )
+"""
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from motes.cues.base import AdaptableCue, Cue
+from motes.cues.color import Color
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
+from motes.cues.scale_filter import ScaleFilter
+from motes.cues.structure_tensor import Orientation
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motes.core.frame import Frame
-from motes.core.geometry import Ellipse
-
-
-class Cue(Protocol):
-    """What a cue must offer.
-
-    Its models are its own affair. One that is no `AdaptableCue` learns in `update_reading`, if at
-    all.
-    """
-
-    def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
-        """Return the target model of the region in `ellipse`."""
-        ...
-
-    def distances(
-        self, model: Any, frame: Frame, ellipses: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return how far each ellipse (N, 5) is from the model: 0 the same … 1, shape (N,)."""
-        ...
-
-    def update_reading(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
-        """Return the model with what it takes from where the target is, for the next frame."""
-        ...
-
-
-@runtime_checkable
-class AdaptableCue(Cue, Protocol):
-    """A cue that compares histograms, and leaves it to `adaptation` how these change.
-
-    Its models have two fields: `histogram` (m,), which it compares, and `anchor` (m,), that of the
-    first frame.
-    """
-
-    def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> NDArray[np.float64]:
-        """Return the region's histogram, read as the model's was; zeros where nothing is seen."""
-        ...
+__all__ = [
+    "AdaptableCue",
+    "Checkerboard",
+    "Color",
+    "Correlation",
+    "Cue",
+    "Edges",
+    "EveryPixel",
+    "Hog",
+    "Lattice",
+    "Orientation",
+    "Posterior",
+    "ScaleFilter",
+]

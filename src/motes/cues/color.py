@@ -9,7 +9,6 @@ import math
 from functools import cached_property
 from typing import Annotated, Literal
 
-import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
@@ -18,29 +17,17 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
-from motes.cues.histogram_cue import HistogramCue
+from motes.core.types import Floats, Singles
+from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
 
-Floats = NDArray[np.float64]
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
 SPACES = {"rgb": kernels.color.RGB, "hsv": kernels.color.HSV, "hsv+v": kernels.color.HSV_V}
 
 
-class ColorModel(msgspec.Struct, frozen=True, eq=False, dict=True, tag="color"):
-    """A target's color histogram.
-
-    Attributes
-    ----------
-    histogram
-        (m,), sums to 1.
-    anchor
-        (m,), the histogram of the first frame, from which adaptation may not stray too far.
-    """
-
-    histogram: NotNegative
-    anchor: NotNegative
+class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
+    """A target's color histogram."""
 
     @cached_property
     def roots(self) -> Floats:
@@ -148,7 +135,7 @@ class Color(HistogramCue, frozen=True):
         return float(center[0]), float(center[1])
 
     @property
-    def _reading(self) -> tuple[NDArray[np.float32], tuple[int, int], int]:
+    def _reading(self) -> tuple[Singles, tuple[int, int], int]:
         return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
 
     @property

@@ -11,16 +11,15 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
-from motes.cues.search_window import Grid, Singles, grid
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats, Singles
+from motes.cues.base import Cue
+from motes.cues.search_window import Grid, grid
 
 COLORS = 32**3
 CORE_FRACTION = 0.8
@@ -56,7 +55,7 @@ class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
         return grid(self.a, self.b)
 
 
-class Posterior(Config, frozen=True):
+class Posterior(Cue, Config, frozen=True):
     """The cue: 1 - mean of p(target | color) over an ellipse's box, learned as the target goes on.
 
     Attributes
@@ -75,8 +74,8 @@ class Posterior(Config, frozen=True):
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - mean posterior of ellipses (N, 5), each in a window near it, (N,)."""
-        samples, out = model.grid, np.empty(len(ellipses))
-        for place, mine in samples.tile_windows(model.place, ellipses):
+        samples, out = model.grid, np.zeros(len(ellipses))
+        for place, mine in samples.tile_windows(frame, model.place, ellipses):
             offsets = samples.offsets(place, ellipses[mine, :2])
             halves = CORE_FRACTION * ellipses[mine, 2:4] / samples.step(place)
             integral = self.integral(model, samples.sample_window(frame, place))

@@ -13,7 +13,6 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 from scipy import fft
 
 from motes import kernels
@@ -21,10 +20,10 @@ from motes.core.config import Config, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
-from motes.cues.fourier_ridge import Spectra, filtered, gaussian, updated
-from motes.cues.search_window import CELL_SIZE, Grid, Singles, features, grid
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats, Singles, Spectra
+from motes.cues.base import Cue
+from motes.cues.fourier_ridge import filtered, gaussian, updated
+from motes.cues.search_window import CELL_SIZE, Grid, features, grid
 
 UPSAMPLING = 2
 """Values of a response to the side of a cell."""
@@ -59,7 +58,7 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
         return grid(self.a, self.b)
 
 
-class Correlation(Config, frozen=True):
+class Correlation(Cue, Config, frozen=True):
     """The cue: 1 - response of the filter, which learns where the target is found.
 
     Attributes
@@ -90,8 +89,8 @@ class Correlation(Config, frozen=True):
 
     def distances(self, model: CorrelationModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return 1 - response at each ellipse (N, 5), in a window near it, (N,)."""
-        samples, out = model.grid, np.empty(len(ellipses))
-        for place, mine in samples.tile_windows(model.place, ellipses):
+        samples, out = model.grid, np.zeros(len(ellipses))
+        for place, mine in samples.tile_windows(frame, model.place, ellipses):
             plane, _ = self.responses(
                 model, self.spectra(samples, samples.sample_window(frame, place))
             )

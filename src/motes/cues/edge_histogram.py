@@ -7,39 +7,24 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
+from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
-from motes.cues.histogram_cue import HistogramCue
+from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-
-Floats = NDArray[np.float64]
 
 AT_POINTS = 3
 """Sobel's operator costs so many times as much at scattered points as all over a region."""
 
 
-class EdgesModel(msgspec.Struct, frozen=True, eq=False, tag="edges"):
-    """A target's edge histogram.
-
-    Attributes
-    ----------
-    histogram
-        (k + 1,), sums to 1; the last place is 1 for a target without any strong edge.
-    anchor
-        (k + 1,), the histogram of the first frame, from which adaptation may not stray too far.
-    """
-
-    histogram: NotNegative
-    anchor: NotNegative
+class EdgesModel(HistogramModel, frozen=True, eq=False, tag="edges"):
+    """A target's edge histogram, (k + 1,); the last bin is 1 for a target without strong edges."""
 
 
 class Edges(HistogramCue, frozen=True):

@@ -6,13 +6,9 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motes import kernels
 from motes.core.frame import Frame
-
-Floats = NDArray[np.float64]
+from motes.core.types import Bytes, Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +28,7 @@ class Plane:
     column: int
     row: int
     step: int
-    bins: NDArray[np.uint8]
+    bins: Bytes
 
     def in_blocks(self, ellipses: Floats) -> Floats:
         """Return ellipses (N, 5) in units of blocks."""

@@ -13,10 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Spectra = NDArray[np.complex64]
+from motes.core.types import Singles, Spectra
 
 
 def gaussian(

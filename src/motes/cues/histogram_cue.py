@@ -3,28 +3,49 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, TypeVar
+from typing import Any
 
+import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-
-Floats = NDArray[np.float64]
-
-
-M = TypeVar("M")
+from motes.core.saved_state import NotNegative
+from motes.core.types import Floats
+from motes.cues.base import AdaptableCue
 
 
-class HistogramCue(Config, frozen=True):
-    """A cue that reads histograms the same way in every frame, and has its model of one alone."""
+class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
+    """A target's histogram.
+
+    Attributes
+    ----------
+    histogram
+        (m,), sums to 1; zeros where nothing was seen.
+    anchor
+        (m,), the histogram of the first frame, from which the model update may not stray too far.
+    """
+
+    histogram: NotNegative
+    anchor: NotNegative
+
+
+class HistogramCue(AdaptableCue, Config, frozen=True):
+    """A cue that reads all histograms the same way; `histograms` is all that another one needs."""
 
     @abstractmethod
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
-        """Return the histogram of each ellipse (N, 5), shape (N, m); zeros where nothing is."""
+        """Return the histogram of each ellipse (N, 5), shape (N, m).
+
+        Each row sums to 1, or is zero where nothing is seen, as outside the frame or for NaN.
+        """
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the target model of the region in `ellipse`."""
+        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        return HistogramModel(histogram, histogram)
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
@@ -34,10 +55,6 @@ class HistogramCue(Config, frozen=True):
         """Return the region's histogram, (m,); zeros where nothing is seen."""
         histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
         return histogram
-
-    def update_reading(self, model: M, frame: Frame, ellipse: Ellipse) -> M:
-        """Return the model itself: nothing is read in another way after a frame."""
-        return model
 
 
 def bhattacharyya(histograms: Floats, model: Floats) -> Floats:

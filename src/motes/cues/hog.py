@@ -8,21 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
+from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
-from motes.cues.histogram_cue import HistogramCue
+from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-
-Floats = NDArray[np.float64]
 
 SMOOTH = np.array([0.75, 0.125, 0], np.float32)
 """Taps at 0, 1 and 2, to both sides: of variance 0.25, delta = 0.5 of section 4, and exact in
@@ -33,26 +29,15 @@ AT_POINTS = 5
 """Gradients cost so many times as much at scattered points as all over a region."""
 
 
-class HogModel(msgspec.Struct, frozen=True, eq=False, tag="hog"):
-    """A target's histogram of oriented gradients.
-
-    Attributes
-    ----------
-    histogram
-        (m,), sums to 1, cell by cell; zeros for a target without any gradient.
-    anchor
-        (m,), the histogram of the first frame, from which adaptation may not stray too far.
-    """
-
-    histogram: NotNegative
-    anchor: NotNegative
+class HogModel(HistogramModel, frozen=True, eq=False, tag="hog"):
+    """A target's histogram of oriented gradients, cell by cell; zeros without any gradient."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GradientPlane(Plane):
     """Direction of the gradient, with its strength: (H, W)."""
 
-    strength: NDArray[np.float32]
+    strength: Singles
 
 
 class Hog(HistogramCue, frozen=True):

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config
+from motes.core.types import Singles
 
 Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
@@ -43,7 +43,7 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         return self
 
     @property
-    def lattice(self) -> NDArray[np.float32]:
+    def lattice(self) -> Singles:
         """No lattice: (2, 0)."""
         return np.empty((2, 0), np.float32)
 
@@ -74,7 +74,7 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
         return self
 
     @property
-    def lattice(self) -> NDArray[np.float32]:
+    def lattice(self) -> Singles:
         """No lattice: (2, 0)."""
         return np.empty((2, 0), np.float32)
 
@@ -105,7 +105,7 @@ class Lattice(Config, frozen=True, tag="lattice"):
         return Lattice(points=max(self.points, DENSE))
 
     @property
-    def lattice(self) -> NDArray[np.float32]:
+    def lattice(self) -> Singles:
         """The points in the unit disk, (2, points): rows u and v."""
         return sunflower(self.points)
 
@@ -119,7 +119,7 @@ Sampling = EveryPixel | Checkerboard | Lattice
 
 
 @cache
-def sunflower(points: int) -> NDArray[np.float32]:
+def sunflower(points: int) -> Singles:
     """Return points (2, n) that cover the unit disk with equal area for each: rows u and v.
 
     Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle; ordered in rows of

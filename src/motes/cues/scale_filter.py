@@ -12,15 +12,15 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from numpy.typing import NDArray
 from scipy import fft
 
 from motes.core.config import Config, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
-from motes.cues.fourier_ridge import Spectra, filtered, gaussian, updated
-from motes.cues.search_window import CELL_SIZE, Singles, cut, features
+from motes.core.types import Floats, Singles, Spectra
+from motes.cues.fourier_ridge import filtered, gaussian, updated
+from motes.cues.search_window import CELL_SIZE, cut, features
 
 SIDE = 32
 """Mean side of a target in samples; a smaller one has as many as it has pixels."""
@@ -67,11 +67,9 @@ class ScaleFilter(Config, frozen=True):
     learning_rate: Share = 0.02
 
     @property
-    def factors(self) -> NDArray[np.float64]:
+    def factors(self) -> Floats:
         """(count,), the sizes as factors of the last one."""
-        out: NDArray[np.float64] = np.power(
-            self.step, np.arange(self.count, dtype=np.float64) - self.count // 2
-        )
+        out: Floats = np.power(self.step, np.arange(self.count, dtype=np.float64) - self.count // 2)
         return out
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:

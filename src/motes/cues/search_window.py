@@ -18,9 +18,8 @@ from scipy.fft import next_fast_len
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
+from motes.core.types import Bytes, Floats, Singles
+from motes.cues.base import visible
 
 CELL_SIZE = 4
 """Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
@@ -97,14 +96,19 @@ class Grid:
         )
 
     def tile_windows(
-        self, place: Ellipse, ellipses: Floats
+        self, frame: Frame, place: Ellipse, ellipses: Floats
     ) -> Iterator[tuple[Ellipse, NDArray[np.intp]]]:
-        """Yield where windows see all of some ellipses (N, 5), each with the numbers of its own.
+        """Yield windows that together see some ellipses (N, 5), each with the rows that it sees.
 
-        They lie a target's side apart, and differ in size and turn by steps, all counted from
-        `place`: what is seen of an ellipse does not depend on the others, and where all are near
-        to the target's last place, one window will do.
+        Windows lie a target's side apart, and differ in size and turn by steps, all counted from
+        `place`. So what is seen of an ellipse does not depend on the others, and where all are near
+        to the target's last place, one window will do. No window sees an ellipse outside the frame,
+        or one that is none.
         """
+        rows = np.flatnonzero(visible(frame, ellipses))
+        if not rows.size:
+            return
+        ellipses = ellipses[rows]
         sides = np.array((self.width, self.height))
         numbers = np.empty((len(ellipses), 5))
         numbers[:, :2] = self.offsets(place, ellipses[:, :2]) / sides
@@ -119,7 +123,7 @@ class Grid:
         halves = place[2:4] * LARGER ** steps[:, 2:4]
         turns = place.theta + TURN * steps[:, 4]
         for row, mine in zip(np.column_stack([centers, halves, turns]).tolist(), own, strict=True):
-            yield Ellipse(*row), mine
+            yield Ellipse(*row), rows[mine]
 
 
 def _hann(cells: int, side: float) -> Floats:
@@ -146,11 +150,11 @@ def cut(
 
 
 @cache
-def sectors() -> NDArray[np.uint8]:
+def sectors() -> Bytes:
     """Return which of 18 sectors of the turn a gradient has, as `window.gradient_cells` asks."""
     dy, dx = np.mgrid[-256:256, -256:256]
     numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
-    out: NDArray[np.uint8] = numbers.astype(np.uint8)
+    out: Bytes = numbers.astype(np.uint8)
     return out
 
 

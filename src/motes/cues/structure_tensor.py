@@ -14,19 +14,17 @@ from typing import Annotated, Literal, NamedTuple
 import msgspec
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
+from motes.core.types import Floats, Singles
+from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-
-Floats = NDArray[np.float64]
-Taps = NDArray[np.float32]
 
 FINEST = 0.7
 """Pixels: a derivative of a narrower Gaussian is no longer one, sampled at pixels."""
@@ -73,19 +71,19 @@ class Filters(NamedTuple):
     """
 
     step: int
-    smooth: Taps
-    derivative: Taps
-    window: Taps
+    smooth: Singles
+    derivative: Singles
+    window: Singles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CertainPlane(Plane):
     """Orientation (equation 5) with its certainty: (H, W), C of equation 4."""
 
-    certainty: NDArray[np.float32]
+    certainty: Singles
 
 
-class Orientation(Config, frozen=True):
+class Orientation(AdaptableCue, Config, frozen=True):
     """Histogram of the orientation of edges in an ellipse, weighted by their certainty.
 
     Attributes

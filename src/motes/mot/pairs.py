@@ -1,8 +1,8 @@
-"""Which boxes share an area, found without a comparison of all pairs.
+"""Which boxes share an area, without a comparison of all pairs.
 
-All boxes are cut into horizontal strips of their mean height: at most three parts a box, on
-average, whatever their sizes. If two boxes meet in a strip, one of them begins (from the left)
-within the other, and these beginnings are neighbors in a sorted list.
+All boxes are cut into horizontal strips of their mean height: on average at most three parts for
+each box, whatever the sizes. If two boxes share an area in a strip, the left edge of one lies
+within the other. In a sorted list of left edges, these are neighbors.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 FEW = 2**11
-"""Up to this many pairs, a comparison of all takes less time than the sweep."""
+"""Largest number of pairs for which a comparison of all takes less time than the sweep."""
 
 
 def meeting(first: Floats, second: Floats) -> tuple[Integers, Integers]:
     """Return the pairs of boxes (n, 4) and (m, 4) that share an area.
 
-    The time and the memory are those of the pairs that meet from left to right in a strip, not of
-    all n m pairs.
+    Time and memory grow with the number of pairs that overlap from left to right in a strip, not
+    with n m.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def _met(first: Floats, second: Floats) -> NDArray[np.bool_]:
 
 
 class _Parts(NamedTuple):
-    """Parts of boxes in strips, sorted by where they begin.
+    """Parts of boxes in strips, sorted by strip and left edge.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class _Parts(NamedTuple):
     strip
         (p,), the part's strip.
     begin, end
-        (p,), keys that sort by strip, then from left to right.
+        (p,), of the left and right edges: keys that sort by strip, then from left to right.
     """
 
     box: Integers
@@ -69,7 +69,7 @@ class _Parts(NamedTuple):
 
 
 def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:
-    """Return the pairs of `meeting`, each once, and others that meet only from left to right."""
+    """Return the pairs of `meeting`, each once, and others that overlap only from left to right."""
     both = np.concatenate([first, second])
     if not both[:, 3].any():
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -85,7 +85,7 @@ def candidates(first: Floats, second: Floats) -> tuple[Integers, Integers]:
 
 
 def _parts(boxes: Floats, height: float, edges: Floats) -> _Parts:
-    """Return the parts of boxes (n, 4) in strips of a height; edges are all left and right ones."""
+    """Return the parts of boxes (n, 4) in strips; `edges` are all left and right edges, sorted."""
     tops = np.floor(boxes[:, 1] / height).astype(np.int64)
     counts = np.floor((boxes[:, 1] + boxes[:, 3]) / height).astype(np.int64) - tops + 1
     box, nth = _ranges(counts)
@@ -97,14 +97,14 @@ def _parts(boxes: Floats, height: float, edges: Floats) -> _Parts:
 
 
 def _between(keys: Integers, low: Integers, high: Integers) -> tuple[Integers, Integers]:
-    """Return pairs of an interval, low <= key < high, and a key in it, as indices; keys sorted."""
+    """Return the indices of intervals, low <= key < high, and of sorted keys in them, as pairs."""
     starts = np.searchsorted(keys, low)
     interval, nth = _ranges(np.maximum(np.searchsorted(keys, high) - starts, 0))
     return interval, starts[interval] + nth
 
 
 def _ranges(counts: Integers) -> tuple[Integers, Integers]:
-    """Return of [2, 0, 3] the indices [0, 0, 2, 2, 2], and how often each came: [0, 1, 0, 1, 2]."""
+    """Return for [2, 0, 3] the indices [0, 0, 2, 2, 2] and their numbers [0, 1, 0, 1, 2]."""
     index = np.repeat(np.arange(len(counts)), counts)
     before = np.cumsum(counts) - counts
     return index, np.arange(len(index)) - before[index]

@@ -1,19 +1,29 @@
-"""What is watched for: how objects are found, and how they come, stay and go, as one value."""
+"""The configuration of `motes watch`: a scene and its detector."""
 
 from __future__ import annotations
 
-from typing import TypeAlias, get_args
+from typing import get_args
 
 from motes.core.config import from_dict
-from motes.core.detection import Detector
+from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
+from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig, Method
 from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 
-DetectorConfig: TypeAlias = (
-    BackgroundConfig | PeopleConfig | FacesConfig | RecordedConfig | LookalikeConfig
+DETECTORS = Registry[DetectorConfig](
+    "detector",
+    "motes.detectors",
+    DetectorConfig,
+    {
+        "background": BackgroundConfig,
+        "people": PeopleConfig,
+        "faces": FacesConfig,
+        "recorded": RecordedConfig,
+        "like": LookalikeConfig,
+    },
 )
 
 
@@ -30,12 +40,12 @@ class WatchConfig(SceneConfig, frozen=True):
 
 
 def detector_values(name: str | None) -> dict[str, str]:
-    """Return what users call a detector as values of a `DetectorConfig`; None for a background.
+    """Return the values of a `DetectorConfig` for a detector's name; None means a background.
 
     Raises
     ------
     ConfigError
-        If there is none of that name.
+        If no detector has that name.
     """
     if name is None:
         return {"type": "background"}
@@ -43,13 +53,17 @@ def detector_values(name: str | None) -> dict[str, str]:
         return {"type": name}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
-    if name not in get_args(Method):
-        known = ", ".join(get_args(Method))
-        raise ConfigError(f"A detector is {known}, people, faces or a .txt file; got {name!r}.")
-    return {"type": "background", "method": name}
+    if name in get_args(Method):
+        return {"type": "background", "method": name}
+    own = {"background", "recorded", "like"}  # which have other names, or need more than one
+    named = [each for each in DETECTORS.known() if each not in own]
+    if name not in named:
+        known = ", ".join([*get_args(Method), *named])
+        raise ConfigError(f"A detector is {known} or a .txt file; got {name!r}.")
+    return {"type": name}
 
 
 def named_detector(name: str | None) -> Detector:
-    """Return what users call a detector, not set any further; raise a ConfigError for none."""
+    """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()

@@ -167,8 +167,8 @@ class Scene:
         frames
             In order.
         ahead
-            Whether a thread finds what is in the next two frames meanwhile. The results are the
-            same. They come later where frames are live and faster than they can be followed.
+            Whether a thread runs the detector on the next two frames meanwhile. The results are the
+            same. They come later if frames are live and faster than they can be followed.
 
         Raises
         ------

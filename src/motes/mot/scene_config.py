@@ -82,17 +82,18 @@ class Initiation(Config, frozen=True):
 class Termination(Config, frozen=True):
     """When an object without a detection ends.
 
-    An occluded object is kept for as long as it was known before, but at least for `min_max_age`
-    and at most for `max_age`; and for twice that time where another object is seen in its place.
+    An occluded object is kept for as long as it was known before, between `min_max_age` and
+    `max_age`; and for twice that time where another object is visible in its place.
 
     Attributes
     ----------
     max_age
-        Longest time without a detection, in seconds.
+        Longest time for which an occluded object is kept, in seconds; twice that where another
+        object is visible in its place.
     max_age_at_border
         The same for an object at the border of the frame, or outside.
     min_max_age
-        Time for which every occluded object is kept, in seconds.
+        Shortest time for which an occluded object is kept, in seconds.
     """
 
     max_age: Positive = 3.0
@@ -107,8 +108,18 @@ class SceneConfig(Config, frozen=True):
     ----------
     tracker
         The particle filter that follows each object.
-    detections, association, smoothing, occlusion, initiation, termination
-        The settings of the stages; see there.
+    detections
+        Which detections of a frame are used.
+    association
+        What makes a detection the same object as before.
+    smoothing
+        How slowly an object follows its detections.
+    occlusion
+        When an object without a detection is occluded.
+    initiation
+        When detections become an object.
+    termination
+        When an object without a detection ends.
     containment
         A box lies in another one if that covers more than this share of it.
     """

@@ -48,7 +48,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     def update(
         self, time: float, free: Sequence[Detection], overlap: float, config: Initiation
     ) -> tuple[TrackInitiation, list[Tentative | None]]:
-        """Return what is tentative after a frame, and the hits that end with each free detection.
+        """Return the tentative tracks after a frame, and for each free detection the hits up to it.
 
         Parameters
         ----------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 import msgspec
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, finite
 from motes.cues.hog import HogModel
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
@@ -43,6 +43,37 @@ class SceneTrack:
     track: Track
     occluded_by: int | None = None
     detected: bool = False
+
+    @property
+    def box(self) -> Box:
+        """The axis-parallel box around the ellipse: x, y, width, height."""
+        return self.track.box
+
+    @property
+    def xyxy(self) -> tuple[float, float, float, float]:
+        """The box as left, top, right and bottom; see `Track.xyxy`."""
+        return self.track.xyxy
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the columns of a row file of objects, with values that `json.dumps` takes.
+
+        The keys are frame, time, identity, x, y, width, height, confidence, status and occluded_by;
+        x and y are those of the box. Numbers are not rounded; one that is not finite is None.
+        """
+        each = self.track.to_dict()
+        return {
+            "frame": each["frame"],
+            "time": each["time"],
+            "identity": int(self.identity),
+            **{name: finite(value) for name, value in self.box._asdict().items()},
+            "confidence": each["confidence"],
+            "status": each["status"],
+            "occluded_by": self.occluded_by,
+        }
+
+    def __repr__(self) -> str:
+        hidden = "" if self.occluded_by is None else f", occluded_by={self.occluded_by}"
+        return f"SceneTrack(identity={self.identity}, {self.track!r}{hidden})"
 
 
 class TrackedObject(msgspec.Struct, frozen=True, eq=False):

@@ -80,9 +80,11 @@ class Recorder:
         """
         track, tracking = info.track, info.track.status is Status.TRACKING
         shift = np.nan if mean_shift_seconds is None else mean_shift_seconds
-        appearing = np.nan if info.n_supporting is None else info.n_supporting
+        supporting = np.nan if info.n_supporting is None else info.n_supporting
         self._samples = self._samples or len(info.weights)  # a budget may change it later
-        self._numbers.extend((frame.index, *track.ellipse[:4], appearing, tracking, seconds, shift))
+        self._numbers.extend(
+            (frame.index, *track.ellipse[:4], supporting, tracking, seconds, shift)
+        )
         self._numbers.extend(info.cue_weights.values())
         self._tracked += tracking
         if tracking and self._tracked.bit_count() == 1:

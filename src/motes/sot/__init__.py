@@ -1,1 +1,1 @@
-"""Single-object tracking: trackers, their presets, and what they are made of."""
+"""Single-object tracking: algorithms, their parts, their presets, and `Tracker`."""

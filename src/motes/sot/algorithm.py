@@ -1,16 +1,18 @@
-"""The protocol of tracking algorithms: pure steps from a state and a frame to the next state."""
+"""The interface of tracking algorithms: pure steps from a state and a frame to the next state."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol, Self, TypeVar, runtime_checkable
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.cues import Cue
+from motes.core.registry import Registry
+from motes.core.types import Floats
+from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.step_info import StepInfo
 
@@ -18,70 +20,79 @@ S = TypeVar("S")
 I_co = TypeVar("I_co", bound=StepInfo, covariant=True)
 
 
-class Algorithm(Protocol[S, I_co]):
+class Algorithm(Generic[S, I_co]):
     """A tracking algorithm with states of type `S` and reports of type `I_co`.
 
-    It is a frozen configuration. Its methods are pure: they change nothing that they are given, and
-    all randomness comes from `rng`. A state holds everything that the next step needs.
+    It is also a `Config` with a tag. Its methods are pure: they change nothing that they are given,
+    and all randomness comes from `rng`. A state holds everything that the next step needs.
     """
 
-    @property
-    def state_type(self) -> type[S]:
-        """The type `S`; a saved state is read as this type."""
-        ...
+    __slots__ = ()
+
+    state_type: ClassVar[type[Any]]
+    """The type `S`; a saved state is read as this type."""
 
     @property
+    @abstractmethod
     def cues(self) -> Mapping[str, Cue]:
         """The cues in use, by name."""
-        ...
 
     @property
+    @abstractmethod
     def presence(self) -> AppearanceRule | None:
         """The appearance rule; None if the algorithm has another rule for lost targets."""
-        ...
 
+    @abstractmethod
     def init(self, rng: np.random.Generator, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
         """Learn the target in `region` and start tracking it."""
-        ...
 
+    @abstractmethod
     def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, I_co]:
         """Find the target in the next frame."""
-        ...
 
+    @abstractmethod
     def correct(self, state: S, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
         """Put the target at `region` of the current frame; the target model is kept."""
-        ...
 
-    def check(self, state: S, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        ...
+    @abstractmethod
+    def check(self, state: S, frame: Frame) -> S:
+        """Return a saved state in the types of this algorithm's parts.
+
+        Raises
+        ------
+        ValueError
+            If no frame leaves such a state; see `motes.core.saved_state`.
+        """
 
 
-@runtime_checkable
-class SearchingAlgorithm(Algorithm[S, I_co], Protocol[S, I_co]):
+class SearchingAlgorithm(Algorithm[S, I_co]):
     """An algorithm that can also start by looking for a known target."""
 
+    __slots__ = ()
+
+    @abstractmethod
     def search(
         self,
         rng: np.random.Generator,
         frame: Frame,
         models: dict[str, Any],
         size: Ellipse,
-        places: NDArray[np.float64] | None = None,
+        places: Floats | None = None,
         background: Frame | None = None,
     ) -> tuple[S, I_co]:
         """Start looking for a target of known models and size; see `ParticleFilter.search`."""
-        ...
 
 
-@runtime_checkable
-class BudgetedAlgorithm(Algorithm[S, I_co], Protocol[S, I_co]):
+class BudgetedAlgorithm(Algorithm[S, I_co]):
     """An algorithm that can also choose how many particles it has."""
 
+    __slots__ = ()
+
+    @abstractmethod
     def with_budget(self) -> Self:
         """Return the algorithm with a budget: its own, or else the default one."""
-        ...
 
+    @abstractmethod
     def step(
         self,
         rng: np.random.Generator,
@@ -90,4 +101,15 @@ class BudgetedAlgorithm(Algorithm[S, I_co], Protocol[S, I_co]):
         max_particles: int | None = None,
     ) -> tuple[S, I_co]:
         """Find the target in the next frame, with at most `max_particles` within the budget."""
-        ...
+
+
+TRACKERS = Registry[Algorithm[Any, Any]](
+    "tracker",
+    "motes.trackers",
+    Algorithm,
+    {
+        "particle_filter": "motes.sot.particle_filter:ParticleFilter",
+        "mean_shift": "motes.sot.mean_shift:MeanShift",
+        "discriminative": "motes.sot.discriminative.tracker:Discriminative",
+    },
+)

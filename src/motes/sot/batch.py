@@ -1,4 +1,4 @@
-"""Several targets in one video: a tracker for each, over the same frames."""
+"""Several targets in one video: one tracker for each, over the same frames."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from motes.sot.tracker import Picture, Tracker
 
 
 class Trackers:
-    """Follows several objects at once; they share each frame and what cues compute from it.
+    """Follows several objects at once. They share each frame, and what cues compute from it.
 
-    Object i is followed as `Tracker(config, seed + i)` alone would follow it, to the last bit,
-    whatever the number of threads. With several, use it in a `with` statement, or call `close`.
+    Object i has the same tracks as with `Tracker(config, seed + i)` alone, to the last bit, for any
+    number of threads. With several threads, use it in a `with` statement, or call `close`.
 
     Parameters
     ----------
     config, seed
         As for `Tracker`.
     threads
-        Among which the objects are divided. Reading pixels is what they can do at the same time, so
-        a second one pays with some tens of objects or with cues that read much.
+        Number of threads that share the objects. They read pixels at the same time, so a second
+        thread is faster with tens of objects, or with cues that read many pixels.
 
     Attributes
     ----------
@@ -46,12 +46,12 @@ class Trackers:
         self.each = []
 
     def init(self, frame: Picture, regions: Sequence[Sequence[float]]) -> list[Track]:
-        """Start afresh on the objects in regions: boxes (x, y, w, h) or ellipses.
+        """Start on the objects in regions: boxes (x, y, w, h) or ellipses (x, y, a, b, theta).
 
         Raises
         ------
         ConfigError
-            If there is no region, or one is none or does not fit the frame; or after `close`.
+            If there is no region, if one is not valid or does not fit the frame, or after `close`.
         """
         self._opened()
         if not hasattr(regions, "__len__") or not len(regions):
@@ -63,7 +63,7 @@ class Trackers:
         return tracks
 
     def update(self, frame: Picture) -> list[Track]:
-        """Return where the objects are in the next frame, in order.
+        """Return the tracks in the next frame, in the order of the regions.
 
         Raises
         ------
@@ -78,14 +78,14 @@ class Trackers:
         picture = self.each[0].picture(frame)
         if self._pool is None:
             return [tracker.update(picture) for tracker in self.each]
-        # A thread for many objects: a task for each would cost more than it brings.
+        # One task for each thread: one for each object would cost more than it saves.
         size = -(-len(self.each) // self._threads)
         parts = [self.each[i : i + size] for i in range(0, len(self.each), size)]
         done = self._pool.map(lambda part: [tracker.update(picture) for tracker in part], parts)
         return [track for tracks in done for track in tracks]
 
     def close(self) -> None:
-        """Let go of the threads; nothing is followed from then on."""
+        """Stop the threads; the trackers cannot be used afterwards."""
         self._closed = True
         if self._pool is not None:
             self._pool.shutdown()

@@ -20,7 +20,7 @@ from motes.cues.color import Color, ColorModel
 
 
 class _File(Config, frozen=True, tag="motes_histogram"):
-    """What a histogram file holds: pairs of bin number and share, empty bins left out."""
+    """The content of a histogram file: pairs of bin number and share, without empty bins."""
 
     cue: Color
     a: Positive
@@ -36,7 +36,7 @@ class Target:
     Attributes
     ----------
     cue
-        How the histogram was made; a tracker that looks for this target must use the same bins.
+        The cue that made the histogram; a tracker that searches for the target needs the same bins.
     model
         The histogram.
     size
@@ -78,7 +78,7 @@ class Target:
         Raises
         ------
         FormatError
-            If the file is missing or is no histogram file.
+            If the file is missing or is not a histogram file.
         """
         try:
             file: _File = from_dict(from_json(Path(path).read_bytes()), _File)
@@ -108,9 +108,9 @@ class Place(Config, frozen=True):
     Attributes
     ----------
     name
-        For people.
+        A name for error messages.
     box
-        x, y, width, height, in pixels; at least one wide and high.
+        x, y, width, height, in pixels; width and height are 1 or more.
     border
         Width in pixels of the strip along all four edges.
     """
@@ -125,7 +125,7 @@ class Place(Config, frozen=True):
         Raises
         ------
         ConfigError
-            If the place says neither or both, or less than a pixel of it lies in the frame.
+            If the place has no box and no border, or both, or lies outside the frame.
         """
         w, h = frame.width, frame.height
         if self.box is not None and self.border is None:

@@ -1,7 +1,7 @@
 """The mean-shift tracker that Nummiaro et al. compare with (section VI).
 
 One hypothesis climbs the Bhattacharyya coefficient by the mean-shift vector of Comaniciu, Ramesh
-and Meer (CVPR 2000), for three sizes; optionally from where a Kalman filter expects the target
+and Meer (CVPR 2000), for three sizes. It may start from the prediction of a Kalman filter
 (Comaniciu and Ramesh, ICIP 2000).
 """
 
@@ -22,9 +22,10 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
 from motes.core.track import Status, Track
-from motes.cues import Cue
+from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
+from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
 
@@ -66,22 +67,22 @@ Moments = tuple[Floats, Floats]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShiftState:
-    """What the next step needs.
+    """The state after a frame.
 
     Attributes
     ----------
     time
-        Of the last frame, in seconds.
+        Time of the last frame, in seconds.
     ellipse
         The only hypothesis.
     model, background
-        The target model, and what the appearance rule compares with.
+        The target model, and the background statistics of the appearance rule.
     unit
         Mean half-axis of the first region, in pixels.
     mean, covariance
-        (2, 2) each: the Kalman filter's, rows of the mean being position and velocity.
-    status, missed
-        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+        (2, 2) each: of the Kalman filter. The rows of the mean are position and velocity.
+    status, frames_missed
+        The status, and the number of frames in a row that failed the appearance rule.
     """
 
     time: Annotated[float, SAME]
@@ -126,7 +127,7 @@ class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
         return np.ones(1)
 
 
-class MeanShift(Config, frozen=True, tag="mean_shift"):
+class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
     Attributes
@@ -134,16 +135,16 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     color
         The color histogram; the shift reads the same pixels.
     prediction
-        Start from a Kalman filter's prediction; without, from the last position.
+        The Kalman filter whose prediction is the start; without one, the last position is.
     scale
-        Sizes 1 - scale, 1 and 1 + scale times the last one are tried; the most similar is taken.
+        The tried sizes are 1 - scale, 1 and 1 + scale times the last one; the most similar is kept.
     iterations
-        At most so many shifts for each size.
+        Largest number of shifts for each size.
     tolerance
-        A shift below so many pixels ends the iterations.
+        A shift of fewer pixels ends the iterations.
     presence, calibration
-        The status and confidence of the single hypothesis, as in the particle filter. Reading every
-        pixel around every pixel of the background would take seconds; fewer places are looked at.
+        The status and confidence of the single hypothesis, as in the particle filter. The cue reads
+        every pixel, so fewer background positions are read.
     """
 
     state_type: ClassVar[type[ShiftState]] = ShiftState
@@ -208,14 +209,15 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
         )
         return self._observe(state, frame, region)
 
-    def check(self, state: ShiftState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        middle = middle_of(frame, 1.0, 1.0)  # whatever the size, histograms have the same shape
+    def check(self, state: ShiftState, frame: Frame) -> ShiftState:
+        """Return a saved state; raise a ValueError if no frame leaves such a state."""
+        middle = middle_of(frame, 1.0, 1.0)  # for any size, histograms have the same shape
         model = self.color.learn(frame, middle)
         check(state, _begun(frame, middle, model, BackgroundStatistics(0.0, 0.0)), "state")
+        return state
 
     def _climb(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> Ellipse:
-        """Shift the ellipse until it moves less than the tolerance; never to a worse place."""
+        """Shift the ellipse to more similar places until it moves less than the tolerance."""
         distance = self._distance(model, frame, ellipse)
         for _ in range(self.iterations):
             x, y = self.color.shift(model, frame, ellipse)
@@ -239,7 +241,7 @@ class MeanShift(Config, frozen=True, tag="mean_shift"):
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
-        """Judge whether the target is there."""
+        """Return the state and the report for the ellipse that was found."""
         distances = self.color.distances(state.model, frame, np.array([ellipse]))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.frames_missed)

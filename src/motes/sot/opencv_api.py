@@ -1,8 +1,9 @@
-"""A tracker with the interface of OpenCV's."""
+"""A tracker with the interface of OpenCV's trackers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,30 +17,53 @@ from motes.sot.tracker import Tracker
 
 
 class OpenCVTracker:
-    """A tracker with the manners of OpenCV's, which needs no OpenCV.
+    """A tracker with the methods of OpenCV's `cv2.Tracker`: `create`, `init` and `update`.
 
-    Images are BGR, boxes (x, y, width, height) of integers.
+    OpenCV need not be installed. Images are BGR (or gray, or BGR with alpha), as OpenCV reads them.
 
     Parameters
     ----------
     config, seed
         As for `Tracker`.
+
+    Attributes
+    ----------
+    tracker
+        The `Tracker` behind it, with `info` and the confidence.
     """
 
     def __init__(self, config: str | TrackerConfig = "default", seed: int = 0) -> None:
         self.tracker = Tracker(config, seed)
 
+    @classmethod
+    def create(cls, config: str | TrackerConfig = "default", seed: int = 0) -> Self:
+        """Return a new tracker, as `cv2.TrackerCSRT.create()` does."""
+        return cls(config, seed)
+
     def init(self, image: NDArray[np.uint8], box: Sequence[float]) -> None:
-        """Start on the object in a box."""
-        as_ellipse(box)  # refuses what is no region at all
+        """Start on the object in a box (x, y, width, height).
+
+        Raises
+        ------
+        ConfigError
+            If the box is not valid, or does not fit the image.
+        """
+        as_ellipse(box)  # refuses anything that is no region
         if len(box) != 4:
             raise ConfigError(f"A box has 4 numbers x, y, width, height; got {len(box)}.")
         self.tracker.init(_from_bgr(image), box)
 
     def update(self, image: NDArray[np.uint8]) -> tuple[bool, tuple[int, int, int, int]]:
-        """Return whether the target is being tracked, and its box.
+        """Return whether the target is tracked, and its box in whole pixels.
 
-        The first is False exactly when the target is lost; the box is then the best guess.
+        While the target is not tracked, the box is the best guess.
+
+        Raises
+        ------
+        ConfigError
+            Before `init`.
+        SourceError
+            If the size of the image has changed.
         """
         track = self.tracker.update(_from_bgr(image))
         x, y, width, height = (round(value) for value in track.box)

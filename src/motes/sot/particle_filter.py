@@ -19,13 +19,14 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.cues import AdaptableCue, Cue
+from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
+from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
@@ -38,7 +39,7 @@ from motes.sot.filtering.model_update import (
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.motion import LONGEST_INTERVAL, AnyMotion, ConstantVelocity
+from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -47,19 +48,28 @@ from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
 Floats = NDArray[np.float64]
 
 
-class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
+class ParticleFilter(
+    SearchingAlgorithm[FilterState, FilterInfo],
+    BudgetedAlgorithm[FilterState, FilterInfo],
+    Config,
+    frozen=True,
+    dict=True,
+    tag="particle_filter",
+):
     """A tracker with many hypotheses.
 
     Attributes
     ----------
     particles
-        How many: N; with a budget, only at the start.
+        Number of particles N; with a budget, only at the start.
     budget
-        How many the next frame gets; without one, always the same number.
+        The rule for the number of particles of the next frame; without one it is always N.
     motion
         How the target moves.
     color, orientation, edges, hog, correlation, posterior
-        The cues: what pixels say about an ellipse. At least one.
+        The cues that compare ellipses with the target model. At least one.
+    extra_cues
+        Cues of other packages by name. In files and options they stand among the other keys.
     fusion
         How several cues become one.
     likelihood
@@ -67,24 +77,26 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     resampling
         When and how particles are selected.
     presence
-        When the target counts as there, lost and found.
+        The rule that decides whether the target is present, lost or found.
     calibration
         From the estimate's distance to its confidence.
     adaptation
-        How models that are histograms learn, while the appearance rule holds; those of the cues
-        `correlation` and `posterior` then learn at the cue's own rate.
+        How histogram models learn while the appearance rule holds. The models of the cues
+        `correlation` and `posterior` learn at the rate of the cue.
     """
 
     state_type: ClassVar[type[FilterState]] = FilterState
+    open_field: ClassVar[str | None] = "extra_cues"
 
     particles: Particles = 100
-    motion: AnyMotion = ConstantVelocity()
+    motion: Motion = ConstantVelocity()
     color: Color | None = None
     orientation: Orientation | None = None
     edges: Edges | None = None
     hog: Hog | None = None
     correlation: Correlation | None = None
     posterior: Posterior | None = None
+    extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
     fusion: Fusion = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
@@ -96,10 +108,10 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.cues:
-            raise ConfigError(
-                "A particle filter needs a cue: color, orientation, edges, hog, correlation or "
-                "posterior."
-            )
+            raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
+        for name in self.extra_cues:
+            if name in self.__struct_fields__:
+                raise ConfigError(f"extra_cues names {name!r}, which is a key of its own.")
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
@@ -114,34 +126,25 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
                         f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
                     )
                 if key == "adaptation.cues" and name not in self.strategies:
-                    raise ConfigError(f"{key} names {name!r}, which learns at {name}.rate.")
+                    raise ConfigError(f"{key} names {name!r}, which learns at a rate of its own.")
 
     @cached_property
     def cues(self) -> dict[str, Cue]:
         """The cues in use, by name."""
-        cues: dict[str, Cue | None] = {
-            "color": self.color,
-            "orientation": self.orientation,
-            "edges": self.edges,
-            "hog": self.hog,
-            "correlation": self.correlation,
-            "posterior": self.posterior,
-        }
-        return {name: cue for name, cue in cues.items() if cue is not None}
+        fields = {name: getattr(self, name) for name in self.__struct_fields__}
+        return {n: cue for n, cue in fields.items() if isinstance(cue, Cue)} | self.extra_cues
 
     @cached_property
     def strategies(self) -> dict[str, Strategy]:
         """How the models that are histograms learn, by their cue's name."""
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
-        if isinstance(self.adaptation, PerCue):
-            return {name: self.adaptation.cues.get(name, ExponentialForgetting()) for name in names}
-        return dict.fromkeys(names, self.adaptation)
+        return {name: self.adaptation.strategy(name) for name in names}
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, FilterInfo]:
         """Learn the target in `region` and start tracking it: initialization by hand."""
-        # As the motion model has it: a turned by half a turn, b being the longer half-axis.
+        # The motion model may swap the half-axes and turn the ellipse by a right angle.
         region = Ellipse(*self.motion.ellipses(self.motion.initial(np.array([region])))[0].tolist())
         models = {name: cue.learn(frame, region) for name, cue in self.cues.items()}
         backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
@@ -167,11 +170,11 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         frame
             The first frame.
         models, size
-            The target's model for each cue, and an ellipse of its size, wherever its center.
+            The target's model for each cue, and an ellipse of its size; its center is not used.
         places
-            (R, 4) boxes where it may appear, such as doors and borders; else the whole frame.
+            (R, 4) boxes where the target may appear, such as doors; by default the whole frame.
         background
-            An image without the target; else `frame` is taken for one.
+            An image without the target; by default `frame`.
         """
         if places is None:
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
@@ -188,9 +191,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
 
-        While the target is searched for, half of the particles go on from where they are, and the
-        other half is spread anew over the places where it may appear. With a budget, there are no
-        more particles than are `max_particles`, but never fewer than its range allows.
+        While the target is searched for, half of the particles move on, and the other half is
+        spread over the search regions. With a budget there are at most `max_particles`, but never
+        fewer than its smallest number.
         """
         searching = state.status is not Status.TRACKING
         n = self._count(state, max_particles)
@@ -202,8 +205,8 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         states = self.motion.propagate(rng, states, dt, state.reference_size)
         if searching:
             fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
-            # A random half: most schemes return ancestors in order, so that any fixed half would
-            # lose some particles for certain, however good.
+            # The half is random: most schemes return ancestors in order, and a fixed half would
+            # always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
         return self._observe(state, frame, states, prior)
@@ -216,9 +219,9 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
         state = replace(state, status=Status.TRACKING, frames_missed=0)
         return self._observe(state, frame, states, np.zeros(self.particles))
 
-    def check(self, state: FilterState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
-        check_state(state, frame, self.cues, self.strategies, self.motion)
+    def check(self, state: FilterState, frame: Frame) -> FilterState:
+        """Return a saved state in the types of the cues; raise a ValueError if it is none."""
+        return check_state(state, frame, self.cues, self.strategies, self.motion)
 
     def with_budget(self) -> Self:
         """Return the filter with a budget: its own, or else the default one."""
@@ -226,7 +229,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
 
     def _count(self, state: FilterState, max_particles: int | None) -> int:
         """Return how many particles the next frame gets."""
-        # Particles all in one place, as at the start, do not say how far they will spread.
+        # Particles at one place, as at the start, do not show how far they will spread.
         if self.budget is None or (state.states == state.states[0]).all():
             return self.particles
         wanted = self.budget.count(self.motion.ellipses(state.states), state.reference_size)
@@ -271,7 +274,7 @@ class ParticleFilter(Config, frozen=True, dict=True, tag="particle_filter"):
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> tuple[FilterState, FilterInfo]:
-        """Weigh the new states, of log-weights `prior`, by the frame; estimate, judge and learn."""
+        """Weight the new states, with log-weights `prior`, by the frame; estimate, judge, learn."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)

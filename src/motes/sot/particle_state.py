@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
@@ -18,49 +18,45 @@ from motes.core.saved_state import (
     Array,
     check,
     check_numbers,
+    in_types_of,
     middle_of,
     rows,
 )
 from motes.core.track import Status, Track
-from motes.cues import Cue
-from motes.cues.color import ColorModel
-from motes.cues.color_posterior import PosteriorModel
-from motes.cues.correlation_filter import CorrelationModel
-from motes.cues.edge_histogram import EdgesModel
-from motes.cues.hog import HogModel
-from motes.cues.structure_tensor import OrientationModel
+from motes.core.types import Floats
+from motes.cues.base import Cue
 from motes.sot.filtering.appearance_rule import BackgroundStatistics
 from motes.sot.filtering.model_update import Strategy, UpdateDiagnostics, UpdaterState
-from motes.sot.filtering.motion import AnyMotion
+from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
-Floats = NDArray[np.float64]
-Model = ColorModel | OrientationModel | EdgesModel | HogModel | CorrelationModel | PosteriorModel
+Model: TypeAlias = Any
+"""A target model; its type is the cue's own affair."""
 
 
 class FilterState(msgspec.Struct, frozen=True, eq=False):
-    """What the next step needs.
+    """The state after a frame.
 
     Attributes
     ----------
     time
-        Of the last frame, in seconds.
+        Time of the last frame, in seconds.
     states
-        (N, d) the particles, in the motion model's columns.
+        (N, d) the particles, in the columns of the motion model.
     weights
-        Theirs, after the last frame.
+        Weights of the particles after the last frame.
     models
         The target model of each cue.
     memories
-        What its strategy of adaptation remembers, for each cue whose does.
+        What the model update remembers, for each cue whose update remembers something.
     backgrounds
-        What the appearance rule compares with, for each cue.
+        Background statistics of the appearance rule, for each cue.
     reference_size
         The target's first region; all noise is proportional to its size.
     search_regions
         (R, 4) boxes over which particles are spread in a search.
     status, frames_missed
-        Where the tracker is, and for how many frames in a row the appearance rule has failed.
+        The status, and the number of frames in a row that failed the appearance rule.
     """
 
     time: Annotated[float, SAME]
@@ -114,9 +110,15 @@ def check_state(
     frame: Frame,
     cues: Mapping[str, Cue],
     strategies: Mapping[str, Strategy],
-    motion: AnyMotion,
-) -> None:
-    """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    motion: Motion,
+) -> FilterState:
+    """Return a saved state with models and memories in their types, which the cues know.
+
+    Raises
+    ------
+    ValueError
+        If no frame leaves such a state; see `motes.core.saved_state`.
+    """
     middle = middle_of(frame, *state.reference_size[2:4])
     models = {name: cue.learn(frame, middle) for name, cue in cues.items()}
     memories = dict[str, UpdaterState]()
@@ -125,6 +127,11 @@ def check_state(
         memory = strategies[name].learn(None, flat, flat, flat).memory
         if memory is not None:
             memories[name] = memory
+    state = replace(
+        state,
+        models=in_types_of(models, state.models, "state.models"),
+        memories=in_types_of(memories, state.memories, "state.memories"),
+    )
     [start] = motion.initial(np.array([middle]))
     states = rows(start, state.states)
     zeros = rows(0.0, states)
@@ -141,10 +148,11 @@ def check_state(
         frames_missed=0,
     )
     check(state, fresh, "state")
-    # A motion model that multiplies two columns would forgive two wrong signs.
+    # In a motion model that multiplies two columns, two wrong signs would cancel out.
     [corner] = motion.initial(np.array([[-1.0, -1.0, 1.0, 1.0, -1.0]]))
     least = tuple(np.where(corner > 0, 0.0, -LARGEST).tolist())
     check_numbers(state.states, "state.states", Array(least))
     with np.errstate(all="ignore"):
         ellipses = motion.ellipses(state.states)
     check_numbers(ellipses, "state.states", ELLIPSES)
+    return state

@@ -1,20 +1,23 @@
-"""The papers' trackers as configuration values; each number names where it comes from."""
+"""The trackers of the papers as configurations; comments give the source of each number."""
 
 from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec.structs import replace
 
 from motes.core.config import from_dict, merge, to_dict
 from motes.core.errors import ConfigError
+from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.sampling import EveryPixel, Lattice
 from motes.cues.structure_tensor import Orientation
+from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
@@ -85,7 +88,7 @@ FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
 # of two cues. Epsilon is 0.1 in their figure 3, "small but non-zero" in the text: with 0.1, the
 # many bad particles outweigh the good ones; 150 times 0.001 is less than the best one's exp(-1).
 # Not the paper's: the appearance rule with its margin, and lattices, which read fewer pixels still:
-# so many points as cost no accuracy.
+# as few points as cost no accuracy.
 NG_DELP = ParticleFilter(
     particles=150,
     motion=NUMMIARO.motion,
@@ -216,6 +219,22 @@ def preset(name: str) -> TrackerConfig:
     raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
 
 
+def check_cues(values: Mapping[str, Any]) -> None:
+    """Raise a ConfigError if an algorithm with fixed cues is given another cue."""
+    algorithm = values.get("type")
+    if not isinstance(algorithm, str) or algorithm not in TRACKERS:
+        return
+    kind: Any = TRACKERS.resolve(algorithm)
+    if kind.open_field is not None:
+        return
+    for name in values:
+        if name not in ("type", *kind.__struct_fields__) and name in CUES:
+            raise ConfigError(
+                f"Algorithm {algorithm!r} takes no cue {name!r}, as its cues are fixed; choose a "
+                f"particle filter, such as preset nummiaro."
+            )
+
+
 def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     """Return a configuration with changes laid over it, from plain nested values (TOML, flags).
 
@@ -227,5 +246,6 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     values = to_dict(base)
     for change in changes:
         values = merge(values, change)
-    config: TrackerConfig = from_dict(values, TrackerConfig)
+    check_cues(values)
+    config: TrackerConfig = from_dict(values, Algorithm)
     return config

@@ -8,11 +8,10 @@ import math
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Self, get_args
+from typing import Any, Self
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.core.config import from_dict, to_dict
@@ -21,7 +20,7 @@ from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import region_within
-from motes.core.saved_state import LARGEST
+from motes.core.saved_state import LARGEST, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.cues.color import Color
@@ -37,24 +36,25 @@ Picture = Frame | NDArray[Any]
 class Tracker:
     """Follows one object from frame to frame.
 
+    Frames are `Frame`s, or images as `as_rgb` takes them. An image is taken to follow 1/25 s after
+    the one before.
+
     Parameters
     ----------
     config
         A preset's name or a configuration.
     seed
-        Of the random numbers; the same seed gives the same tracks to the last bit.
+        Seed of the random numbers; the same seed gives the same tracks to the last bit.
     fps_target
-        Frames a second that the tracker shall manage by itself, decoding left aside: it then has a
-        budget, if need be the default one, and within its range no more particles than time allows.
-        Since that depends on the machine and its mood, tracks are then not the same twice.
+        Frames a second that the tracker should reach, without decoding. The tracker then has a
+        budget (its own, or the default one), and within its range no more particles than time
+        allows. This depends on the speed of the machine, so tracks are not reproducible.
 
     Attributes
     ----------
     info
-        What happened in the last step: particles, weights, distances.
-
-    Frames are `Frame`s, or images as `as_rgb` takes them; an image counts as coming 1/25 s after
-    the one before.
+        What happened in the last step. `StepInfo` is in every algorithm's info; `FilterInfo`,
+        `DiscriminativeInfo` and `MeanShiftInfo` hold more.
     """
 
     info: StepInfo
@@ -66,7 +66,7 @@ class Tracker:
         fps_target: float | None = None,
     ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
-        if not isinstance(self.config, TrackerConfig):
+        if not isinstance(self.config, Algorithm):
             raise ConfigError(f"Give a preset's name or a configuration; got {config!r}.")
         self._paced: tuple[BudgetedAlgorithm[Any, StepInfo], SpeedBudget] | None = None
         if fps_target is not None:
@@ -82,12 +82,12 @@ class Tracker:
         self._frame: Frame | None = None
 
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
-        """Start afresh on the object in `region`: a box (x, y, w, h) or (x, y, a, b, theta).
+        """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
         Raises
         ------
         ConfigError
-            If the region is not one, or does not fit the frame.
+            If the region is not valid, or does not fit the frame.
         """
         picture = _first(frame)
         ellipse = region_within(region, picture.width, picture.height)
@@ -108,7 +108,7 @@ class Tracker:
         return self._take(picture, self._algorithm.init(self._rng, picture, ellipse))
 
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
-        """Start afresh on the surest object that a detector finds in a frame; None without one.
+        """Start on the detection with the highest score in a frame; return None without one.
 
         A detector is any callable from a `Frame` to a list of `Detection`s.
         """
@@ -125,23 +125,23 @@ class Tracker:
         places: Sequence[Place] = (),
         background: Picture | None = None,
     ) -> Track:
-        """Start afresh by looking for a known target.
+        """Start by searching for a known target.
 
         Parameters
         ----------
         frame
             The first frame.
         target
-            What to look for; the tracker's own color cue must have the same bins.
+            The target; the tracker's color cue must have the same bins.
         places
-            Where it may appear; anywhere if empty.
+            Where the target may appear; anywhere if empty.
         background
-            An image without the target; else the first frame is taken for one.
+            An image without the target; by default the first frame.
 
         Raises
         ------
         ConfigError
-            If the tracker cannot search, or reads colors differently than the target.
+            If the tracker cannot search, or its color cue has other bins than the target.
         """
         config, its = self.config, target.cue
         [mine, *others] = config.cues.values()
@@ -164,7 +164,7 @@ class Tracker:
         return self._take(picture, begun)
 
     def update(self, frame: Picture) -> Track:
-        """Return where the target is in the next frame.
+        """Return the track of the target in the next frame.
 
         Raises
         ------
@@ -194,13 +194,13 @@ class Tracker:
         return track
 
     def correct(self, region: Sequence[float]) -> Track:
-        """Say where the target really is in the last frame; what it looks like is kept."""
+        """Put the target at `region` of the last frame; the target model is kept."""
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
         return self._take(last, self._algorithm.correct(state, last, ellipse))
 
     def save(self, path: str | Path) -> None:
-        """Write everything that the next call needs, to continue after `load` to the last bit.
+        """Write all that the next call needs. After `load`, tracks continue to the last bit.
 
         Raises
         ------
@@ -217,26 +217,26 @@ class Tracker:
             "state": state,
         }
         try:
-            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=_pack))
+            write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
         except OSError as error:
             raise FormatError(f"Cannot write the tracker {path}: {error.strerror}.") from None
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Return a tracker as `save` wrote it; its next call is `update`.
+        """Return a tracker that `save` has written; continue with `update`.
 
         Raises
         ------
         FormatError
-            If the file cannot be read or is no tracker, or its state is none that the tracker's
-            configuration could have come to.
+            If the file cannot be read, is no saved tracker, or holds a state that does not belong
+            to its configuration.
         """
         try:
             saved = msgspec.msgpack.decode(Path(path).read_bytes())
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
-            tracker = cls(from_dict(saved["config"], TrackerConfig), saved["seed"])
-            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=_unpack))
+            tracker = cls(from_dict(saved["config"], Algorithm), saved["seed"])
+            tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
         except FormatError:
@@ -247,8 +247,8 @@ class Tracker:
         return tracker
 
     def _continue(self, saved: _Saved) -> None:
-        """Take over what was saved, of which nothing is believed unseen."""
-        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=_unpack)
+        """Take over a saved state after checking all of it."""
+        state = msgspec.convert(saved.state, self._algorithm.state_type, dec_hook=unpack)
         random = json.loads(saved.random)
         self._rng.bit_generator.state = random
         if self._rng.bit_generator.state != random or random["state"]["inc"] % 2 == 0:
@@ -257,13 +257,12 @@ class Tracker:
         frame = Frame(index, seconds, pixels)
         if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
             raise ValueError("the last frame is none")
-        self._algorithm.check(state, frame)
-        self._state, self._frame = state, frame
+        self._state, self._frame = self._algorithm.check(state, frame), frame
 
     def __copy__(self) -> Self:
-        """Return a tracker that goes on by itself; states and frames never change, and are shared.
+        """Return an independent tracker. States and frames never change, so both share them.
 
-        So `copy.copy` and `copy.deepcopy` are one.
+        `copy.copy` and `copy.deepcopy` do the same.
         """
         twin = object.__new__(type(self))
         twin.__dict__.update(self.__dict__)
@@ -286,7 +285,7 @@ class Tracker:
         return self._state, self._frame
 
     def picture(self, frame: Picture) -> Frame:
-        """Return an image as the frame after the last one; a `Frame` says itself which it is."""
+        """Return an image as the frame after the last one; a `Frame` stays as it is."""
         if isinstance(frame, Frame) or self._frame is None:
             return _first(frame)
         return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
@@ -298,7 +297,7 @@ class Tracker:
 
 
 def _first(frame: Picture) -> Frame:
-    """Return a picture as the first frame of a video, unless it says which one it is."""
+    """Return an image as the first frame of a video; a `Frame` stays as it is."""
     if not isinstance(frame, Frame):
         return Frame(0, 0.0, frame)
     if not math.isfinite(frame.time):
@@ -307,7 +306,7 @@ def _first(frame: Picture) -> Frame:
 
 
 FORMAT = 3
-"""Of saved trackers."""
+"""Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,
     MotesError,
@@ -318,27 +317,12 @@ UNREADABLE = (
     RecursionError,
     MemoryError,
 )
-"""What reading anything may raise: bytes that are nested, too large, or of another kind."""
-Size = Annotated[int, Meta(ge=0)]
+"""What reading other bytes may raise: wrong types, deep nesting, sizes that are too large."""
 
 
 class _Saved(msgspec.Struct):
-    """What a file holds beside the configuration; `state` is converted by the kind of tracker."""
+    """The content of a file without the configuration; `state` has the algorithm's type."""
 
     random: str
     frame: tuple[int, float, NDArray[np.uint8]]
     state: Any
-
-
-def _pack(value: Any) -> Any:
-    """Return an array as [dtype, shape, bytes]."""
-    return [value.dtype.str, value.shape, np.ascontiguousarray(value).tobytes()]
-
-
-def _unpack(kind: Any, value: Any) -> Any:
-    """Return an array of the type that the state's field says."""
-    dtype = np.dtype(get_args(get_args(kind)[1])[0])
-    name, shape, data = msgspec.convert(value, tuple[str, tuple[Size, ...], bytes])
-    if name != dtype.str:
-        raise ValueError(f"an array is {name}, not {dtype.str}")
-    return np.frombuffer(data, dtype).reshape(shape).copy()

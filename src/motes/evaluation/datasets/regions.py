@@ -85,7 +85,7 @@ def read_regions(text: str) -> list[Region]:
             if columns or head.startswith("{"):
                 frame, region = _parse_track_row(line, columns)
                 if frame in tracks or frame < 0:
-                    raise ValueError(f"frame {frame} is present twice, or negative")
+                    raise ValueError(f"frame {frame} is repeated, or negative")
                 tracks[frame] = region
             else:
                 regions.append(_parse_row(line))

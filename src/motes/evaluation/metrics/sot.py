@@ -31,7 +31,7 @@ SENSITIVITY = 30
 """The number of frames S in VOT's robustness."""
 
 REAPPEARANCE = 30
-"""A loss counts only if the target is then present for this many frames in a row."""
+"""A loss counts only if the target is later present for this many frames in a row."""
 
 CHI_SQUARE_95 = 5.991
 """The 95 % quantile of the chi-square distribution with 2 degrees of freedom."""
@@ -179,8 +179,8 @@ def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]
     """Return the number of losses, and the number of losses after which the target was found again.
 
     A loss is a frame in which the target is missed after it was not missed in the last frame with
-    the target. It counts if the target is present in `REAPPEARANCE` frames in a row from there on.
-    The target is found again if some later frame is correct.
+    the target. It counts if the target is present in `REAPPEARANCE` frames in a row that begin in
+    this frame or later. The target is found again if some later frame is correct.
 
     Parameters
     ----------

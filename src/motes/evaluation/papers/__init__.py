@@ -1,1 +1,1 @@
-"""What the papers tabulate or plot, measured here: a generator of results for each experiment."""
+"""Experiments that repeat tables and figures of the papers; each is a generator of results."""

@@ -19,7 +19,7 @@ from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report import sections as report_sections
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.evaluation.runner import Pass
 from motes.evaluation.scores import Outcome
 from motes.output import charts
@@ -37,9 +37,9 @@ COLUMNS = {
     "C+O(A&SS) FOH": "maggio:C+O-A&SS-FOH",
     "C+O(A&SS) ROH": "maggio:C+O-A&SS-ROH",
 }
-"""Those of table 1, and our presets."""
+"""The columns of table 1, and the presets of motes."""
 FIXED_SCALE = {"C+O(A) FOH": "maggio:C+O-A-FOH", "C+O(A) ROH": "maggio:C+O-A-ROH"}
-"""What figure 5a compares in addition."""
+"""Additional variants in figure 5a."""
 
 LT = "(LT)"
 PAPER = {
@@ -62,7 +62,7 @@ class Score(NamedTuple):
     od
         Mean over the sequences.
     lost
-        How many of the tracks were lost.
+        Number of lost tracks.
     """
 
     od: Mean
@@ -70,7 +70,7 @@ class Score(NamedTuple):
 
 
 def paper(column: str) -> Score | None:
-    """Return the paper's score of a column of `COLUMNS`; None for what it only draws."""
+    """Return the paper's score of a column of `COLUMNS`; None for a variant that is only drawn."""
     if column not in COLUMNS:
         return None
     cells = [row.split()[list(COLUMNS).index(column)] for row in PAPER.values()]
@@ -79,18 +79,18 @@ def paper(column: str) -> Score | None:
 
 
 class Standing(NamedTuple):
-    """What is known after a job.
+    """The results after a job.
 
     Attributes
     ----------
     evaluation
-        All that is over.
+        All results so far.
     sequences
-        Those that every tracker has finished: only on these can they be compared.
+        The sequences that every tracker has finished, on which they can be compared.
     problems
-        What went wrong.
+        Failures so far.
     progress
-        How many jobs are over, for people.
+        Number of finished jobs, as text.
     """
 
     evaluation: Evaluation
@@ -108,7 +108,7 @@ class Standing(NamedTuple):
 def evaluated(
     trackers: Sequence[str], films: Sequence[Film], seeds: int, workers: int
 ) -> Iterator[Standing]:
-    """Run trackers over sequences in worker processes and yield where they stand after each.
+    """Run trackers over sequences in worker processes and yield the results after each job.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _standing(
 
 
 def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
-    """Yield table 1 over the sequences so far, and its means beside the paper's."""
+    """Yield table 1 for the sequences so far, and its means beside the paper's."""
     for standing in evaluated([*COLUMNS.values()], films, seeds, workers):
         tables = {}
         if standing.sequences:
@@ -159,7 +159,7 @@ def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
 
 
 def _sequences(standing: Standing) -> Table:
-    """Return the paper's table: each OD, and LT where most of a tracker's runs lost the track."""
+    """Return the paper's table: each OD, with LT if most runs of a tracker lost the track."""
     rows: list[Row] = []
     for name in standing.sequences:
         cells = []
@@ -177,7 +177,7 @@ def _means(standing: Standing, columns: dict[str, str]) -> Table:
     rows: list[Row] = []
     for column, tracker in columns.items():
         (od, lost), known = standing.score(tracker), paper(column)
-        theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NOTHING),) * 2
+        theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NO_VALUE),) * 2
         rows.append((Cell(column), number(od), number(lost, 1), *theirs))
     count = len(standing.sequences)
     head = ("features", "mean OD", f"tracks lost of {count}", "the paper's OD", "its lost of 7")
@@ -206,7 +206,7 @@ def _draw(standing: Standing, columns: dict[str, str]) -> Figure:
 
 
 def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) -> None:
-    """Draw ours as bars and the paper's as dashes; what has no orientation is the same in both."""
+    """Draw motes as bars and the paper as dashes; without orientation, both bars are the same."""
     charts.style_axes(axes, title, "", "")
     width = 0.38
     for shift, form, color in ((-0.5, "FOH", charts.BLUE), (0.5, "ROH", charts.VERMILION)):
@@ -214,7 +214,7 @@ def _bars(axes: Axes, title: str, groups: Sequence[str], ods: dict[str, float]) 
         places = np.arange(len(groups)) + shift * width
         axes.bar(places, [ods[name] for name in names], width, color=color, label=form)
         theirs = [known.od.mean if (known := paper(name)) else np.nan for name in names]
-        label = "the paper's" if form == "ROH" else "_"  # named once in the legend
+        label = "the paper's" if form == "ROH" else "_"  # only one of the two is in the legend
         low, high = places - width / 2, places + width / 2
         axes.hlines(theirs, low, high, color=charts.INK, linewidth=2, label=label)
     axes.set_xticks(np.arange(len(groups)), groups)

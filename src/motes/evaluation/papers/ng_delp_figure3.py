@@ -18,24 +18,24 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 STEP, ROW = 0.01, 0.1
-"""Of distance, from point to point of a curve and from row to row of the table."""
+"""Step in distance between points of a curve, and between rows of the table."""
 
 
 def figure3(sigma: float, epsilon: float, nearest: float) -> Experiment:
-    """Yield the likelihoods of equations 22 and 23, and 24's where no particle is nearer.
+    """Yield the likelihoods of equations 22 and 23, and that of 24 if no particle is nearer.
 
     Parameters
     ----------
     sigma, epsilon
-        Of equations 22 and 23; the paper's figure has 0.15 and 0.1.
+        Those of equations 22 and 23; the paper's figure has 0.15 and 0.1.
     nearest
-        The distance of the best particle, d_min of equation 24. The text has 0.4, from where on a
-        fixed sigma tells no particle from another.
+        The distance of the best particle, d_min of equation 24. The text has 0.4, from which on a
+        fixed sigma gives all particles nearly the same likelihood.
 
     Raises
     ------
     ConfigError
-        If one of them makes no sense.
+        If a value is out of range.
     """
     if not 0 <= nearest < 1:
         raise ConfigError(f"--nearest is {nearest:g}; a distance is at least 0 and less than 1.")
@@ -65,7 +65,7 @@ def figure3(sigma: float, epsilon: float, nearest: float) -> Experiment:
 
 
 def _curve(likelihood: Likelihood, nearest: float) -> tuple[Floats, Floats]:
-    """Return distances, the nearest first, and the likelihoods of particles there."""
+    """Return distances from the nearest one on, and the likelihoods of particles there."""
     distances = np.append(nearest, np.arange(0, 1 + STEP / 2, STEP))
     distances = np.unique(distances[distances >= nearest])
     return distances, np.exp(likelihood.log(["color"], distances[None]))[0]

@@ -1,4 +1,4 @@
-"""Ng and Delp, table 1: histograms over a part of a region's pixels against those over all."""
+"""Ng and Delp, table 1: histograms of some of a region's pixels compared with those of all."""
 
 from __future__ import annotations
 
@@ -37,16 +37,19 @@ CUES: dict[str, Callable[[Sampling], Color | Edges]] = {
 }
 LIKELIHOOD = Gaussian(sigma=0.15)  # equation 22, caption of table 1
 
-REGIONS = 50
-"""A histogram alone would take no longer than to ask for it: so many are timed together."""
-APART = 2.0
-"""They lie some pixels beside each other, as particles do; the processor shall not learn them."""
+REGIONS_PER_TIMING = 50
+"""Number of regions timed together, since the call takes as long as a single histogram."""
+JITTER = 2.0
+"""Standard deviation of the regions' positions, in pixels.
+
+Particles differ in the same way, and the processor cannot profit from equal ones.
+"""
 ROUNDS = 40
-"""So often is a picture on its own timed; one of a film, once."""
+"""Number of timings of a single picture; a frame of a video is timed once."""
 
 
 class Paper(NamedTuple):
-    """A column of the paper's table 1, which is of color."""
+    """A column of the paper's table 1, which is for color."""
 
     rho: float
     distance: float
@@ -62,14 +65,14 @@ PAPER = {
 
 
 class Sample(NamedTuple):
-    """What one region gives; there is a number for each of the `SAMPLINGS`.
+    """The results of one region, with a number for each of the `SAMPLINGS`.
 
     Attributes
     ----------
     distances
-        (S,), from the histogram over all pixels.
+        (S,), distances from the histogram of all pixels.
     seconds
-        (rounds, S), of processor time for a histogram.
+        (rounds, S), processor time of a histogram.
     """
 
     distances: Floats
@@ -79,13 +82,13 @@ class Sample(NamedTuple):
 def sample(
     cues: Sequence[Color | Edges], frame: Frame, ellipse: Ellipse, rounds: int
 ) -> Sample | None:
-    """Compare a region's histograms by several cues with the first one's, and time them in turn.
+    """Compare a region's histograms of several cues with that of the first, and time them in turn.
 
-    What a cue computes of the whole picture, such as Sobel's edges, is not timed: it is done once
-    for all regions, whatever is read of it. None if nothing of the region is in the picture.
+    Values that a cue computes for the whole picture, such as Sobel's edges, are not timed: they are
+    computed once for all regions. Returns None if no part of the region is in the picture.
     """
-    regions = np.tile(np.array(ellipse), (1 + REGIONS, 1))
-    regions[1:, :2] += np.random.default_rng(frame.index).normal(0, APART, (REGIONS, 2))
+    regions = np.tile(np.array(ellipse), (1 + REGIONS_PER_TIMING, 1))
+    regions[1:, :2] += np.random.default_rng(frame.index).normal(0, JITTER, (REGIONS_PER_TIMING, 2))
     histograms = [cue.histograms(frame, regions)[0] for cue in cues]
     if not histograms[0].any():
         return None
@@ -99,7 +102,7 @@ def sample(
 
 
 def table1(views: Iterable[View]) -> Experiment:
-    """Yield table 1 over the views so far, for the histogram of colors and for that of edges."""
+    """Yield table 1 for the views so far, for the color histogram and for that of edges."""
     cues = {name: [make(s) for s in SAMPLINGS.values()] for name, make in CUES.items()}
     samples: dict[str, list[Sample]] = {name: [] for name in cues}
     sizes = []
@@ -140,7 +143,7 @@ def _table(name: str, samples: Sequence[Sample], where: str) -> Table:
     head = ("pixels read", "rho", "distance", "likelihood", "µs", "against all")
     note = (
         "Likelihood with sigma 0.15. Median processor time of a histogram, measured in turn"
-        + ", Sobel's operator, the same for all, left out" * (name == "edges")
+        + ", without Sobel's operator, which is the same for all" * (name == "edges")
         + "."
     )
     return Table(f"Histograms of {name}: {where}", head, rows, note=note)

@@ -1,4 +1,4 @@
-"""Nummiaro et al., figure 9: the color histogram by which a target is known."""
+"""Nummiaro et al., figure 9: the color histogram of a target."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CUE = Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel())  # section III
-LISTED = 12
-"""The table has so many bins, and what is in the others."""
+MAX_ROWS = 12
+"""Number of bins in the table; the other bins are summed in its last row."""
 
 
 def figure9(view: View) -> Experiment:
     """Yield the color histogram of a view's region."""
     assert view.region is not None
     histogram = CUE.histograms(view.frame, np.array([view.region]))[0]
-    order = np.argsort(-histogram, kind="stable")[: min(LISTED, np.count_nonzero(histogram))]
+    order = np.argsort(-histogram, kind="stable")[: min(MAX_ROWS, np.count_nonzero(histogram))]
     rows: list[Row] = []
     for number, channels in zip(order, _channels()[order].tolist(), strict=True):
         ranges = (f"{low * 32} to {low * 32 + 31}" for low in channels)

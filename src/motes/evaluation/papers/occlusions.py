@@ -1,37 +1,44 @@
-"""Who is hidden whole by somebody else and keeps its identity: Zhao and Pei's claim, rendered."""
+"""Zhao and Pei's claim, rendered: targets keep their identity through full occlusions."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from statistics import NormalDist
 from typing import NamedTuple, get_args
 
 import numpy as np
 
 from motes.core.geometry import iou
 from motes.core.track import Status
-from motes.evaluation.papers.result import Experiment, Result
+from motes.evaluation.papers.result import Experiment, Result, wilson_interval
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
-from motes.evaluation.synthetic.occlusion_clips import Meetings, Way, hidden, meetings
+from motes.evaluation.synthetic.occlusion_clips import (
+    OcclusionClip,
+    Way,
+    full_occlusions,
+    occlusion_clip,
+)
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 
-ASIDE, BESIDE = 10, 30
-"""The identity is looked up so many frames before a target was last seen whole, ..."""
-WHOLE = 0.98
-"""... that is more than this share of it; and as many after."""
-UNSEEN = 0.02
-"""Visible share below which a target is hidden whole."""
-ON = 0.4
-"""Overlap (IoU) from which on a track is that of a target."""
-ALIKE = "the same"
+EDGE_FRAMES, CONTEXT_FRAMES = 10, 30
+"""Frames next to an occlusion whose identities are not read.
+
+Identities are read from the next frames, up to `CONTEXT_FRAMES` before and after the occlusion,
+counted in frames in which the target is visible.
+"""
+VISIBLE = 0.98
+"""A target is visible if more than this share of it is seen."""
+HIDDEN = 0.02
+"""A target is fully hidden if less than this share of it is seen."""
+MATCH_IOU = 0.4
+"""Smallest overlap (IoU) of a track with its target."""
+SAME = "the same"
 SHORT = 30
-"""Frames; occlusions up to these are also counted together."""
+"""Occlusions of up to this many frames are also counted together."""
 
 
 class Kind(NamedTuple):
-    """What tells occlusions apart: the way, whether both have the same colors, objects, frames."""
+    """A kind of occlusion: motion, colors, number of objects, approximate length in frames."""
 
     way: Way
     colors: str
@@ -40,82 +47,76 @@ class Kind(NamedTuple):
 
 
 def occlusions(lengths: Sequence[int], objects: Sequence[int], least: int) -> Experiment:
-    """Yield how many targets keep their identity while another one hides them whole.
+    """Yield how many targets keep their identity while another target fully hides them.
 
-    Detections are what moves before the background, in the clips of `meetings`.
+    Detections are those of a background model, in the clips of `occlusion_clip`.
 
     Parameters
     ----------
     lengths
-        How many frames a target is hidden, about.
+        Approximate numbers of frames for which a target is hidden.
     objects
-        How many there are at once: 2, 10, 20, ... 50.
+        Numbers of objects in a clip: 2, 10, 20, ... 50.
     least
-        At least so many occlusions of each kind.
+        Smallest number of occlusions of each kind.
     """
     kept: dict[Kind, list[bool]] = {}
     kinds = [
         Kind(way, colors, count, length)
         for way in get_args(Way)
-        for colors in ("different", ALIKE)
+        for colors in ("different", SAME)
         for count in objects
         for length in lengths
     ]
     for done, kind in enumerate(kinds):
-        mine, seed = kept.setdefault(kind, []), 0
-        while len(mine) < least:
-            alike = kind.colors == ALIKE
-            mine += keeps(meetings(kind.way, kind.length, kind.objects, alike=alike, seed=seed))
+        kept_here, seed = kept.setdefault(kind, []), 0
+        while len(kept_here) < least:
+            alike = kind.colors == SAME
+            kept_here += keeps(
+                occlusion_clip(kind.way, kind.length, kind.objects, same_colors=alike, seed=seed)
+            )
             seed += 1
         yield Result(_tables(kept), progress=f"{done + 1} of {len(kinds)} kinds")
 
 
-def keeps(met: Meetings) -> list[bool]:
-    """Return of each occlusion whether the hidden target has the same identity before and after.
+def keeps(staged: OcclusionClip) -> list[bool]:
+    """Return, for each occlusion, whether the hidden target has the same identity before and after.
 
-    It is the identity that most often is on it.
+    The identity is the most frequent one of the tracks on the target.
     """
-    clip, scene = met.clip, Scene(BackgroundDetector())
+    clip, scene = staged.clip, Scene(BackgroundDetector())
     shape = len(clip), len(clip.targets)
     visible, within, owners = np.ones(shape), np.zeros(shape, bool), np.zeros(shape, int)
     for i, (frame, truths) in enumerate(clip):
-        said = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
-        boxes = np.array([t.track.box for t in said]).reshape(-1, 4)
+        tracks = [t for t in scene.update(frame) if t.track.status is Status.TRACKING]
+        boxes = np.array([t.track.box for t in tracks]).reshape(-1, 4)
         for k, truth in enumerate(truths):
             visible[i, k], within[i, k] = truth.visible, 0 < truth.ellipse.x < clip.size[0]
             overlaps = iou(boxes, np.array(truth.ellipse.box))
-            if len(said) and overlaps.max() > ON:
-                owners[i, k] = said[int(overlaps.argmax())].identity
+            if len(tracks) and overlaps.max() > MATCH_IOU:
+                owners[i, k] = tracks[int(overlaps.argmax())].identity
     out = []
-    for target, first, last in hidden(visible, within, UNSEEN):
-        whole = np.flatnonzero(visible[:, target] > WHOLE)
+    for target, first, last in full_occlusions(visible, within, HIDDEN):
+        whole = np.flatnonzero(visible[:, target] > VISIBLE)
         touched, clear = whole[whole < first], whole[whole > last]
-        if first < met.since or len(touched) < BESIDE or len(clear) < BESIDE:
+        if first < staged.since or len(touched) < CONTEXT_FRAMES or len(clear) < CONTEXT_FRAMES:
             continue
-        before = owners[touched[-BESIDE:-ASIDE], target]
-        after = owners[clear[ASIDE:BESIDE], target]
-        mine, again = (int(np.bincount(part).argmax()) for part in (before, after))
-        out.append(mine > 0 and mine == again)
+        before = owners[touched[-CONTEXT_FRAMES:-EDGE_FRAMES], target]
+        after = owners[clear[EDGE_FRAMES:CONTEXT_FRAMES], target]
+        identity, later = (int(np.bincount(part).argmax()) for part in (before, after))
+        out.append(identity > 0 and identity == later)
     return out
 
 
-def interval(hits: int, of: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share (J. Am. Stat. Assoc. 22, 1927)."""
-    z = NormalDist().inv_cdf(0.975)
-    center = (hits + z * z / 2) / (of + z * z)
-    half = z * math.sqrt(hits * (of - hits) / of + z * z / 4) / (of + z * z)
-    return max(center - half, 0.0), min(center + half, 1.0)
-
-
 def _tables(kept: dict[Kind, list[bool]]) -> dict[str, Table]:
-    """Return the counts of every kind, and those of all short occlusions of a way."""
+    """Return the counts of every kind, and those of all short occlusions by motion."""
     lengths: dict[Row, dict[int, list[bool]]] = {}
     short: dict[Row, list[bool]] = {}
-    for kind, mine in kept.items():
+    for kind, kept_here in kept.items():
         way, colors, count = Cell(kind.way), Cell(kind.colors), number(kind.objects, 0)
-        lengths.setdefault((way, colors, number(kind.length, 0)), {})[kind.objects] = mine
+        lengths.setdefault((way, colors, number(kind.length, 0)), {})[kind.objects] = kept_here
         if kind.length <= SHORT:
-            short.setdefault((way, colors, count), []).extend(mine)
+            short.setdefault((way, colors, count), []).extend(kept_here)
     objects = sorted({kind.objects for kind in kept})
     head = ("way", "colors", "frames hidden", *(f"{count} objects" for count in objects))
     rows: list[Row] = [
@@ -123,15 +124,15 @@ def _tables(kept: dict[Kind, list[bool]]) -> dict[str, Table]:
     ]
     tables = {"lengths": Table("Identities kept through full occlusions", head, rows)}
     head = "way", "colors", "objects", "identities kept", "share", "95 % interval"
-    rows = [(*row, *_shared(mine)) for row, mine in short.items()]
-    every = [one for mine in short.values() for one in mine]
+    rows = [(*row, *_shared(kept_here)) for row, kept_here in short.items()]
+    every = [one for kept_here in short.values() for one in kept_here]
     foot: tuple[Row, ...] = ((Cell("all"), Cell(""), Cell(""), *_shared(every)),) if every else ()
     tables["short"] = Table(f"Hidden for up to {SHORT} frames", head, rows, foot)
     return tables
 
 
 def _shared(kept: list[bool]) -> Row:
-    low, high = (f"{100 * share:.1f}" for share in interval(sum(kept), len(kept)))
+    low, high = (f"{100 * share:.1f}" for share in wilson_interval(sum(kept), len(kept)))
     return _of(kept), percent(sum(kept) / len(kept)), Cell(f"{low} to {high} %")
 
 

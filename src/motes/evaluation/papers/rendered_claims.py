@@ -1,4 +1,4 @@
-"""Claims of the papers, on rendered clips that have nothing but the difficulty in question."""
+"""Claims of the papers, on rendered clips that contain only the difficulty in question."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from motes.sot.tracker import Tracker
 Floats = NDArray[np.float64]
 
 FOLLOWED = 45.0
-"""Degrees; a tracker whose angle is never as far off has followed the whole turn."""
+"""Degrees; a tracker has followed the whole turn if its error is always smaller."""
 NUMMIARO = {
     "mean_shift": "loses its target, for good",
     "mean_shift:kalman": "more likely to follow",
     "nummiaro": "follows to the end",
 }
-"""What section VI says of trackers where regions do not overlap; it has no numbers."""
+"""Section VI on trackers where regions do not overlap; it has no numbers."""
 
 
 class Pass(NamedTuple):
-    """A tracker's run over a clip: its ellipses and the true ones, both (frames, 5)."""
+    """A tracker's run on a clip: its ellipses and the true ones, both (frames, 5)."""
 
     name: str
     found: Floats
@@ -44,14 +44,15 @@ class Pass(NamedTuple):
 def passes(
     presets: Sequence[str], clips: Sequence[Clip], seeds: int, *, upright: bool = False
 ) -> Iterator[Pass]:
-    """Yield the passes of trackers over clips, mean shift with one seed as it draws no numbers.
+    """Yield the passes of trackers over clips; mean shift is not random and has one seed.
 
     Parameters
     ----------
     presets, clips, seeds
-        Which trackers, where, and how many seeds.
+        The trackers, the clips, and the number of seeds.
     upright
-        Whether they start in the box around the target, not in its ellipse, which may be turned.
+        Whether trackers start in the box around the target, not in its ellipse, which may be
+        rotated.
 
     Raises
     ------
@@ -77,12 +78,12 @@ def passes(
 
 
 def _fresh(frame: Frame) -> Frame:
-    """Return a frame without what others have computed of it, which only takes up memory."""
+    """Return a frame without the cached values of others, which would only use memory."""
     return Frame(frame.index, frame.time, frame.pixels)
 
 
 def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experiment:
-    """Yield how trackers do where regions do not overlap (Nummiaro et al., section VI).
+    """Yield results where regions do not overlap (Nummiaro et al., section VI).
 
     A leap frame is one whose true box does not overlap the one before.
     """
@@ -96,8 +97,8 @@ def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experime
         rows: list[Row] = []
         for each, values in runs.items():
             overlap, *shares = map(over, zip(*values, strict=True))
-            said, count = Cell(NUMMIARO.get(each, "")), number(len(values), 0)
-            rows.append((Cell(each), count, number(overlap, 2), *map(percent, shares), said))
+            claim, count = Cell(NUMMIARO.get(each, "")), number(len(values), 0)
+            rows.append((Cell(each), count, number(overlap, 2), *map(percent, shares), claim))
         head = ("tracker", "runs", "mean IoU", "frames on target", "leap frames", "the paper")
         note = f"On target: IoU above {MISS_IOU}."
         table = Table("Regions that do not overlap", head, rows, note=note)
@@ -105,9 +106,9 @@ def leaps(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experime
 
 
 def rotation(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experiment:
-    """Yield how far off trackers' angles are on a target that turns (Maggio et al., 3.2.1).
+    """Yield the errors of trackers' angles on a target that rotates (Maggio et al., 3.2.1).
 
-    The error is taken modulo half a turn, after which an ellipse is the same.
+    The error is computed modulo half a turn, since an ellipse is then the same.
     """
     runs: dict[str, list[tuple[float, float, bool]]] = {}
     for name, found, truth, progress in passes(presets, clips, seeds):
@@ -127,8 +128,8 @@ def rotation(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Exper
 def growth(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experiment:
     """Yield trackers' mean OD on a target that grows and shrinks (Maggio et al., 3.2.2 and 5).
 
-    And how far the orientation histogram of the true region at its largest is from the model, with
-    filters whose scale follows the target's, and without.
+    A second table has the distance of the orientation histogram of the true region at its largest
+    from the model, with filters whose scale follows the target, and without.
     """
     runs: dict[str, list[float]] = {}
     tables: dict[str, Table] = {}
@@ -149,7 +150,7 @@ def growth(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experim
 
 
 def grown(cue: Orientation, clip: Clip) -> float:
-    """Return the distance of the largest true region to the model, which has seen all before."""
+    """Return the distance of the largest true region from a model updated in all frames before."""
     largest = max(range(len(clip)), key=lambda index: clip.targets[0].states[index, 2])
     frame, (target,) = clip[0]
     model = cue.learn(frame, target.ellipse)

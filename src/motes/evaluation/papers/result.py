@@ -1,11 +1,13 @@
-"""What an experiment has found so far, and the files that hold it."""
+"""The results of an experiment, and their files."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
+from statistics import NormalDist
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,18 +26,18 @@ DPI = 110
 
 
 class Result(NamedTuple):
-    """What is known after a step of an experiment; the steps after it know more.
+    """The results of an experiment so far; each step adds to them.
 
     Attributes
     ----------
     tables
-        By what tells the experiment's tables apart; "" where there is one.
+        By the name of the table in the experiment; "" if there is only one.
     draw
-        Makes the plot; None for an experiment without.
+        Draws the plot; None for an experiment without a plot.
     problems
-        What went wrong while the rest went on.
+        Failures that did not stop the experiment.
     progress
-        How far the experiment is, for people.
+        The progress of the experiment, as text.
     """
 
     tables: dict[str, Table]
@@ -49,8 +51,21 @@ Experiment = Generator[Result, None, None]
 
 
 def over(values: Iterable[float]) -> Mean:
-    """Return mean and standard deviation of some values."""
+    """Return mean and standard deviation of values."""
     return Mean.over(np.array([*values], np.float64))
+
+
+def wilson_interval(successes: int, total: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share, from 0 to 1.
+
+    Wilson, Probable inference, the law of succession, and statistical inference, J. Am. Stat.
+    Assoc. 22, 1927.
+    """
+    z = NormalDist().inv_cdf(0.975)
+    center = (successes + z * z / 2) / (total + z * z)
+    spread = math.sqrt(successes * (total - successes) / total + z * z / 4)
+    half = z * spread / (total + z * z)
+    return max(center - half, 0.0), min(center + half, 1.0)
 
 
 def files(name: str, tables: Iterable[str], plot: bool) -> list[str]:
@@ -63,7 +78,7 @@ def _csv_name(name: str, table: str) -> str:
 
 
 def save(result: Result, folder: Path, name: str) -> None:
-    """Write a result into a folder: tables as NAME.md and each as CSV, the plot as NAME.png.
+    """Write a result into a folder: all tables as NAME.md and each as CSV, the plot as NAME.png.
 
     Raises
     ------
@@ -87,9 +102,9 @@ def save(result: Result, folder: Path, name: str) -> None:
 
 
 def as_csv(table: Table) -> str:
-    """Return a table as CSV, numbers with six significant digits.
+    """Return a table as CSV; numbers have six significant digits.
 
-    A column in which a number has a standard deviation is followed by one that holds it.
+    If a number in a column has a standard deviation, the next column holds the deviations.
     """
     rows = [*table.rows, *table.foot]
     spread = [any(row[i].deviation is not None for row in rows) for i in range(len(table.head))]

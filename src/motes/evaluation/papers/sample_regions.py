@@ -1,4 +1,4 @@
-"""Pictures with the region that an experiment looks at."""
+"""Pictures with a region, for experiments on histograms."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from motes.video.sources import open_source
 
 
 class View(NamedTuple):
-    """A picture, and what is to be looked at in it.
+    """A picture and a region in it.
 
     Attributes
     ----------
     frame
         The picture.
     region
-        Where the target is; None if its tracker does not have it.
+        The target; None if its tracker has lost it.
     still
-        Whether this is a picture on its own, not one of a film.
+        Whether this is a single picture, not a frame of a video.
     """
 
     frame: Frame
@@ -34,7 +34,7 @@ class View(NamedTuple):
 
 
 def rendered(count: int) -> Generator[View, None, None]:
-    """Yield a rendered target of 60x100 pixels in so many sceneries."""
+    """Yield a rendered target of 60x100 pixels in `count` sceneries."""
     for seed in range(count):
         frame, (target,) = synthetic.still((640, 480), target=(60, 100), frames=1, seed=seed)[0]
         yield View(frame, target.ellipse, still=True)
@@ -43,15 +43,15 @@ def rendered(count: int) -> Generator[View, None, None]:
 def followed(
     source: str | Path, region: Sequence[float], name: str, seeds: int
 ) -> Generator[View, None, None]:
-    """Yield the frames of a source, with the target where a tracker has it.
+    """Yield the frames of a source, with the target where a tracker follows it.
 
-    The first region is the one that is given. A film is followed once with each seed; a picture
-    needs no tracker and comes once.
+    The first region is the given one. A video is followed once with each seed; a single picture
+    needs no tracker and is given once.
 
     Parameters
     ----------
     source
-        What `open_source` reads.
+        The source, as for `open_source`.
     region
         The target in the first frame, as box or ellipse.
     name

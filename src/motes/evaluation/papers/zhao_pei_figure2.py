@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 FOLLOWED = 0.5
-"""A tracker whose mean IoU in the end is above this has followed the turn."""
+"""A tracker has followed the turn if its mean IoU at the end is above this."""
 
 
 def figure2(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experiment:
-    """Yield how trackers overlap a target that rolls over, frame by frame.
+    """Yield the overlap of trackers with a target that rolls over, frame by frame.
 
-    In the last quarter of the frames it shows its other side only, as `synthetic.rolling` has it.
+    In the last quarter of the frames only the target's other side is visible; see
+    `synthetic.rolling`.
     """
     overlaps: dict[str, list[Floats]] = {}
     for name, found, truth, progress in passes(presets, clips, seeds):
@@ -46,7 +47,7 @@ def figure2(presets: Sequence[str], clips: Sequence[Clip], seeds: int) -> Experi
 
 
 def _row(name: str, runs: Floats) -> Row:
-    """Return a tracker's row, of its overlaps (runs, frames)."""
+    """Return a tracker's row, given its overlaps (runs, frames)."""
     whole, last = runs.mean(axis=1), runs[:, -runs.shape[1] // 4 :].mean(axis=1)
     followed = int(np.count_nonzero(last > FOLLOWED))
     means = (number(over(part), 2) for part in (whole, last))

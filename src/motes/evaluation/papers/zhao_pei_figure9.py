@@ -1,4 +1,4 @@
-"""Zhao and Pei, figure 9: the objects that a scene detects over those that are there, by frame."""
+"""Zhao and Pei, figure 9: number of objects that a scene detects over number present, by frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.result import Experiment, Result
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-HEAD = ("frame", "there", "followed", "detected accurately", "ratio")
+HEAD = ("frame", "present", "followed", "detected accurately", "ratio")
 
 
-def crowd_of(film: Film) -> MotSequence:
-    """Return a sequence with one object as one of many, without detections."""
+def as_mot_sequence(film: Film) -> MotSequence:
+    """Return a sequence of one object as a `MotSequence` without detections."""
     with open_source(film.source) as source:
         rate = source.fps or 1 / FRAME_INTERVAL
     lines = [
@@ -46,21 +46,21 @@ def crowd_of(film: Film) -> MotSequence:
 
 
 def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed: int) -> Experiment:
-    """Yield how many of the objects that are there a scene follows, frame by frame.
+    """Yield the share of the objects present that a scene follows, frame by frame.
 
-    An object is detected accurately if it is followed at a place that overlaps its own, one to one,
-    by `MATCH_IOU` or more; which is where it should be while it is hidden. What counts as an object
-    is as in the MOTChallenge (`evaluated_rows`).
+    An object is detected accurately if a track matches it, one to one, with an overlap of
+    `MATCH_IOU` or more. While it is hidden, the position of the track is its prediction. The rules
+    of the MOTChallenge decide which objects count (`evaluated_rows`).
 
     Parameters
     ----------
     sequence
         Frames and truth.
     detector
-        What finds objects; if None, the sequence's own detections, and if it has none, what moves
-        before the background.
+        The detector; if None, the sequence's own detections, and if it has none, a background
+        model.
     preset, seed
-        Of the scene.
+        Preset and seed of the scene.
 
     Raises
     ------
@@ -69,12 +69,12 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
     ConfigError
         If there is no such preset.
     """
-    scene = Scene(detector or _own(sequence), preset, seed)
+    scene = Scene(detector or _default_detector(sequence), preset, seed)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
     with open_source(sequence.source) as source:
-        for picture in itertools.islice(source, sequence.frames):
-            frame = Frame(picture.index, picture.index / sequence.rate, picture.pixels)
+        for decoded in itertools.islice(source, sequence.frames):
+            frame = Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
             lines = [
                 [
                     frame.index + 1, each.identity, each.track.box.x + 1, each.track.box.y + 1,
@@ -83,11 +83,11 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
                 for each in scene.update(frame)
                 if each.track.status is not Status.LOST
             ]  # fmt: skip
-            here = sequence.truth.where(sequence.truth.frames == frame.index + 1)
-            counts.append(_count(*evaluated_rows(here, rows_of(lines), sequence.distractors)))
+            truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
+            counts.append(_count(*evaluated_rows(truth, rows_of(lines), sequence.distractors)))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
             foot = (Cell("all"), *_cells(np.array(counts)))
-            title = f"Objects detected over objects there, {sequence.name}"
+            title = f"Objects detected over objects present, {sequence.name}"
             note = " ".join(
                 [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
             )
@@ -96,39 +96,39 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
             yield Result({"": table}, partial(_draw, sequence.name, counts), progress=progress)
 
 
-def _own(sequence: MotSequence) -> Detector:
-    """Return what finds a sequence's objects if nobody says."""
+def _default_detector(sequence: MotSequence) -> Detector:
+    """Return the sequence's own detections as a detector, or else a background model."""
     found = sequence.detections
     if found is None:
         return BackgroundDetector()
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
 
 
-def _count(truth: Rows, said: Rows) -> tuple[int, int, int]:
-    """Return how many objects are in a frame, how many are followed, and how many rightly."""
-    overlaps = iou(truth.boxes[:, None], said.boxes)
-    right = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
-    return len(truth.ids), len(said.ids), len(right)
+def _count(truth: Rows, results: Rows) -> tuple[int, int, int]:
+    """Return the numbers of objects present, followed, and detected accurately in a frame."""
+    overlaps = iou(truth.boxes[:, None], results.boxes)
+    accurate = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
+    return len(truth.ids), len(results.ids), len(accurate)
 
 
 def _cells(counts: NDArray[np.int64]) -> Row:
-    """Return sums over frames (n, 3), and the share of the first one that is the last one."""
-    there, followed, right = counts.sum(axis=0).tolist()
-    ratio = number(right / there) if there else Cell(NOTHING)
-    return *(number(each, 0) for each in (there, followed, right)), ratio
+    """Return the sums over frames (n, 3), and the ratio of the last to the first."""
+    present, followed, accurate = counts.sum(axis=0).tolist()
+    ratio = number(accurate / present) if present else Cell(NO_VALUE)
+    return *(number(each, 0) for each in (present, followed, accurate)), ratio
 
 
 def _draw(name: str, counts: list[tuple[int, int, int]]) -> Figure:
-    there, followed, right = np.array(counts, np.float64).T
-    there[there == 0] = np.nan  # where nothing is there is no ratio
+    present, followed, accurate = np.array(counts, np.float64).T
+    present[present == 0] = np.nan  # no ratio without objects
     figure = charts.new_figure(3.2)
     axes = figure.add_subplot()
-    charts.style_axes(axes, name, "frame", "over objects there")
+    charts.style_axes(axes, name, "frame", "over objects present")
     axes.axhline(1, color=charts.INK, linewidth=0.8)
     for label, values, color in (
-        ("followed", followed, charts.ORANGE), ("detected accurately", right, charts.BLUE)
+        ("followed", followed, charts.ORANGE), ("detected accurately", accurate, charts.BLUE)
     ):  # fmt: skip
-        axes.step(np.arange(len(values)), values / there, where="mid", color=color, label=label)
+        axes.step(np.arange(len(values)), values / present, where="mid", color=color, label=label)
     axes.set_ylim(bottom=0)
     charts.legend(axes)
     return figure

@@ -1,4 +1,4 @@
-"""Choosing one of several configurations without reporting it where it was chosen."""
+"""Model selection by cross-validation: a choice is judged on sequences not used to make it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from motes.evaluation.report.sections import NAMES
 from motes.evaluation.report.tables import Cell, Row, Table, number
 
 Values = Mapping[str, Mapping[str, float]]
-"""Numbers of trackers on sequences, by their names; more is better."""
+"""Numbers by tracker and sequence; more is better."""
 
 
 class Fold(NamedTuple):
-    """A fold of the sequences, and the candidate that is best on the others.
+    """A fold of the sequences, and the candidate that is best on all others.
 
     Attributes
     ----------
     sequences
-        Those of the fold, which are left out of the choice.
+        The sequences of the fold, which are not used for the choice.
     chosen
-        The candidate with the highest mean over all other sequences, the first of equals.
+        The candidate with the highest mean over all other sequences, the first one among equals.
     inside, outside
-        Its means over the sequences that it was chosen on, and over those left out.
+        Its mean over the sequences used for the choice, and over those of the fold.
     """
 
     sequences: list[str]
@@ -35,16 +35,16 @@ class Fold(NamedTuple):
 
 
 def split(sequences: Iterable[str], folds: int) -> list[list[str]]:
-    """Return so many folds of sequences: in the order of their names, number i is in i mod K."""
+    """Split sequences into folds: in the order of their names, sequence i goes to fold i mod K."""
     ordered = sorted(sequences)
     return [ordered[i::folds] for i in range(folds)]
 
 
 def choose(values: Values, folds: int) -> list[Fold]:
-    """Return what is chosen for each of so many folds, 2 or more.
+    """Return the choice for each of the folds, of which there are 2 or more.
 
-    `values` are of the candidates, all on the same sequences, at least as many as folds. Stone,
-    Cross-validatory choice and assessment of statistical predictions, JRSS B 1974.
+    `values` are those of the candidates, all on the same sequences, at least as many as folds.
+    Stone, Cross-validatory choice and assessment of statistical predictions, JRSS B 1974.
     """
     found = []
     for fold in split(next(iter(values.values())), folds):
@@ -58,14 +58,14 @@ def choose(values: Values, folds: int) -> list[Fold]:
 
 
 def _mean(values: Mapping[str, float], names: Iterable[str]) -> float:
-    """Return a mean over sequences; NaN where one has no number."""
+    """Return the mean over sequences; NaN if one has no number."""
     return float(np.mean([values.get(name, np.nan) for name in names]))
 
 
 def choices(evaluation: Evaluation, protocol: str, candidates: Iterable[str], folds: int) -> Table:
-    """Return a table with a row for each fold: what is chosen on the others, and what it is worth.
+    """Return a table of the choice made without each fold, and its score on the fold.
 
-    The other trackers stand beside it, with their means over the sequences of the fold.
+    The other trackers have columns with their means over the sequences of the fold.
     """
     name = NAMES[ranking_column(protocol)]
     values = {
@@ -79,15 +79,15 @@ def choices(evaluation: Evaluation, protocol: str, candidates: Iterable[str], fo
     common = [
         sequence
         for sequence in evaluation.sequences
-        if ours and all(np.isfinite(values[who].get(sequence, np.nan)) for who in ours)
+        if ours and all(np.isfinite(values[tracker].get(sequence, np.nan)) for tracker in ours)
     ]
-    title = f"Chosen on the other folds, {folds} in all"
+    title = f"Model selection by cross-validation, {folds} folds"
     if len(common) < folds:
         note = f"There are too few sequences, {len(common)}, that all configurations finished."
         return Table(title, (), [], note=note)
-    found = choose({who: {s: values[who][s] for s in common} for who in ours}, folds)
+    found = choose({tracker: {s: values[tracker][s] for s in common} for tracker in ours}, folds)
     peers = [tracker for tracker in evaluation.trackers if tracker not in ours]
-    theirs = [[_mean(values[peer], fold.sequences) for peer in peers] for fold in found]
+    peer_means = [[_mean(values[peer], fold.sequences) for peer in peers] for fold in found]
     rows: list[Row] = [
         (
             Cell(str(i), i),
@@ -95,10 +95,10 @@ def choices(evaluation: Evaluation, protocol: str, candidates: Iterable[str], fo
             Cell(fold.chosen),
             *map(number, (fold.inside, fold.outside, fold.outside - fold.inside, *means)),
         )
-        for i, (fold, means) in enumerate(zip(found, theirs, strict=True), 1)
+        for i, (fold, means) in enumerate(zip(found, peer_means, strict=True), 1)
     ]
     inside, outside = (np.mean([fold[column] for fold in found]) for column in (2, 3))
-    means = (inside, outside, outside - inside, *np.mean(theirs, axis=0))
+    means = (inside, outside, outside - inside, *np.mean(peer_means, axis=0))
     foot = (Cell("mean"), Cell(str(len(common)), len(common)), Cell(""), *map(number, means))
     return Table(
         title,
@@ -113,9 +113,9 @@ def choices(evaluation: Evaluation, protocol: str, candidates: Iterable[str], fo
         ),
         rows,
         (foot,),
-        f"For each fold, the one of {len(ours)} configurations with the best mean {name} on all "
-        f"other folds, and its mean on those and on this fold. The last line is the mean over "
-        f"folds: what was left out says what to expect of a choice among these configurations. Of "
-        f"the sequences that all of them finished, in the order of their names, each goes to the "
-        f"next fold.",
+        f"For each fold: the one of {len(ours)} configurations with the best mean {name} on all "
+        f"other folds, its mean on those, and its mean on this fold, which was left out. The last "
+        f"line is the mean over folds; the mean on left-out folds is an estimate for a choice "
+        f"among these configurations. The sequences that all of them finished are dealt to the "
+        f"folds in turn, in the order of their names.",
     )

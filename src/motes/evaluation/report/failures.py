@@ -1,4 +1,4 @@
-"""Pictures of the frames in which trackers failed, with the truth and the estimate."""
+"""Images of the frames in which trackers failed, with the truth and the estimate."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.scores import MISS_IOU, Outcome
 from motes.video.sources import open_source
 
-MOST = 24
-"""So many pictures are in a report at most, spread over trackers and sequences."""
+MAX_PICTURES = 24
+"""Largest number of images in a report, spread over trackers and sequences."""
 
-FRAMES = 5
-"""A failure lasts at least so many frames."""
+MIN_FAILURE_FRAMES = 5
+"""Smallest number of frames of a failure."""
 
 WIDTH = 480
-"""Pictures are at most so wide, in pixels."""
+"""Largest width of an image, in pixels."""
 
 TRUTH, ESTIMATE, HALO = (60, 230, 90), (255, 60, 40), (0, 0, 0)
 _QUALITY = 80
@@ -38,13 +38,13 @@ class Failure(NamedTuple):
     Attributes
     ----------
     tracker, sequence, frame
-        Who, and where.
+        The tracker's name, the sequence, and the index of the frame.
     truth, estimate
-        (4,), boxes x, y, w, h; the estimate is NaN where the tracker gave none.
+        (4,), boxes x, y, w, h; the estimate is NaN if the tracker gave none.
     confidence
-        NaN if the tracker has none.
+        NaN if the tracker gives none.
     lost
-        Whether it said that it lost the target.
+        Whether the tracker reported the loss.
     """
 
     tracker: str
@@ -57,7 +57,7 @@ class Failure(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """A failure as a JPEG file, and the size of the picture."""
+    """An image of a failure as a JPEG file, and its size in pixels."""
 
     failure: Failure
     jpeg: bytes
@@ -66,9 +66,10 @@ class Picture(NamedTuple):
 
 
 def failures(evaluation: Evaluation) -> list[Failure]:
-    """Return the first failure of each tracker on each sequence, in one pass with the lowest seed.
+    """Return the first failure of each tracker on each sequence, in a pass with the lowest seed.
 
-    It begins where the IoU falls below 0.1 for at least `FRAMES` frames with a target.
+    It is the frame from which the IoU stays below 0.1 for at least `MIN_FAILURE_FRAMES` frames with
+    a target.
     """
     if "ope" not in evaluation.protocols:
         return []
@@ -86,8 +87,8 @@ def _failure(outcome: Outcome) -> list[Failure]:
     trace, fit = outcome.trace, outcome.fit
     assert trace is not None
     assert fit is not None
-    missed = np.concatenate([fit.overlaps < MISS_IOU, np.zeros(FRAMES, bool)])
-    runs = np.lib.stride_tricks.sliding_window_view(missed, FRAMES).all(axis=1)
+    missed = np.concatenate([fit.overlaps < MISS_IOU, np.zeros(MIN_FAILURE_FRAMES, bool)])
+    runs = np.lib.stride_tricks.sliding_window_view(missed, MIN_FAILURE_FRAMES).all(axis=1)
     if not runs.any():
         return []
     row = fit.rows[runs.argmax()]
@@ -105,11 +106,11 @@ def _failure(outcome: Outcome) -> list[Failure]:
     ]
 
 
-def choose(found: list[Failure], most: int = MOST) -> list[Failure]:
-    """Return at most so many failures, of all trackers and sequences as evenly as they allow."""
+def choose(found: list[Failure], count: int = MAX_PICTURES) -> list[Failure]:
+    """Return at most `count` failures, spread evenly over trackers and sequences."""
     left, chosen = list(range(len(found))), list[int]()
     trackers, sequences = Counter[str](), Counter[str]()
-    while left and len(chosen) < most:
+    while left and len(chosen) < count:
         best = min(
             left, key=lambda i: (trackers[found[i].tracker], sequences[found[i].sequence.name], i)
         )
@@ -121,9 +122,9 @@ def choose(found: list[Failure], most: int = MOST) -> list[Failure]:
 
 
 def draw(chosen: list[Failure]) -> tuple[list[Picture], list[str]]:
-    """Return the pictures of failures, in their order, and the reasons why some are left out.
+    """Return the images of failures, in their order, and the reasons why some are missing.
 
-    Each film is decoded once.
+    Each video is decoded once.
     """
     pictures: dict[int, Picture] = {}
     reasons = []
@@ -152,7 +153,7 @@ def _draw(failure: Failure, pixels: NDArray[np.uint8]) -> Picture:
             x, y, width, height = box
             low = (np.array([x, y]) + 0.5) * scale - 0.5
             high = low + np.maximum(np.array([width, height]) * scale, 1)
-            # Within the picture, so that no number is too large to draw.
+            # Limited to the image, so that no coordinate is too large to draw.
             corners = np.clip([*low, *high], -4, max(size) + 4)
             for out, shade, thickness in ((2, HALO, 4), (1, color, 2)):
                 outline = (corners + np.array([-out, -out, out, out])).tolist()

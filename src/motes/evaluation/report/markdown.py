@@ -14,9 +14,9 @@ from motes.evaluation.report.tables import Cell, Table
 
 
 def summary(
-    evaluation: Evaluation, problems: list[Problem], wanted: Comparisons, title: str
+    evaluation: Evaluation, problems: list[Problem], options: Comparisons, title: str
 ) -> str:
-    """Return the contents of summary.md: the tables of each protocol, references and problems."""
+    """Return the text of summary.md: the tables of each protocol, references and problems."""
     sections: dict[str, list[Table]] = {}
     for protocol in evaluation.protocols:
         tables = [report_sections.overall(evaluation, protocol)]
@@ -29,26 +29,24 @@ def summary(
             report_sections.times,
         ):
             tables.append(make(evaluation, protocol))
-        if (pace := speed_ratios(evaluation, protocol, wanted.peer)).rows:
+        if (pace := speed_ratios(evaluation, protocol, options.peer)).rows:
             tables.append(pace)
-        if wanted.folds:
+        if options.folds:
             tables.append(
-                cross_validation.choices(evaluation, protocol, wanted.candidates, wanted.folds)
+                cross_validation.choices(evaluation, protocol, options.candidates, options.folds)
             )
         if protocol == "robust":
             tables.append(report_sections.per_view(evaluation))
         sections[report_sections.title(evaluation, protocol)] = tables
-    if wanted.reference is not None:
-        sections["Other people's results"] = [
-            report_sections.reference(evaluation, wanted.reference)
-        ]
+    if options.reference is not None:
+        sections["Published results"] = [report_sections.reference(evaluation, options.reference)]
     return document(title, report_sections.run_summary(evaluation), sections, problems)
 
 
 def document(
     title: str, described: str, sections: Mapping[str, list[Table]], problems: list[Problem]
 ) -> str:
-    """Return a text of tables under the titles of their sections, and what went wrong."""
+    """Return a text with the tables of each section, and the problems."""
     parts = [f"# {_literal(title)}", _literal(described)]
     if problems:
         sections = {**sections, "What went wrong": [report_sections.problem_table(problems)]}
@@ -58,7 +56,7 @@ def document(
 
 
 def table(table: Table) -> str:
-    """Return a table under its title; what cannot be sorted needs no more than that."""
+    """Return a table under its title."""
     lines = [
         tuple(map(_literal, table.head)),
         tuple("---" for _ in table.head),
@@ -75,5 +73,5 @@ def _cell(cell: Cell) -> str:
 
 
 def _literal(text: str) -> str:
-    """Return text in one line that means itself, not headings, links or columns."""
+    """Return text in one line with all characters escaped that Markdown would interpret."""
     return re.sub(r"[\\`*|<>\[\]#$]|\b_|_\b", r"\\\g<0>", " ".join(text.split()))

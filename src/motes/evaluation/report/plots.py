@@ -1,4 +1,4 @@
-"""The plots of a report, as SVG inside HTML: they take its colors of ink, light or dark."""
+"""The plots of a report, as SVG in HTML; they use the page's text colors, light or dark."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Okabe and Ito's palette, but gray for black, which is no color at night, and without yellow, which
-# is too pale by day.
+# The palette of Okabe and Ito, with gray instead of black, which cannot be seen on a dark page, and
+# without yellow, which is too pale on a light page.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#808080")
 DASHES = ("", "6 3", "2 2", "8 2 2 2")
-"""Where there are more trackers than colors, these tell them apart."""
+"""Line styles, which distinguish trackers if there are more trackers than colors."""
 
-_INK, _GRID = "#123456", "#654321"  # stand for the page's own
+_INK, _GRID = "#123456", "#654321"  # are replaced by the colors of the page
 
 
 def style(i: int) -> tuple[str, str]:
-    """Return color and dashes (as in SVG; none is a whole line) of the line of tracker i."""
+    """Return color and dashes of the line of tracker i, as in SVG; no dashes: a solid line."""
     return COLORS[i % len(COLORS)], DASHES[i // len(COLORS) % len(DASHES)]
 
 
-def available() -> bool:
+def has_matplotlib() -> bool:
     """Return whether matplotlib is installed, which `curves` and `diagram` need."""
     try:
         import matplotlib  # noqa: F401
@@ -57,15 +57,15 @@ def curves(name: str, x: Floats, lines: dict[int, Floats], labels: tuple[str, st
     name
         Unique in the page; ids begin with it.
     x
-        (n,).
+        (n,), the horizontal coordinates.
     lines
-        By number of the tracker, (n,).
+        The values (n,) of each tracker, by its number.
     labels
-        Of the axes.
+        Labels of the axes.
     """
     figure = _figure(5, 3.6)
     axes = figure.add_subplot()
-    _plain(axes, *labels)
+    _style_axes(axes, *labels)
     for i, y in lines.items():
         color, dashes = style(i)
         pattern = (0, tuple(map(float, dashes.split()))) if dashes else "-"
@@ -90,8 +90,8 @@ def diagram(name: str, i: int, found: Reliability) -> str:
     color, _ = style(i)
     figure = _figure(3, 3.9)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    _plain(upper, "", "share with IoU > 0.5")
-    _plain(lower, "confidence", "frames")
+    _style_axes(upper, "", "share with IoU > 0.5")
+    _style_axes(lower, "confidence", "frames")
     middle = (np.arange(BINS) + 0.5) / BINS
     upper.bar(middle, found.accuracy, width=0.9 / BINS, color=color, alpha=0.35)
     upper.plot([0, 1], [0, 1], color=_INK, linewidth=1, linestyle=(0, (4, 3)))
@@ -117,13 +117,13 @@ def _short(count: int) -> str:
 
 
 def _figure(width: float, height: float) -> Figure:
-    # Without pyplot, a figure is an object like any other.
+    # Without pyplot, a figure is an ordinary object.
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def _plain(axes: Axes, x: str, y: str) -> None:
+def _style_axes(axes: Axes, x: str, y: str) -> None:
     axes.set_xlabel(x, color=_INK)
     axes.set_ylabel(y, color=_INK)
     axes.tick_params(color=_INK, labelcolor=_INK, labelsize=9)
@@ -134,11 +134,11 @@ def _plain(axes: Axes, x: str, y: str) -> None:
 
 
 def _svg(figure: Figure, name: str) -> str:
-    """Return a figure as an element that can stand with others in one page."""
+    """Return a figure as an SVG element that can be placed with others in one page."""
     import matplotlib
 
     file = io.StringIO()
-    # Text stays text, and ids do not depend on chance.
+    # Text stays text, and ids are not random.
     with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": "motes"}):
         figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
     svg = file.getvalue()

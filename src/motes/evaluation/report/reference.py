@@ -1,4 +1,4 @@
-"""Other people's results, to compare ours with."""
+"""Published results, for comparison with those of this run."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from motes.core.errors import FormatError, SourceError
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
-    """Other people's results: the success AUC of their trackers on sequences.
+    """Published results: the success AUC of trackers on sequences.
 
     Attributes
     ----------
     name
-        Of the file.
+        Name of the file.
     values
         By tracker, then by sequence in lower case.
     """
@@ -27,23 +27,23 @@ class Reference:
     values: dict[str, dict[str, float]]
 
     def of(self, tracker: str, sequence: str) -> float | None:
-        """Return a number, however the sequence's name is capitalized; None if there is none."""
+        """Return the AUC of a tracker on a sequence, ignoring its case; None if there is none."""
         return self.values[tracker].get(sequence.casefold())
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a CSV file with a row for each sequence.
 
-        The first column names the sequence. Columns NAME_AUC hold the numbers of a tracker NAME;
-        if there are none of this kind, then all columns, each under its own name. Numbers are from
-        0 to 1, and may be missing. Between the columns are commas, semicolons or tabs.
+        The first column names the sequence. A column NAME_AUC holds the numbers of a tracker NAME;
+        if there is no such column, all columns are used under their own names. Numbers are from 0
+        to 1 and may be missing. Columns are separated by commas, semicolons or tabs.
 
         Raises
         ------
         SourceError
             If the file cannot be read.
         FormatError
-            If it holds something else.
+            If it has another format.
         """
         path = Path(path)
         try:
@@ -67,7 +67,7 @@ def _reference(text: str) -> dict[str, dict[str, float]]:
     chosen = [i for i, name in enumerate(columns) if i and name.endswith("_AUC")]
     names = {i: columns[i].removesuffix("_AUC") for i in chosen or range(1, len(columns))}
     if "" in names.values() or len(set(names.values())) < len(names):
-        raise ValueError("its first line must give each column a name of its own")
+        raise ValueError("its first line must give each column a different name")
     values: dict[str, dict[str, float]] = {name: {} for name in names.values()}
     seen: set[str] = set()
     for row in rows:
@@ -78,7 +78,7 @@ def _reference(text: str) -> dict[str, dict[str, float]]:
             raise ValueError(f"{where} has {len(row)} columns, the first line has {len(columns)}")
         sequence = row[0].strip().casefold()
         if not sequence or sequence in seen:
-            raise ValueError(f"{where} must name a sequence of its own, not {row[0].strip()!r}")
+            raise ValueError(f"{where} must name another sequence, not {row[0].strip()!r}")
         seen.add(sequence)
         for i, name in names.items():
             field = row[i].strip()
@@ -93,7 +93,7 @@ def _auc(field: str, where: str) -> float:
     try:
         value = float(field)
     except ValueError:
-        raise ValueError(f"{where}: {field[:20]!r} is no number") from None
+        raise ValueError(f"{where}: {field[:20]!r} is not a number") from None
     if not 0 <= value <= 1:
         raise ValueError(f"{where}: an AUC is from 0 to 1, not {value:g}")
     return value

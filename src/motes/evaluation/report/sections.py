@@ -1,4 +1,4 @@
-"""What a report tells: its tables, and what was run."""
+"""The tables of a report, and a summary of the run."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.tables import (
-    NOTHING,
+    NO_VALUE,
     Cell,
     Row,
     Table,
     bars,
     best,
-    counted,
+    count_noun,
     number,
     three_digits,
 )
@@ -30,11 +30,11 @@ from motes.evaluation.runner import Pass
 from motes.evaluation.scores import PROTOCOL_NAMES, Outcome, PassResult
 
 NAMES = {"auc": "AUC", "accuracy": "Accuracy", "hota": "HOTA"}
-"""For people, of what trackers are ranked by."""
+"""Titles of the columns by which trackers are ranked."""
 
 
 class Column(NamedTuple):
-    """A column of numbers: its title, the number of a tracker, and what is better: 1 for more."""
+    """A column: its title, a function of a tracker's name, and 1 if more is better, else -1."""
 
     title: str
     cell: Callable[[str], Cell]
@@ -42,10 +42,10 @@ class Column(NamedTuple):
 
 
 def title(evaluation: Passes[Any], protocol: str) -> str:
-    """Return a protocol's name for people, with the number of views if it has some."""
+    """Return a protocol's title, with the number of views for `robust`."""
     name = PROTOCOL_NAMES[protocol]
     views = len(_views(evaluation))
-    return f"{name} ({counted(views, 'view')})" if protocol == "robust" else name
+    return f"{name} ({count_noun(views, 'view')})" if protocol == "robust" else name
 
 
 def _views(evaluation: Passes[Any]) -> list[str]:
@@ -55,7 +55,7 @@ def _views(evaluation: Passes[Any]) -> list[str]:
 
 
 def overall(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table with a row for each tracker: its means in a protocol."""
+    """Return a table of means in a protocol, with a row for each tracker."""
 
     def mean(name: str, digits: int = 3) -> Callable[[str], Cell]:
         return lambda tracker: number(evaluation.mean(tracker, protocol, name), digits)
@@ -99,7 +99,7 @@ def overall(evaluation: Evaluation, protocol: str) -> Table:
 
 
 def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Column]) -> Table:
-    """Return a table with a row for each tracker, and how many sequences it finished."""
+    """Return a table with a row for each tracker, including the number of sequences it finished."""
     cells = [
         best([column.cell(tracker) for tracker in evaluation.trackers], column.sign)
         for column in columns
@@ -114,7 +114,7 @@ def ranking(title: str, evaluation: Passes[Any], protocol: str, columns: list[Co
 
 
 def lost_track(outcome: Outcome) -> float:
-    """Return 1 if the track was lost in some frame, else 0."""
+    """Return 1 if the track was lost in any frame, else 0."""
     return float(outcome.scores["lost_frame"] is not None)
 
 
@@ -155,18 +155,18 @@ def per_view(evaluation: Evaluation) -> Table:
 
 
 def comparisons(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table with each tracker compared with the first one."""
+    """Return a table in which each tracker is compared with the first one."""
     rows: list[Row] = []
     for tracker, sequences, difference, won, drawn in evaluation.comparisons(protocol):
         mean, low, high = difference
-        interval = f"{low:+.3f} to {high:+.3f}" if math.isfinite(low) else NOTHING
+        interval = f"{low:+.3f} to {high:+.3f}" if math.isfinite(low) else NO_VALUE
         rows.append(
             (
                 Cell(tracker),
-                Cell(f"{mean:+.3f}" if sequences else NOTHING, mean if sequences else None),
+                Cell(f"{mean:+.3f}" if sequences else NO_VALUE, mean if sequences else None),
                 Cell(interval, low if math.isfinite(low) else None),
-                Cell(f"{won} of {sequences}" if sequences else NOTHING, won),
-                Cell(str(drawn) if sequences else NOTHING, drawn),
+                Cell(f"{won} of {sequences}" if sequences else NO_VALUE, won),
+                Cell(str(drawn) if sequences else NO_VALUE, drawn),
             )
         )
     return Table(
@@ -180,35 +180,35 @@ def comparisons(evaluation: Evaluation, protocol: str) -> Table:
         ),
         rows,
         note=(
-            f"A positive difference: better than {evaluation.trackers[0]}, over the sequences that "
-            f"both finished. The interval is a paired bootstrap over sequences, each of them the "
-            f"mean over seeds; where it holds 0, these sequences do not tell the two apart."
+            f"A positive difference means better than {evaluation.trackers[0]}, over the sequences "
+            f"that both finished. The interval is a paired bootstrap over sequences, each with its "
+            f"mean over seeds. If it contains 0, these sequences do not show which one is better."
         ),
     )
 
 
 def lost_status(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table of how well each tracker says that it is lost."""
+    """Return a table of how well each tracker reports its losses."""
     rows = [
         (Cell(tracker), *map(number, evaluation.lost_status(tracker, protocol)))
         for tracker in evaluation.trackers
     ]
     return Table(
-        "Does it know that it failed?",
-        ("tracker", "frames missed", "frames called lost", "recall", "precision", "F1"),
+        "Reported losses",
+        ("tracker", "frames missed", "frames reported lost", "recall", "precision", "F1"),
         rows,
         note=(
-            "A frame is missed with an IoU below 0.1 or without a target. Recall: the share of "
-            "missed frames that were called lost. Precision: the share of frames called lost that "
-            "were missed. Over the frames of all sequences."
+            "A frame is missed if the IoU is below 0.1 or there is no target. Recall: the share of "
+            "missed frames that were reported lost. Precision: the share of frames reported lost "
+            "that were missed. Over the frames of all sequences."
         ),
     )
 
 
 def recovery(evaluation: Evaluation, protocol: str) -> Table:
-    """Return a table of how often each tracker finds the target again, and how well it knows where.
+    """Return a table of recoveries after losses, and of the accuracy of the covariance.
 
-    Without the former in `reset`, where it is not left to the tracker.
+    In `reset`, the recoveries are left out, since the tracker is restarted there.
     """
     rows: list[Row] = []
     for tracker in evaluation.trackers:
@@ -226,14 +226,14 @@ def recovery(evaluation: Evaluation, protocol: str) -> Table:
     if protocol != "reset":
         head = ("tracker", "losses", "found again", *head[1:])
         note = (
-            "A loss: the IoU falls below 0.1, and the target is there for 30 frames in a row after "
-            f"that. Found again: the share of losses with an IoU above 0.5 later. {note}"
+            "A loss: the IoU falls below 0.1, and the target is later present for 30 frames in a "
+            f"row. Found again: the share of losses with an IoU above 0.5 later. {note}"
         )
-    return Table("Does it find the target again, and know where it is?", head, rows, note=note)
+    return Table("Recovery after losses, and covariance", head, rows, note=note)
 
 
 def times(evaluation: Passes[Any], protocol: str) -> Table:
-    """Return a table of the time that each tracker takes for an update, with bars."""
+    """Return a table of each tracker's running time of an update, with bars."""
     seconds = [evaluation.seconds(tracker, protocol) for tracker in evaluation.trackers]
     quantiles = [metrics.time_quantiles(each) for each in seconds]
     longest = max((high for _, high in quantiles if math.isfinite(high)), default=0)
@@ -247,14 +247,14 @@ def times(evaluation: Passes[Any], protocol: str) -> Table:
         rows.append((Cell(tracker), *cells, three_digits(fps)))
     return Table(
         "Time of an update",
-        ("tracker", "median, ms", "95 % within, ms", "updates a second"),
+        ("tracker", "median, ms", "95 % within, ms", "updates per second"),
         rows,
-        note="Inside the tracker only: without decoding, and without the start.",
+        note="Time inside the tracker only, without decoding and without the start.",
     )
 
 
 def reference(evaluation: Evaluation, other: Reference) -> Table:
-    """Return a table of our AUC in one pass and other people's, on the sequences of both."""
+    """Return a table of AUC in one pass, of this run and published, on the sequences of both."""
     title, protocol = f"With the results of {other.name}", "ope"
     if protocol not in evaluation.protocols:
         return Table(title, (), [], note="There is nothing to compare: one pass (OPE) was not run.")
@@ -301,15 +301,26 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
         columns |= {"AUC": ("auc", 3), "precision at 20 px": ("precision_20", 3)}
         columns |= {"IoU": ("iou", 3), "OD": ("od", 3), "track lost": (lost_track, 2)}
     columns |= {"F1 of lost": ("lost_f1", 2), "ECE": ("ece", 3), "ms": ("ms_median", 2)}
+
+    def cells(tracker: str, sequence: str) -> Iterable[Cell]:
+        for name, digits in columns.values():
+            yield number(evaluation.mean(tracker, protocol, name, [sequence]), digits)
+
+    return by_tracker_and_sequence(evaluation, protocol, columns, cells)
+
+
+def by_tracker_and_sequence(
+    evaluation: Passes[Any],
+    protocol: str,
+    columns: Iterable[str],
+    cells: Callable[[str, str], Iterable[Cell]],
+) -> Table:
+    """Return a table with a row for each tracker on each sequence that it finished.
+
+    `cells` gives the cells of the columns from the names of tracker and sequence.
+    """
     rows = [
-        (
-            Cell(tracker),
-            Cell(sequence),
-            *(
-                number(evaluation.mean(tracker, protocol, name, [sequence]), digits)
-                for name, digits in columns.values()
-            ),
-        )
+        (Cell(tracker), Cell(sequence), *cells(tracker, sequence))
         for tracker in evaluation.trackers
         for sequence in evaluation.finished(tracker, protocol)
     ]
@@ -322,7 +333,7 @@ def details(evaluation: Evaluation, protocol: str) -> Table:
 
 
 def problems(found: Iterable[Problem], outcomes: Iterable[PassResult[Any, Any]]) -> list[Problem]:
-    """Return what went wrong, and the passes that failed: all of one sequence and error as one."""
+    """Return the problems, and the failed passes, with one entry for each sequence and error."""
     failed: dict[tuple[str, str], list[Pass]] = {}
     for outcome in outcomes:
         if outcome.trace is None:
@@ -335,29 +346,29 @@ def pass_label(items: list[Pass]) -> str:
     item, *others = items
     if others:
         trackers = ", ".join(dict.fromkeys(item.tracker for item in items))
-        return f"{trackers} on {item.sequence}, {counted(len(items), 'pass')}"
+        return f"{trackers} on {item.sequence}, {count_noun(len(items), 'pass')}"
     label = f" {item.start.label}" if item.start.label else ""
     return f"{item.tracker} on {item.sequence}, {item.start.protocol}{label}, seed {item.seed}"
 
 
 def problem_table(found: list[Problem]) -> Table:
-    """Return a table of what went wrong."""
+    """Return a table of problems."""
     rows: list[Row] = [(Cell(problem.where), Cell(problem.what)) for problem in found]
     return Table("Problems", ("where", "what"), rows)
 
 
 def run_summary(evaluation: Passes[Any]) -> str:
-    """Return what was run, in words."""
+    """Return a sentence about what was run."""
     if not evaluation.outcomes:
         return "Nothing was run."
     failed = sum(outcome.trace is None for outcome in evaluation.outcomes)
     passes = Counter(outcome.item.start.protocol for outcome in evaluation.outcomes)
     each = ", ".join(f"{passes[protocol]} {protocol}" for protocol in evaluation.protocols)
     return (
-        f"{counted(len(evaluation.trackers), 'tracker')} on "
-        f"{counted(len(evaluation.sequences), 'sequence')}, "
-        f"{counted(len({outcome.item.seed for outcome in evaluation.outcomes}), 'seed')} "
-        f"where chance plays a part. Passes: {each}; "
+        f"{count_noun(len(evaluation.trackers), 'tracker')} on "
+        f"{count_noun(len(evaluation.sequences), 'sequence')}, "
+        f"{count_noun(len({outcome.item.seed for outcome in evaluation.outcomes}), 'seed')} "
+        f"for stochastic trackers. Passes: {each}; "
         f"{failed or 'none'} of them failed. "
         f"motes {__version__}, Python {platform.python_version()}, {platform.machine()}."
     )

@@ -1,4 +1,4 @@
-"""What a report sets beside the trackers' own numbers, if somebody asks for it."""
+"""The optional parts of a report, and the table of speed ratios."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.tables import Cell, Table, three_digits
 
 PEER = "cv2:csrt"
-"""Whose time those of the others are set against, unless somebody says otherwise."""
+"""The tracker whose time is the reference of speed ratios, by default."""
 
 
 class Comparisons(NamedTuple):
-    """What a report sets beside the trackers' own numbers.
+    """The optional parts of a report.
 
     Attributes
     ----------
     reference
-        Other people's results; None for none.
+        Published results, or None.
     peer
-        The tracker whose time those of the others are set against, if it took part.
+        The tracker whose time is the reference of speed ratios, if it took part.
     candidates, folds
-        Among whom is chosen on all but one of so many folds; 0 for no choice.
+        The configurations of a model selection, and the number of its folds; 0 for no selection.
     """
 
     reference: Reference | None = None
@@ -35,12 +35,12 @@ class Comparisons(NamedTuple):
 
 
 def speed_ratios(evaluation: Evaluation, protocol: str, peer: str) -> Table:
-    """Return a table with a row for each sequence: how many times as fast as a peer trackers are.
+    """Return a table of the trackers' speed relative to a peer, with a row for each sequence.
 
-    Without rows if it did not take part, or nobody else did.
+    It has no rows if the peer, or any other tracker, did not take part.
     """
     others = [tracker for tracker in evaluation.trackers if tracker != peer]
-    title = f"How many times as fast as {peer}"
+    title = f"Speed relative to {peer}"
     if peer not in evaluation.trackers or not others:
         return Table(title, (), [])
 
@@ -48,7 +48,7 @@ def speed_ratios(evaluation: Evaluation, protocol: str, peer: str) -> Table:
         seconds = (evaluation.seconds(tracker, protocol, [name]) for name in evaluation.sequences)
         return [metrics.time_quantiles(each)[0] for each in seconds]
 
-    with np.errstate(divide="ignore", invalid="ignore"):  # a time too short to be measured
+    with np.errstate(divide="ignore", invalid="ignore"):  # a time may be too short to be measured
         ratios = np.array(medians(peer)) / np.array([medians(other) for other in others])
     least = [min(row[np.isfinite(row)], default=np.nan) for row in ratios]
     return Table(
@@ -59,6 +59,6 @@ def speed_ratios(evaluation: Evaluation, protocol: str, peer: str) -> Table:
             for sequence, column in zip(evaluation.sequences, ratios.T, strict=True)
         ],
         ((Cell("minimum"), *map(three_digits, least)),),
-        f"The median time of an update of {peer}, divided by the tracker's: above 1, the tracker "
-        f"is the faster one. For sequences that both finished.",
+        f"The median time of an update of {peer}, divided by that of the tracker. Above 1, the "
+        f"tracker is faster. For sequences that both finished.",
     )

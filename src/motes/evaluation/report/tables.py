@@ -1,4 +1,4 @@
-"""Tables of numbers, before they are Markdown or HTML."""
+"""Tables of numbers, from which Markdown and HTML are made."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from typing import NamedTuple
 
 from motes.evaluation.aggregate import Mean
 
-NOTHING = "–"
-"""What stands where there is no number."""
+NO_VALUE = "–"
+"""The text of a cell without a number."""
 
 
 class Cell(NamedTuple):
-    """An entry of a table.
+    """A cell of a table.
 
     Attributes
     ----------
     text
-        What is read.
+        The text shown.
     value
-        What it is sorted by; text if it is None.
+        The number by which rows are sorted; None to sort by the text.
     deviation
-        Standard deviation of the value; None for none.
+        Standard deviation of the value, or None.
     bar
         Length of a bar, 0 to 1; None for no bar.
     best
@@ -47,13 +47,13 @@ class Table:
     Attributes
     ----------
     title
-        A line.
+        One line.
     head
         Titles of the columns; the first column names the rows.
     rows, foot
         Rows that may be sorted, and rows below them.
     note
-        What the numbers are.
+        An explanation of the numbers.
     """
 
     title: str
@@ -67,30 +67,30 @@ def number(value: Mean | float | None, digits: int = 3) -> Cell:
     """Return a number, with its standard deviation if it has one."""
     mean, deviation = value if isinstance(value, Mean) else (value, math.nan)
     if mean is None or not math.isfinite(mean):
-        return Cell(NOTHING)
-    return _written(mean, deviation, f".{digits}f")
+        return Cell(NO_VALUE)
+    return _formatted(mean, deviation, f".{digits}f")
 
 
 def percent(value: Mean | float) -> Cell:
     """Return a share in percent, with its standard deviation if it has one."""
-    return _written(*(value if isinstance(value, Mean) else (value, math.nan)), ".0%")
+    return _formatted(*(value if isinstance(value, Mean) else (value, math.nan)), ".0%")
 
 
-def _written(mean: float, deviation: float, form: str) -> Cell:
+def _formatted(mean: float, deviation: float, form: str) -> Cell:
     if math.isnan(deviation):
         return Cell(f"{mean:{form}}", mean)
     return Cell(f"{mean:{form}} ± {deviation:{form}}", mean, deviation)
 
 
 def three_digits(value: float) -> Cell:
-    """Return a number with three significant digits, and all of those before the point."""
+    """Return a number with three significant digits, and with all digits before the point."""
     if not math.isfinite(value):
-        return Cell(NOTHING)
+        return Cell(NO_VALUE)
     return Cell(f"{value:.0f}" if value >= 99.95 or not value else f"{value:#.3g}", value)
 
 
 def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:
-    """Return cells with the best of them marked, where there is a choice."""
+    """Return the cells with the best value marked, if there are at least two values."""
     cells = list(cells)
     known = [sign * cell.value for cell in cells if cell.value is not None]
     if len(known) < 2:
@@ -105,7 +105,7 @@ def bars(values: Iterable[Mean | float | None]) -> list[Cell]:
     return best(cell._replace(bar=cell.value) for cell in cells)
 
 
-def counted(number: int, what: str) -> str:
-    """Return a number of things."""
+def count_noun(number: int, what: str) -> str:
+    """Return a number with its noun in singular or plural, such as "2 passes"."""
     plural = "es" if what.endswith("s") else "s"
     return f"{number} {what}{plural if number != 1 else ''}"

@@ -1,4 +1,4 @@
-"""The report of an evaluation, for people: summary.md, and report.html with plots and pictures."""
+"""The report of an evaluation: summary.md, and report.html with plots and images."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from motes.evaluation.report import html as page
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.markdown import summary
 from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
-from motes.evaluation.report.tables import Table, counted, number
+from motes.evaluation.report.tables import Table, count_noun, number
 from motes.evaluation.scores import Outcome, write_text
 
 Floats = NDArray[np.float64]
@@ -30,26 +30,26 @@ def write_report(
     out: Path,
     outcomes: Iterable[Outcome],
     problems: list[Problem],
-    wanted: Comparisons,
+    options: Comparisons,
     title: str,
 ) -> None:
     """Write summary.md and report.html into a folder.
 
-    The page needs neither a network nor other files. Plots need matplotlib; without it the page
-    says so in their place.
+    The page needs neither a network nor other files. Plots need matplotlib; without it the page has
+    a message in their place.
 
     Parameters
     ----------
     out
         The folder.
     outcomes
-        Of all passes; the others are compared with the tracker of the first one.
+        The results of all passes; trackers are compared with the tracker of the first one.
     problems
-        What went wrong; passes that failed are added.
-    wanted
-        What is set beside their numbers.
+        Problems of the run; failed passes are added.
+    options
+        The optional parts of the report.
     title
-        For people.
+        The title of the report.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def write_report(
     """
     evaluation = Evaluation(outcomes)
     problems = report_sections.problems(problems, evaluation.outcomes)
-    write_text(out / "summary.md", summary(evaluation, problems, wanted, title))
-    parts = _parts(evaluation, wanted)
+    write_text(out / "summary.md", summary(evaluation, problems, options, title))
+    parts = _parts(evaluation, options)
     write_text(out / "report.html", page.page(title, body(evaluation, problems, parts)))
 
 
@@ -69,63 +69,65 @@ def body(
     parts: Iterable[str],
     meanings: Mapping[str, str] = page.GLOSSARY,
 ) -> str:
-    """Return a report as HTML: what was run, its parts, what numbers mean, and what went wrong."""
+    """Return a report as HTML: a summary of the run, its parts, the glossary, and the problems."""
     return "\n".join([*_opening(evaluation, problems), *parts, *_closing(meanings, problems)])
 
 
 def _opening(evaluation: Passes[Any], problems: list[Problem]) -> Iterable[str]:
     yield f"<p>{escape(report_sections.run_summary(evaluation))}</p>"
     if problems:
-        count = counted(len(problems), "problem")
+        count = count_noun(len(problems), "problem")
         yield f'<p class="alarm">{count}: see the <a href="#problems">list at the end</a>.</p>'
-    if not plots.available():
+    if not plots.has_matplotlib():
         yield (
-            '<p class="alarm">There are no plots, as matplotlib is not installed. Install it with '
-            "<code>pip install 'motes[report]'</code> and make the report again.</p>"
+            '<p class="alarm">There are no plots, since matplotlib is not installed. Install it '
+            "with <code>pip install 'motes[report]'</code> and make the report again.</p>"
         )
 
 
 def _closing(meanings: Mapping[str, str], problems: list[Problem]) -> Iterable[str]:
-    yield page.headed("What the numbers mean", page.glossary(meanings))
+    yield page.section("What the numbers mean", page.glossary(meanings))
     if problems:
-        yield page.headed(
+        yield page.section(
             "Problems", page.table(report_sections.problem_table(problems)), "problems"
         )
 
 
-def _parts(evaluation: Evaluation, wanted: Comparisons) -> Iterable[str]:
+def _parts(evaluation: Evaluation, options: Comparisons) -> Iterable[str]:
     for protocol in evaluation.protocols:
-        yield page.headed(
+        yield page.section(
             report_sections.title(evaluation, protocol),
             page.table(report_sections.overall(evaluation, protocol)),
         )
         if protocol != "reset":
             yield _plots(evaluation, protocol)
         if protocol == "robust":
-            yield _spread(evaluation)
+            yield _auc_distribution(evaluation)
             table = report_sections.per_view(evaluation)
             yield f"<h3>{escape(table.title)}</h3>{page.table(table)}"
         if len(evaluation.trackers) > 1:
             compared = report_sections.comparisons(evaluation, protocol)
             yield f"<h3>{escape(compared.title)}</h3>{page.table(compared)}"
-        if wanted.folds:
-            table = cross_validation.choices(evaluation, protocol, wanted.candidates, wanted.folds)
+        if options.folds:
+            table = cross_validation.choices(
+                evaluation, protocol, options.candidates, options.folds
+            )
             yield f"<h3>{escape(table.title)}</h3>{page.table(table)}"
     if evaluation.protocols:
-        yield from _closer(evaluation, evaluation.protocols[0], wanted.peer)
+        yield from _first_protocol_parts(evaluation, evaluation.protocols[0], options.peer)
     if "ope" in evaluation.protocols:
-        yield page.headed("Where they fail", _failures(evaluation))
-    if wanted.reference is not None:
-        table = report_sections.reference(evaluation, wanted.reference)
-        yield page.headed(table.title, page.table(table, column_tints(len(evaluation.trackers))))
+        yield page.section("First failures", _failures(evaluation))
+    if options.reference is not None:
+        table = report_sections.reference(evaluation, options.reference)
+        yield page.section(table.title, page.table(table, column_tints(len(evaluation.trackers))))
     for protocol in evaluation.protocols:
         table = report_sections.details(evaluation, protocol)
-        yield folded(f"{table.title}: {report_sections.title(evaluation, protocol)}", table)
+        yield collapsible(f"{table.title}: {report_sections.title(evaluation, protocol)}", table)
 
 
-def _closer(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
-    """Yield what the page shows of a single protocol, the first one."""
-    aside = "" if len(evaluation.protocols) == 1 else f" ({protocol})"
+def _first_protocol_parts(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
+    """Yield the parts that the page has only for the first protocol."""
+    suffix = "" if len(evaluation.protocols) == 1 else f" ({protocol})"
     for table, tint in (
         (
             report_sections.per_sequence(evaluation, protocol),
@@ -137,8 +139,8 @@ def _closer(evaluation: Evaluation, protocol: str, peer: str) -> Iterable[str]:
         (report_sections.recovery(evaluation, protocol), page.no_tint),
     ):
         if table.rows:
-            yield page.headed(table.title + aside, page.table(table, tint))
-    yield page.headed("How honest is the confidence?" + aside, _diagrams(evaluation, protocol))
+            yield page.section(table.title + suffix, page.table(table, tint))
+    yield page.section("Calibration of the confidence" + suffix, _diagrams(evaluation, protocol))
 
 
 def tracker_tint(tracker: int) -> str:
@@ -146,13 +148,13 @@ def tracker_tint(tracker: int) -> str:
     return plots.style(tracker)[0] + "4d"
 
 
-def folded(title: str, table: Table) -> str:
-    """Return a table that is seen after a click on its title."""
+def collapsible(title: str, table: Table) -> str:
+    """Return a table that opens with a click on its title."""
     return f"<details><summary>{escape(title)}</summary>{page.table(table)}</details>"
 
 
 def column_tints(trackers: int) -> Callable[[int, int], str]:
-    """Return the tints of a table with a column for each tracker, and maybe more."""
+    """Return the bar colors of a table with a column for each tracker, and perhaps more columns."""
     return lambda row, column: (
         tracker_tint(column - 1) if column <= trackers else page.no_tint(row, column)
     )
@@ -174,49 +176,63 @@ def _plots(evaluation: Evaluation, protocol: str) -> str:
 def plot(
     evaluation: Passes[Any],
     protocol: str,
-    of: Callable[[Any], Floats],
+    quantity: Callable[[Any], Floats],
     x: Floats,
-    worth: Callable[[Floats], float],
-    words: tuple[str, str, str, str],
+    summarize: Callable[[Floats], float],
+    labels: tuple[str, str, str, str],
 ) -> str:
-    """Return a figure with a line for each tracker, and a legend with what the lines are worth."""
+    """Return a figure with a line for each tracker, and a legend with a number for each line.
+
+    Parameters
+    ----------
+    evaluation, protocol
+        The results.
+    quantity
+        A function from the result of a pass to a curve (n,).
+    x
+        (n,), the horizontal coordinates.
+    summarize
+        A function from a curve to the number in the legend.
+    labels
+        The figure's title, the labels of its axes, and the name of the number.
+    """
     lines = {}
     for i, tracker in enumerate(evaluation.trackers):
-        curves = evaluation.per_seed(tracker, protocol, of)
+        curves = evaluation.per_seed(tracker, protocol, quantity)
         if known := [curve for curve in curves if np.isfinite(curve).all()]:
             lines[i] = np.mean(known, axis=0)
-    worths = {i: worth(line) for i, line in lines.items()}
-    return _drawn(evaluation.trackers, protocol, x, lines, worths, words)
+    numbers = {i: summarize(line) for i, line in lines.items()}
+    return _line_figure(evaluation.trackers, protocol, x, lines, numbers, labels)
 
 
-def _spread(evaluation: Evaluation) -> str:
-    """Return the figure of how the AUC is spread over the passes of `robust`."""
-    x, lines, worths = np.linspace(0, 1, 101), {}, {}
+def _auc_distribution(evaluation: Evaluation) -> str:
+    """Return a figure of the distribution of AUC over the passes of `robust`."""
+    x, lines, numbers = np.linspace(0, 1, 101), {}, {}
     for i, tracker in enumerate(evaluation.trackers):
         values = evaluation.aucs(tracker, "robust")
         if values.size:
             lines[i] = np.quantile(values, x)
-            worths[i] = evaluation.worst_tenth(tracker, "robust").mean
-    words = ("Spread", "share of passes, the worst first", "AUC of a pass", "worst tenth")
-    figure = _drawn(evaluation.trackers, "robust", x, lines, worths, words)
+            numbers[i] = evaluation.worst_tenth(tracker, "robust").mean
+    labels = ("Spread", "share of passes, the worst first", "AUC of a pass", "worst tenth")
+    figure = _line_figure(evaluation.trackers, "robust", x, lines, numbers, labels)
     return f'<div class="plots">{figure}</div>'
 
 
-def _drawn(
+def _line_figure(
     trackers: list[str],
     protocol: str,
     x: Floats,
     lines: dict[int, Floats],
-    worths: dict[int, float],
-    words: tuple[str, str, str, str],
+    numbers: dict[int, float],
+    labels: tuple[str, str, str, str],
 ) -> str:
-    """Return a figure with a line for each tracker; as `plot` does."""
-    title, horizontal, vertical, measured = words
-    if not lines or not plots.available():
+    """Return a figure with a line and a number for each tracker; see `plot`."""
+    title, horizontal, vertical, measured = labels
+    if not lines or not plots.has_matplotlib():
         return ""
     legend = "".join(
-        f"<li>{plots.swatch(i)}{escape(trackers[i])}: {worths[i]:.3f}</li>"
-        for i in sorted(lines, key=lambda i: -worths[i])
+        f"<li>{plots.swatch(i)}{escape(trackers[i])}: {numbers[i]:.3f}</li>"
+        for i in sorted(lines, key=lambda i: -numbers[i])
     )
     drawn = plots.curves(f"{title.lower()}-{protocol}", x, lines, (horizontal, vertical))
     return (
@@ -226,13 +242,13 @@ def _drawn(
 
 
 def _diagrams(evaluation: Evaluation, protocol: str) -> str:
-    """Return the reliability diagrams of the trackers that have a confidence."""
+    """Return the reliability diagrams of the trackers that give a confidence."""
     figures, silent = [], []
     for i, tracker in enumerate(evaluation.trackers):
         found = evaluation.reliability(tracker, protocol)
         if found is None:
             silent.append(tracker)
-        elif plots.available():
+        elif plots.has_matplotlib():
             error = number(evaluation.calibration(tracker, protocol)).text
             figures.append(
                 f"<figure>{plots.diagram(f'reliability-{i}', i, found)}<figcaption>"
@@ -242,9 +258,9 @@ def _diagrams(evaluation: Evaluation, protocol: str) -> str:
     parts = []
     if figures:
         parts.append(
-            '<p class="note">A bar and a dot for each tenth of confidence: the share of frames '
-            "that were right (IoU above 0.5). On the dashed line, confidence is what it says; "
-            "below, the tracker is too sure. Under it, the number of frames.</p>"
+            '<p class="note">A bar and a dot for each tenth of confidence: the share of correct '
+            "frames (IoU above 0.5). On the dashed line, the confidence equals that share; below "
+            "it, the confidence is too high. The lower plot shows the number of frames.</p>"
             f'<div class="plots diagrams">{"".join(figures)}</div>'
         )
     if silent:
@@ -253,14 +269,14 @@ def _diagrams(evaluation: Evaluation, protocol: str) -> str:
 
 
 def _failures(evaluation: Evaluation) -> str:
-    """Return pictures of frames in which trackers began to fail."""
+    """Return images of frames in which trackers began to fail."""
     found = failures.failures(evaluation)
     chosen = failures.choose(found)
     drawn, reasons = failures.draw(chosen)
     parts = [
         f'<p class="note">The first frame from which the IoU stays below 0.1 for at least '
-        f"{failures.FRAMES} frames, in one pass with the lowest seed: "
-        f"{counted(len(found), 'failure')}, {len(drawn)} shown. "
+        f"{failures.MIN_FAILURE_FRAMES} frames, in one pass with the lowest seed: "
+        f"{count_noun(len(found), 'failure')}, {len(drawn)} shown. "
         '<span class="truth"></span> truth, <span class="estimate"></span> estimate.</p>'
     ]
     parts += [f'<p class="alarm">{escape(reason)}</p>' for reason in reasons]
@@ -270,11 +286,11 @@ def _failures(evaluation: Evaluation) -> str:
 
 def _picture(picture: failures.Picture) -> str:
     failure = picture.failure
-    sure = "none" if math.isnan(failure.confidence) else f"{failure.confidence:.2f}"
-    said = "yes" if failure.lost else "no"
+    confidence = "none" if math.isnan(failure.confidence) else f"{failure.confidence:.2f}"
+    lost = "yes" if failure.lost else "no"
     caption = escape(
         f"{failure.sequence.name}, {failure.tracker}, frame {failure.frame}: "
-        f"confidence {sure}, said lost: {said}"
+        f"confidence {confidence}, reported lost: {lost}"
         + ("" if np.isfinite(failure.estimate).all() else ", no estimate")
     )
     return (

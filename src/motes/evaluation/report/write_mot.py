@@ -40,26 +40,27 @@ MEASURES = {
 
 GLOSSARY = {
     "HOTA, DetA, AssA, LocA": "Higher order tracking accuracy: sqrt(DetA AssA), the mean over 19 "
-    "thresholds of overlap (IoU) from 0.05 to 0.95 from which on a box is that of an object. DetA "
-    "is the share TP / (TP + FN + FP) of boxes that are found; AssA the mean, over these, of the "
-    "share of the boxes of its object and its track that are matches of these two; LocA their mean "
-    "overlap. Luiten et al., HOTA, IJCV 2021.",
-    "IDF1": "Share of boxes, true and found, that are matched (IoU from 0.5 on) if each object has "
-    "one track and each track one object for the whole sequence. Ristani et al., ECCV workshops "
-    "2016.",
+    "thresholds from 0.05 to 0.95 for the overlap (IoU) of a box and its object. DetA is the share "
+    "TP / (TP + FN + FP) of detected boxes. AssA is a mean over the matches: the share of boxes of "
+    "the match's object and track that are matches of these two. LocA is the mean overlap of "
+    "matches. Luiten et al., HOTA, IJCV 2021.",
+    "IDF1": "Share of boxes, true and found, that are matched (IoU of at least 0.5) if each object "
+    "has one track and each track one object for the whole sequence. Ristani et al., ECCV "
+    "workshops 2016.",
     "MOTA, MOTP, FP, FN, switches": "MOTA is 1 - (FN + FP + switches) / boxes of the truth, with "
-    "boxes matched frame by frame (IoU from 0.5 on): FP are those found that match none, FN those "
-    "not found, a switch is another track than the one before. It may be negative. MOTP is the "
-    "mean overlap of matches. Bernardin and Stiefelhagen, EURASIP JIVP 2008.",
-    "Fragmentations; mostly tracked, mostly lost": "How often an object is found again after it "
-    "was not; objects that are found in more than 80 %, and in less than 20 %, of their frames.",
-    "All sequences": "Counted as one long sequence, in which no object is in two of them: not a "
-    "mean over sequences.",
-    "ms, updates a second": page.GLOSSARY["ms, updates a second"],
-    "±": "Standard deviation over seeds. Without it, a tracker was run once, as chance plays no "
-    "part in it, or with one seed.",
+    "boxes matched frame by frame (IoU of at least 0.5): FP are found boxes without a match, FN "
+    "true boxes without a match; a switch is a match with another track than the one before. MOTA "
+    "may be negative. MOTP is the mean overlap of matches. Bernardin and Stiefelhagen, EURASIP "
+    "JIVP 2008.",
+    "Fragmentations; mostly tracked, mostly lost": "How often an object is matched again after a "
+    "gap; objects that are matched in more than 80 %, and in less than 20 %, of their frames.",
+    "All sequences": "Counted as one long sequence without any object that occurs in two of them; "
+    "not a mean over sequences.",
+    "ms, updates per second": page.GLOSSARY["ms, updates per second"],
+    "±": "Standard deviation over seeds. It is missing for a tracker that is not stochastic, or "
+    "was run with one seed.",
 }
-"""What the numbers of a report mean."""
+"""The meaning of the numbers in a report."""
 
 
 def write_report(out: Path, evaluation: MotEvaluation, problems: list[Problem], title: str) -> None:
@@ -83,15 +84,15 @@ def write_report(out: Path, evaluation: MotEvaluation, problems: list[Problem], 
 
 
 def _parts(evaluation: MotEvaluation) -> Iterable[str]:
-    yield page.headed(PROTOCOL_NAMES[MOT], page.table(overall(evaluation)))
+    yield page.section(PROTOCOL_NAMES[MOT], page.table(overall(evaluation)))
     yield _plots(evaluation)
     tints = report.column_tints(len(evaluation.trackers))
-    yield page.headed((table := per_sequence(evaluation)).title, page.table(table, tints))
-    yield page.headed(
+    yield page.section((table := per_sequence(evaluation)).title, page.table(table, tints))
+    yield page.section(
         (table := times(evaluation)).title,
         page.table(table, lambda row, _: report.tracker_tint(row)),
     )
-    yield report.folded((table := details(evaluation)).title, table)
+    yield report.collapsible((table := details(evaluation)).title, table)
 
 
 def overall(evaluation: MotEvaluation) -> Table:
@@ -129,7 +130,7 @@ def per_sequence(evaluation: MotEvaluation) -> Table:
 
 
 def times(evaluation: MotEvaluation) -> Table:
-    """Return a table of the time that each tracker takes for a frame."""
+    """Return a table of each tracker's running time of a frame."""
     return report_sections.times(evaluation, MOT)
 
 
@@ -137,21 +138,11 @@ def details(evaluation: MotEvaluation) -> Table:
     """Return a table with a row for each tracker on each sequence."""
     names = {"frames": ("frames", 0), "objects": ("objects", 0), "boxes": ("boxes", 0)}
     names |= {title: (name, digits) for title, (name, digits, _) in MEASURES.items()}
-    rows = [
-        (
-            Cell(tracker),
-            Cell(sequence),
-            *(_number(evaluation, tracker, *column, [sequence]) for column in names.values()),
-        )
-        for tracker in evaluation.trackers
-        for sequence in evaluation.finished(tracker, MOT)
-    ]
-    return Table(
-        "Each tracker on each sequence",
-        ("tracker", "sequence", *names),
-        rows,
-        note="Mean ± standard deviation over seeds. More is in results.csv.",
-    )
+
+    def cells(tracker: str, sequence: str) -> Iterable[Cell]:
+        return (_number(evaluation, tracker, *column, [sequence]) for column in names.values())
+
+    return report_sections.by_tracker_and_sequence(evaluation, MOT, names, cells)
 
 
 def _plots(evaluation: MotEvaluation) -> str:
@@ -159,9 +150,9 @@ def _plots(evaluation: MotEvaluation) -> str:
     threshold = "threshold of overlap (IoU)"
     drawn = (
         report.plot(
-            evaluation, MOT, of, ALPHAS, np.mean, (title, threshold, title, "mean")
+            evaluation, MOT, quantity, ALPHAS, np.mean, (title, threshold, title, "mean")
         )
-        for title, of in (
+        for title, quantity in (
             ("HOTA", lambda t: t.hota), ("DetA", lambda t: t.deta), ("AssA", lambda t: t.assa)
         )
     )  # fmt: skip

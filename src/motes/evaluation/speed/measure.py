@@ -1,7 +1,7 @@
-"""How long an update takes: trackers side by side, more and more targets, and particles.
+"""Time of an update: for all trackers, for growing numbers of targets, and of particles.
 
-Times are taken inside the tracker, on images written right before, as a decoder or a camera leaves
-them in the processor's cache. Whatever is compared takes its turn in every round.
+Times are measured inside the tracker, on images written right before, since a decoder or a camera
+also leaves them in the processor's cache. All compared trackers run in turn in every round.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from motes.sot.presets import TrackerConfig, preset
 from motes.sot.tracker import Tracker
 
 SIZE, LARGE = (640, 480), (1920, 1080)
-"""Of a frame, width and height; targets become more and more in the large one."""
+"""Width and height of a frame; growing numbers of targets are measured in the large one."""
 MAIN = (60, 100)
 TARGETS = ((28, 44), MAIN, (120, 200), (190, 316))
 """Width and height; OpenCV's trackers get the main one. The last has ten times its area."""
@@ -36,15 +36,15 @@ PARTICLES = (50, 100, 500, 1000, 5000)
 
 Job = tuple[str, tuple[int, int]]
 """A tracker's name and a target."""
-Step = tuple[str, int]
-"""A line of a plot, and how many things there are."""
+Count = tuple[str, int]
+"""A line of a plot, and a number of targets or particles."""
 Run = Callable[[], list[float]]
-"""Returns seconds."""
+"""A function that returns running times in seconds."""
 K = TypeVar("K")
 
 
 class Film(NamedTuple):
-    """A rendered clip: its frames, and where its targets are in the first."""
+    """A rendered clip: its frames, and the regions of its targets in the first frame."""
 
     frames: list[Frame]
     regions: list[Ellipse]
@@ -57,7 +57,7 @@ class Film(NamedTuple):
 
 
 def interleaved(jobs: Mapping[K, Run], rounds: int) -> Iterator[dict[K, list[float]]]:
-    """Yield the seconds of each job after each round of all of them: noise hits all alike."""
+    """Yield the seconds of each job after each round of all, so that noise affects all equally."""
     seconds: dict[K, list[float]] = {key: [] for key in jobs}
     for _ in range(rounds):
         for key, run in jobs.items():
@@ -66,9 +66,9 @@ def interleaved(jobs: Mapping[K, Run], rounds: int) -> Iterator[dict[K, list[flo
 
 
 def trackers(films: Mapping[tuple[int, int], Film]) -> tuple[dict[Job, Run], str]:
-    """Return runs over films, by target: of ours over all, of OpenCV's trackers over the main one.
+    """Return runs by tracker and target: motes on all films, OpenCV's trackers on the main one.
 
-    Also returns why there are none of OpenCV's trackers, or not all.
+    The second return value is the reason why trackers of OpenCV are missing, or "".
     """
     jobs: dict[Job, Run] = {}
     for name in OURS:
@@ -81,24 +81,24 @@ def trackers(films: Mapping[tuple[int, int], Film]) -> tuple[dict[Job, Run], str
         except MissingDependencyError as error:
             missing[str(error)] = None
         else:
-            jobs[name, MAIN] = partial(_theirs, name, films[MAIN])
+            jobs[name, MAIN] = partial(_peer_run, name, films[MAIN])
     return jobs, " ".join(missing)
 
 
-def particles(film: Film) -> dict[Step, Run]:
-    """Return runs of the reference tracker with more and more particles."""
+def particles(film: Film) -> dict[Count, Run]:
+    """Return runs of the reference tracker with growing numbers of particles."""
     config = preset(REFERENCE)
     return {(REFERENCE, n): ours(replace(config, particles=n), film) for n in PARTICLES}
 
 
-def targets(film: Film) -> dict[Step, Run]:
-    """Return runs of more and more reference trackers over one film, in one and more threads.
+def targets(film: Film) -> dict[Count, Run]:
+    """Return runs of growing numbers of reference trackers on one film, by number of threads.
 
-    Where there are more trackers than targets in the film, several follow the same one.
+    If there are more trackers than targets in the film, several follow the same target.
     """
-    jobs: dict[Step, Run] = {}
+    jobs: dict[Count, Run] = {}
     for n in COUNTS:
-        ready = Trackers(soon_started())
+        ready = Trackers(quick_start_config())
         ready.init(film.frames[0], [film.regions[i % len(film.regions)] for i in range(n)])
         for threads in THREADS:
             line = f"{threads} thread{'s' * (threads > 1)}"
@@ -106,11 +106,11 @@ def targets(film: Film) -> dict[Step, Run]:
     return jobs
 
 
-def soon_started() -> TrackerConfig:
-    """Return the reference tracker with a coarse look at the background of the first frame.
+def quick_start_config() -> TrackerConfig:
+    """Return the reference tracker with a coarse grid for the background of the first frame.
 
-    Each target needs such a look at the whole frame, which for a thousand of them on a large one
-    would take minutes, and starting is not what is timed.
+    Each target is compared with the whole first frame. For a thousand targets in a large frame this
+    would take minutes, and the start is not measured.
     """
     config = preset(REFERENCE)
     assert not isinstance(config, Discriminative)
@@ -118,22 +118,22 @@ def soon_started() -> TrackerConfig:
 
 
 def ours(config: TrackerConfig, film: Film) -> Run:
-    """Return a run of one of our trackers over a film's target; it has been started already."""
+    """Return a run of one tracker of motes on a film's target; the tracker is already started."""
     tracker = Tracker(config)
     tracker.init(film.frames[0], film.regions[0])
-    copy.copy(tracker).update(film.frames[1])  # compiles what is not compiled yet
+    copy.copy(tracker).update(film.frames[1])  # the first call compiles kernels
     return lambda: timed(copy.copy(tracker).update, film.frames[1:])
 
 
 def _many(threads: int, each: list[Tracker], frames: Sequence[Frame]) -> list[float]:
     """Return the seconds of each update of copies of started trackers."""
-    with Trackers(soon_started(), threads=threads) as trackers:
+    with Trackers(quick_start_config(), threads=threads) as trackers:
         trackers.each = [copy.copy(tracker) for tracker in each]
         return timed(trackers.update, frames)
 
 
-def _theirs(name: str, film: Film) -> list[float]:
-    """Return the seconds of each update of a peer over a film; conversion to BGR is not timed."""
+def _peer_run(name: str, film: Film) -> list[float]:
+    """Return the seconds of each update of a peer on a film, without the conversion to BGR."""
     tracker = peer(name)
     images = [frame.pixels[:, :, ::-1].copy() for frame in film.frames]
     tracker.init(images[0], [round(value) for value in film.regions[0].box])

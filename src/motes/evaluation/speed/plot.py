@@ -1,4 +1,4 @@
-"""What was found about speed, as a plot."""
+"""The plot of measured speeds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def figure(seconds: Mapping[Job, list[float]], growths: Sequence[Growth]) -> Figure:
-    """Draw trackers beside peers on the main target and, below, how their time grows."""
+    """Draw trackers and peers on the main target and, below, the growth of their times."""
     drawn = charts.new_figure(4.2 + 3.4 * bool(growths))
     below = [growth.what for growth in growths]
     rows: list[Any] = [["bars"] * max(1, len(below)), below]
@@ -37,22 +37,22 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
     main = {name: times for (name, target), times in seconds.items() if target == MAIN}
     medians = {name: 1e3 * statistics.median(times) for name, times in main.items()}
     names = sorted(medians, key=medians.__getitem__)
-    for label, color, whose in (("motes", charts.BLUE, OURS), ("OpenCV", charts.ORANGE, PEERS)):
-        places = [place for place, name in enumerate(names) if name in whose]
+    for label, color, group in (("motes", charts.BLUE, OURS), ("OpenCV", charts.ORANGE, PEERS)):
+        places = [place for place, name in enumerate(names) if name in group]
         widths = [medians[names[place]] for place in places]
         bars = axes.barh(places, widths, color=color, label=label)
         axes.bar_label(bars, fmt="{:#.3g}", padding=3, fontsize=9, color=charts.INK)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xscale("log")
-    axes.margins(x=0.08)  # for the numbers behind the bars
+    axes.margins(x=0.08)  # room for the numbers at the bars
     axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(visible=False)
     axes.legend(loc="upper right", frameon=False)
 
 
 def _lines(axes: Axes, growth: Growth) -> None:
-    """Draw time against number, both logarithmic, and a line of times in proportion."""
+    """Draw time against number on logarithmic axes, with a line of proportional growth."""
     charts.style_axes(axes, growth.title, growth.what, "milliseconds")
     colors = (charts.BLUE, charts.VERMILION)
     for (line, medians), color in zip(growth.medians.items(), colors, strict=False):

@@ -1,4 +1,4 @@
-"""What was found about speed, as tables, and beside what was found before."""
+"""Tables of measured speeds, and their comparison with stored ones."""
 
 from __future__ import annotations
 
@@ -13,38 +13,40 @@ import numpy as np
 
 from motes.core.errors import SourceError
 from motes.evaluation.adapters.opencv import PEERS
-from motes.evaluation.report.tables import NOTHING, Cell, Row, Table, number, percent, three_digits
-from motes.evaluation.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Job, Step
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number, percent, three_digits
+from motes.evaluation.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Count, Job
 
 RATIOS = ("cv2:mosse", "cv2:csrt")
-"""The fastest and the best of OpenCV's trackers: a ratio to their time in the same run can be
-compared with that of another day, or of another machine."""
-SLOWER = 0.15
+"""The fastest and the most accurate of OpenCV's trackers.
+
+Ratios to their times in the same run can be compared with those of another day or another machine.
+"""
+MAX_SLOWDOWN = 0.15
 """A ratio that has grown by more than this share is marked."""
 TIMES = "times "
-"""The title of a column of ratios; after it comes whose time is 1."""
+"""The start of the title of a column of ratios; the name of the reference follows."""
 
 Ratio = tuple[str, str, str]
 """Tracker, target and peer."""
 
 
 class Growth(NamedTuple):
-    """How an update's time grows with a number of things.
+    """The growth of an update's time with a number of targets or particles.
 
     Attributes
     ----------
     what
-        The things.
+        "targets" or "particles".
     medians
-        Seconds of an update, by line of the plot and number.
+        Median seconds of an update, by line of the plot and number.
     """
 
     what: str
     medians: dict[str, dict[int, float]]
 
     @classmethod
-    def over(cls, what: str, seconds: Mapping[Step, list[float]]) -> Self:
-        """Take the median of each step."""
+    def over(cls, what: str, seconds: Mapping[Count, list[float]]) -> Self:
+        """Return the growth of the median times."""
         medians: dict[str, dict[int, float]] = {}
         for (line, n), times in seconds.items():
             medians.setdefault(line, {})[n] = statistics.median(times)
@@ -52,16 +54,16 @@ class Growth(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Whose time it is, and in frames of what size."""
+        """The tracker and the size of its frames."""
         return f"{REFERENCE}, {named_size(LARGE if self.what == 'targets' else SIZE)}"
 
     def exponent(self, line: str) -> float:
-        """Return p of the power n^p that fits a line best: its slope in logarithms of both."""
+        """Return the exponent p of the best fit n^p to a line: the slope in logarithms."""
         logs = np.log([*self.medians[line].items()])
         return float(np.polyfit(logs[:, 0], logs[:, 1], 1)[0])
 
     def table(self) -> Table:
-        """Return a column for each line, and what one of the things costs in the first."""
+        """Return a table with a column for each line, and the time per item in the first line."""
         first, *_ = lines = [*self.medians.values()]
         rows: list[Row] = [
             (
@@ -79,7 +81,7 @@ class Growth(NamedTuple):
 
 
 def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
-    """Return the time of an update of each tracker, and its ratios to others in the same run."""
+    """Return a table of each tracker's time of an update, and its ratios to others."""
     medians = {job: statistics.median(times) for job, times in seconds.items()}
     others = [name for name in (REFERENCE, *RATIOS) if (name, MAIN) in medians]
     rows: list[Row] = []
@@ -99,7 +101,7 @@ def stored_ratios(text: str, where: Path) -> dict[Ratio, float]:
     Raises
     ------
     SourceError
-        If there is none.
+        If there is no such table.
     """
     tables: list[list[list[str]]] = [[]]
     for line in text.splitlines():
@@ -114,39 +116,42 @@ def stored_ratios(text: str, where: Path) -> dict[Ratio, float]:
 
 
 def _ratios(lines: Sequence[Sequence[str]]) -> dict[Ratio, float]:
-    """Return the ratios of our trackers to peers in a table's lines, the head being the first."""
+    """Return the ratios of motes to its peers in a table's lines; the first is the head."""
     found: dict[Ratio, float] = {}
     head, *rows = lines
     for row in rows:
         for title, cell in zip(head, row, strict=False):
             peer = title.removeprefix(TIMES)
             if peer in PEERS and row[0] not in PEERS:
-                with contextlib.suppress(ValueError):  # the line under the head, and gaps
+                with contextlib.suppress(ValueError):  # the line under the head, and empty cells
                     if 0 < (ratio := float(cell)) < math.inf:
                         found[row[0], row[1], peer] = ratio
     return found
 
 
 def against(table: Table, stored: Mapping[Ratio, float]) -> Table:
-    """Return the ratios of a table of trackers beside stored ones; what got slower is marked."""
+    """Return the ratios in a table of trackers beside stored ones; slower ones are marked."""
     found = _ratios([table.head, *([cell.text for cell in row] for row in table.rows)])
     rows: list[Row] = []
     slower = 0
     for ratio, now in found.items():
-        before, change, mark = Cell(NOTHING), Cell(NOTHING), ""
+        before, change, mark = Cell(NO_VALUE), Cell(NO_VALUE), ""
         if ratio in stored:
             grown = now / stored[ratio] - 1
             before, change = three_digits(stored[ratio]), Cell(f"{grown:+.0%}", grown)
-            if grown > SLOWER:
+            if grown > MAX_SLOWDOWN:
                 slower, mark = slower + 1, "slower"
         rows.append((*map(Cell, ratio), three_digits(now), before, change, Cell(mark)))
     head = ("tracker", "target", "peer", "ratio", "stored", "change", "")
-    note = f"{slower} of {len(rows)} are more than {SLOWER:.0%} slower against their peer."
+    note = f"{slower} of {len(rows)} are more than {MAX_SLOWDOWN:.0%} slower against their peer."
     return Table("Ratios to peers in the same run, now and as stored", head, rows, note=note)
 
 
 def files_table(seconds: Mapping[tuple[str, str], list[float]]) -> Table:
-    """Return how many frames of files are decoded and followed in a second, from s a frame."""
+    """Return a table of frames per second for decoding files, and for decoding and following.
+
+    `seconds` are per frame, by file and "decoded" or "followed".
+    """
     medians = {key: statistics.median(times) for key, times in seconds.items()}
     rows: list[Row] = []
     for name in dict.fromkeys(name for name, _ in medians):
@@ -159,5 +164,5 @@ def files_table(seconds: Mapping[tuple[str, str], list[float]]) -> Table:
 
 
 def named_size(target: tuple[int, int]) -> str:
-    """Return width and height as text."""
+    """Return width and height as text, such as 640x480."""
     return f"{target[0]}x{target[1]}"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from motes.evaluation.synthetic.beetle import Target
 from motes.evaluation.synthetic.clips import (
     Clip,
-    Target,
     Truth,
     crossing,
     crowd,

@@ -1,8 +1,8 @@
-"""Rendered clips whose truth is known exactly: for the demo, for tests and for benchmarks.
+"""Rendered clips with exactly known truth: for the demo, for tests and for benchmarks.
 
-A `Clip` is a garden floor, seen from close up, over which striped beetles move: elliptical
-targets along known paths, in front of leaves that share some of their colors and behind plant
-stems. The same clip has the same pixels every time, and any frame can be rendered on its own.
+A `Clip` shows a garden floor from close up, on which striped beetles walk. They are elliptical
+targets on known paths, in front of leaves with some of the same colors, and behind plant stems. The
+same clip always has the same pixels, and any frame can be rendered alone.
 """
 
 from __future__ import annotations
@@ -20,65 +20,31 @@ from PIL import Image
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
+from motes.evaluation.synthetic.beetle import Target, paint, texture_of
 from motes.evaluation.synthetic.scenery import (
     SHIFTS,
     Floats,
     backdrop,
-    local,
-    noise,
     scale_of,
-    to_bytes,
-    window,
 )
-
-Color = tuple[int, int, int]
-Colors = tuple[Color, Color, Color]
-
-REACH = 1.25
-"""A texture covers -REACH … REACH half-axes, so that half-covered pixels find colors too."""
 
 
 class Truth(NamedTuple):
-    """Where a target is, and how much of it the picture shows.
+    """The position of a target, and its visible fraction.
 
     `ellipse` is exact, also while the target is hidden or outside the frame. `visible` is the
-    visible fraction of its area: 1 for all of it, 0 where it is hidden or outside.
+    visible fraction of its area: 1 if all of it is visible, 0 if it is hidden or outside.
     """
 
     ellipse: Ellipse
     visible: float
 
 
-@dataclass(frozen=True, eq=False)
-class Target:
-    """A striped beetle: its ellipse in every frame and its colors.
-
-    Attributes
-    ----------
-    states
-        (frames, 5), of x, y, a, b, theta; the head points along a.
-    colors
-        RGB of the shell, its stripes and the head.
-    belly
-        The same of the other side, which shows where the target has rolled over.
-    roll
-        (frames,), how far it has rolled about its long axis, in radians; None for not at all.
-    crosswise
-        Whether its skin is turned by a quarter: as much of each color, and other edges.
-    """
-
-    states: NDArray[np.float64]
-    colors: Colors = ((238, 196, 92), (44, 30, 26), (196, 78, 40))
-    belly: Colors = ((66, 104, 186), (232, 230, 218), (36, 56, 108))
-    roll: NDArray[np.float64] | None = None
-    crosswise: bool = False
-
-
 class Stem(NamedTuple):
-    """A plant stem that hides what passes behind it, from the upper to the lower border.
+    """A plant stem that hides targets behind it, from the upper to the lower border.
 
-    `x` is its middle in the frame's middle row, `width` is in pixels across the stem, and
-    `lean` is how far it goes to the right for every row downwards.
+    `x` is its middle in the frame's middle row, `width` is in pixels across the stem, and `lean` is
+    its shift to the right for every row downwards.
     """
 
     x: float
@@ -88,7 +54,7 @@ class Stem(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Clip:
-    """A film of `targets`, later ones in front of earlier ones, behind `stems`.
+    """A video of `targets`, later ones in front of earlier ones, behind `stems`.
 
     `len(clip)` is the number of frames; `clip[index]` renders a `Frame` and the `Truth` of every
     target; iterating gives all frames in order. Equal arguments give equal bytes.
@@ -98,7 +64,7 @@ class Clip:
     size
         Width and height in pixels.
     seed
-        Chooses the ground, the textures and the grain, but not the paths.
+        Determines the ground, the textures and the grain, but not the paths.
     """
 
     size: tuple[int, int]
@@ -124,7 +90,7 @@ class Clip:
         pixels, unhidden, truths = base.copy(), 1 - cover, []
         for target, texture in zip(self.targets[::-1], self._textures[::-1], strict=True):
             ellipse = Ellipse(*target.states[index].tolist())
-            truths.append(Truth(ellipse, _paint(pixels, unhidden, texture(index), ellipse)))
+            truths.append(Truth(ellipse, paint(pixels, unhidden, texture(index), ellipse)))
         dx, dy = np.random.default_rng((self.seed, 2, index)).integers(SHIFTS, size=2)
         pixels += grain[dy : dy + height, dx : dx + width]
         return Frame(index, index * FRAME_INTERVAL, pixels), tuple(truths[::-1])
@@ -136,15 +102,15 @@ class Clip:
     @cached_property
     def _textures(self) -> list[Callable[[int], Image.Image]]:
         rng = np.random.default_rng((self.seed, 1))
-        return [_texture(rng, target) for target in self.targets]
+        return [texture_of(rng, target) for target in self.targets]
 
 
 def demo(size: tuple[int, int] = (640, 480), frames: int = 300, seed: int = 0) -> Clip:
-    """Return the clip to judge a tracker by: one beetle meets every difficulty in 300 frames.
+    """Return the demo clip: one beetle meets every difficulty in 300 frames.
 
-    It passes behind a stem (frames 58 to 69), turns and grows to twice its size, shrinks, jumps
-    by more than its length (frame 200), leaves the frame on the right and returns. A longer
-    clip begins again, a shorter one ends early.
+    It passes behind a stem (frames 58 to 69), turns and grows to twice its size, shrinks, jumps by
+    more than its length (frame 200), leaves the frame on the right and returns. A longer clip
+    starts again, a shorter one ends early.
     """
     scale = scale_of(size)
     behind_the_stem = (0, 90, 350, 36), (40, 210, 300, 32), (90, 430, 272, 32)
@@ -167,34 +133,34 @@ def demo(size: tuple[int, int] = (640, 480), frames: int = 300, seed: int = 0) -
 def jumping(
     size: tuple[int, int] = (640, 480), frames: int = 200, leap: float = 1.3, seed: int = 0
 ) -> Clip:
-    """Return a clip whose target flies to and fro, as a snowboarder, too fast to overlap itself.
+    """Return a clip whose target jumps to and fro like a snowboarder, too fast to overlap itself.
 
-    It waits, takes off, accelerates until it moves by `leap` times its width from one frame to
-    the next, and lands on the other side, every 40 frames with the default leap: for 8 frames
-    then its region shares no pixel with the one before.
+    It waits, takes off, accelerates until it moves by `leap` times its width from one frame to the
+    next, and lands on the other side. With the default leap this takes 40 frames, and for 8 of them
+    the region shares no pixel with the one before.
     """
     scale = scale_of(size)
     a, b, span = 20 * scale, 14 * scale, 0.68 * size[0]
     flight, pause = span / (leap * b), 16
     turn, phase = np.divmod(np.arange(frames), math.ceil(flight) + pause)
     s = np.clip((phase - pause / 2) / flight, 0, 1)
-    s -= np.sin(2 * math.pi * s) / (2 * math.pi)  # how far, 0 to 1, starting and ending at rest
+    s -= np.sin(2 * math.pi * s) / (2 * math.pi)  # position from 0 to 1; at rest at both ends
     x = _center(size)[0] + span * np.where(turn % 2, 0.5 - s, s - 0.5)
     y = size[1] * 0.7 - 160 * scale * s * (1 - s)
     return Clip(size, (Target(_states(x, y, a, b, -math.pi / 2)),), seed=seed)
 
 
 def turning(size: tuple[int, int] = (640, 480), frames: int = 100, seed: int = 0) -> Clip:
-    """Return a clip whose target turns once around its center: 2π / frames from frame to frame."""
+    """Return a clip whose target rotates once around its center, by 2π / frames in each frame."""
     theta = np.arange(frames) * 2 * math.pi / frames
     center, scale = _center(size), scale_of(size)
     return Clip(size, (Target(_states(*center, 64 * scale, 36 * scale, theta)),), seed=seed)
 
 
 def rolling(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 0) -> Clip:
-    """Return a clip whose target rolls over as it walks along, until other colors are all it shows.
+    """Return a clip whose target walks and rolls over, until only its other colors are visible.
 
-    It does so over the middle half of the frames, by half a turn about its long axis.
+    The roll takes the middle half of the frames and is half a turn about the long axis.
     """
     scale, (x, y) = scale_of(size), _center(size)
     along = np.linspace(-0.2, 0.2, frames) * size[0]
@@ -206,7 +172,7 @@ def rolling(size: tuple[int, int] = (640, 480), frames: int = 120, seed: int = 0
 def growing(
     size: tuple[int, int] = (640, 480), frames: int = 100, factor: float = 4.0, seed: int = 0
 ) -> Clip:
-    """Return a clip whose target grows until `factor` times as long and wide, and shrinks back."""
+    """Return a clip whose target grows to `factor` times its length and width, and shrinks back."""
     growth = factor ** (0.5 - 0.5 * np.cos(np.arange(frames) * 2 * math.pi / frames))
     growth *= scale_of(size)
     return Clip(size, (Target(_states(*_center(size), 28 * growth, 20 * growth, 0.4)),), seed=seed)
@@ -220,13 +186,13 @@ def occluded(
     Raises
     ------
     ConfigError
-        If a stem that hides the target for so long leaves no room beside it.
+        If a stem of the necessary width leaves no room beside it.
     """
     scale = scale_of(size)
     a, speed = 24 * scale, 5 * scale
     stem = Stem(_center(size)[0], 2 * a + speed * length)
-    # The target turns back `half` frames from the stem's middle; an even number of hidden frames
-    # lies around that middle at half-integers, an odd one at integers.
+    # The target turns back `half` frames from the stem's middle. With an even number of hidden
+    # frames, that middle lies between two frames; with an odd number, on a frame.
     half = math.floor((size[0] / 2 - 2 * a) / speed) - (length + 1) % 2 / 2
     if speed * half < stem.width / 2 + 2 * a:
         raise ConfigError(
@@ -254,7 +220,7 @@ def still(
     frames: int = 100,
     seed: int = 0,
 ) -> Clip:
-    """Return a clip for benchmarks: an upright target of a width and height, hardly moving.
+    """Return a clip for benchmarks: an upright target of a width and height, nearly at rest.
 
     It circles around the frame's center, 6 pixels away, once in 100 frames.
     """
@@ -272,10 +238,11 @@ def crowd(
     frames: int = 20,
     seed: int = 0,
 ) -> Clip:
-    """Return a clip for benchmarks: rows of upright targets, as many as have room to circle.
+    """Return a clip for benchmarks: rows of upright targets, as many as fit.
 
-    Each goes around its place, 6 pixels away, once in all frames, so that the clip can be repeated
-    without a seam. A hundred targets and some of the default size have room in the default frame.
+    Each target circles 6 pixels around its position, once in all frames, so that the clip can be
+    repeated without a jump. More than a hundred targets of the default size fit into the default
+    frame.
     """
     columns, rows = int(size[0] / (2 * target[0])), int(size[1] / (1.5 * target[1]))
     angle = np.arange(frames) * 2 * math.pi / frames
@@ -300,7 +267,7 @@ def _states(*columns: ArrayLike) -> NDArray[np.float64]:
 
 
 def _glide(*knots: tuple[int, int, int, int]) -> NDArray[np.float64]:
-    """Return the states of a walk through knots (frame, x, y, a), smoothed, head first."""
+    """Return the states of a smooth walk through knots (frame, x, y, a), head first."""
     table = np.array(knots, np.float64)
     kernel, half = np.hanning(27)[1:-1], 12
     time = np.arange(table[0, 0] - half, table[-1, 0] + half + 1)
@@ -309,88 +276,3 @@ def _glide(*knots: tuple[int, int, int, int]) -> NDArray[np.float64]:
         for column in table.T[1:]
     )
     return _states(x, y, a, 0.7 * a, np.unwrap(np.arctan2(np.gradient(y), np.gradient(x))))
-
-
-def _paint(
-    pixels: NDArray[np.uint8], unhidden: Floats, texture: Image.Image, ellipse: Ellipse
-) -> float:
-    """Paint a target and its shadow where nothing hides them; return its visible fraction.
-
-    `pixels` and `unhidden` (1 where targets further behind may still be seen) are changed.
-    """
-    small = min(ellipse.a, ellipse.b)
-    part, x, y = window(ellipse, 0.6 * small + 1, unhidden.shape)
-    if not unhidden[part].size:
-        return 0.0
-    u, v = local(x, y, ellipse)
-    radius, slope = np.hypot(u, v), np.hypot(u / ellipse.a, v / ellipse.b)
-    distance = (radius - 1) * radius / np.maximum(slope, 1e-6)  # to the edge, in pixels
-    seen = np.clip(0.5 - distance, 0, 1) * unhidden[part]
-    shadow = np.hypot(*local(x - 0.15 * small, y - 0.3 * small, ellipse))
-    light = 1 - 0.5 * unhidden[part] * np.clip((1.25 - shadow) / 0.5, 0, 1)
-
-    whole = np.array([2 * REACH * ellipse.a, 2 * REACH * ellipse.b])
-    wide, high = np.rint(texture.size / whole).astype(int).clip(1).tolist()
-    texture = texture.reduce((wide, high))  # else its stripes would shimmer in small targets
-    # From this part of the picture to the texture, in Pillow's coordinates, which start at the
-    # corner of the first pixel.
-    cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    turn = np.array([[cos, sin], [-sin, cos]])
-    linear = turn * (texture.size / whole)[:, None]
-    shift = linear @ (float(x[0]) - 0.5, float(y[0, 0]) - 0.5) + np.array(texture.size) / 2
-    matrix = np.column_stack([linear, shift]).ravel().tolist()
-    size = (x.size, y.size)
-    skin = texture.transform(size, Image.Transform.AFFINE, matrix, Image.Resampling.BILINEAR)
-    mixed = pixels[part] * ((1 - seen) * light)[:, :, None]
-    pixels[part] = to_bytes(mixed + np.asarray(skin) * seen[:, :, None])
-    unhidden[part] -= seen
-    return min(float(seen.sum(dtype=np.float64)) / ellipse.area, 1.0)
-
-
-def _texture(rng: np.random.Generator, target: Target) -> Callable[[int], Image.Image]:
-    """Return a beetle's picture by frame, over -REACH … REACH half-axes, head to the right."""
-    side = max(math.ceil(2 * REACH * target.states[:, 2:4].max()), 128)
-    u = np.linspace(-REACH, REACH, side, dtype=np.float32)
-    v = u[:, None]
-    shade = 0.45 + 0.6 * np.sqrt(np.clip(1 - 0.9 * (u * u + v * v), 0, 1))
-    shade *= 1 + 0.06 * noise(rng, side, side, side / 12)
-    shine = 90 * np.exp(-((u - 0.05) ** 2) / 0.12 - (v + 0.38) ** 2 / 0.015)
-
-    def lit(skin: Floats) -> Image.Image:
-        return Image.fromarray(to_bytes(skin * shade[:, :, None] + shine[:, :, None]))
-
-    def skin(colors: Colors) -> Floats:
-        sewn = _skin(u, v, colors)
-        return sewn.swapaxes(0, 1) if target.crosswise else sewn
-
-    upper, roll = skin(target.colors), target.roll
-    if roll is None:
-        picture = lit(upper)
-        return lambda index: picture
-    lower = skin(target.belly)
-    around = np.arcsin(np.clip(u, -1, 1))  # by row: the angle from the middle of the upper side
-
-    def rolled(index: int) -> Image.Image:
-        turned = around + roll[index]
-        rows = np.rint((np.sin(turned) / REACH + 1) * (side - 1) / 2).astype(int)
-        shows_upper = np.cos(turned)[:, None, None] >= 0
-        return lit(np.where(shows_upper, upper[rows], lower[rows]))
-
-    return rolled
-
-
-def _skin(u: Floats, v: Floats, colors: Colors) -> Floats:
-    """Return one side's colors at columns u and rows v, in half-axes, without light."""
-    shell, stripe, head = np.array(colors, np.float32)
-
-    def step(value: Floats, width: float) -> Floats:
-        smooth: Floats = np.clip(value / width + 0.5, 0, 1)[:, :, None]
-        return smooth
-
-    wave = np.cos(16 * v * (1 + 0.12 * u * u) + 0.3 * np.sin(5 * u))
-    skin: Floats = shell + (stripe - shell) * step(wave - 0.1, 0.4)
-    front = u - 0.42 + 0.25 * v * v
-    skin += (stripe - skin) * step(0.06 - np.abs(front), 0.04)
-    skin += (head - skin) * step(front, 0.05)
-    skin += (stripe - skin) * step(0.13 - np.hypot(u - 0.72, np.abs(v) - 0.3), 0.05)
-    return skin

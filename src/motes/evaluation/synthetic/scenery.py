@@ -1,7 +1,4 @@
-"""What rendered clips are set in, painted: a garden floor, plant stems and film grain.
-
-A part of `synthetic`, which has what is known exactly.
-"""
+"""The scenery of rendered clips: a garden floor, plant stems and film grain."""
 
 from __future__ import annotations
 
@@ -16,23 +13,23 @@ from PIL import Image, ImageFilter
 from motes.core.geometry import Ellipse
 
 Floats = NDArray[Any]
-"""Values of float32: numpy keeps them so in arithmetic with Python's own numbers."""
+"""Arrays of float32; NumPy keeps this type in arithmetic with Python numbers."""
 
 GRAIN = 14
-"""The film grain's largest value, of 255; the scene keeps this far from black and white."""
+"""Largest value of the film grain, of 255; the scene stays this far from black and white."""
 SHIFTS = 64
-"""The grain is one noise picture, moved by 0 … 63 pixels in x and in y from frame to frame."""
+"""The grain is one noise picture, shifted by 0 … 63 pixels in x and in y in each frame."""
 LEAVES = np.frombuffer(
     bytes.fromhex("7a5838 9e7a50 60422c 68703a 486232 58763c 3c522e 807a6e c49e46 96502e b6a27a"),
     np.uint8,
 ).reshape(-1, 3)
-"""Their colors (RGB), some of them like a beetle's."""
+"""Colors (RGB) of the leaves, some of them like a beetle's."""
 
 
 def backdrop(
     rng: np.random.Generator, size: tuple[int, int], stems: Iterable[tuple[float, float, float]]
 ) -> tuple[NDArray[np.uint8], Floats, NDArray[np.uint8]]:
-    """Return what does not move: the ground with its stems, where stems hide it, and the grain.
+    """Return the still parts of a clip: the ground with its stems, their cover, and the grain.
 
     Parameters
     ----------
@@ -41,12 +38,16 @@ def backdrop(
     size
         Width and height in pixels.
     stems
-        Each one's x in the middle row, its width, and how far it leans to the right per row.
+        For each stem: x in the middle row, width, and shift to the right per row.
 
     Returns
     -------
-    Pictures of shapes (height, width, 3), (height, width), with 1 where a stem hides all, and
-    (height + SHIFTS, width + SHIFTS, 3), to be added in uint8.
+    ground
+        (height, width, 3).
+    cover
+        (height, width), 1 where a stem hides everything.
+    grain
+        (height + SHIFTS, width + SHIFTS, 3), to be added in uint8.
     """
     width, height = size
     ground = _ground(rng, width, height)
@@ -55,13 +56,13 @@ def backdrop(
         _add_stem(rng, ground, cover, *stem)
     coarse = 4 * rng.standard_normal((height + SHIFTS, width + SHIFTS, 1), np.float32)
     fine = coarse + 2 * rng.standard_normal((*coarse.shape[:2], 3), np.float32)
-    # Negative grain wraps to 256 less: added in uint8, it subtracts, and fast.
+    # Negative grain wraps around in uint8, so that adding it subtracts; this is fast.
     grain = np.rint(fine).clip(-GRAIN, GRAIN).astype(np.int8).view(np.uint8)
     return to_bytes(ground), cover, grain
 
 
 def _ground(rng: np.random.Generator, width: int, height: int) -> Floats:
-    """Return the garden floor: soil and moss, leaves that lie on it, light and depth of field."""
+    """Return the garden floor: soil and moss, leaves on it, light and depth of field."""
     scale = scale_of((width, height))
     soil, moss = np.array([(84, 66, 48), (78, 88, 46)], np.float32)
     blend = np.clip(0.5 + 0.6 * noise(rng, width, height, 160 * scale), 0, 1)[:, :, None]
@@ -83,7 +84,7 @@ def _ground(rng: np.random.Generator, width: int, height: int) -> Floats:
 
 
 def _add_leaf(rng: np.random.Generator, ground: Floats, scale: float) -> None:
-    """Lay a leaf with its veins and its shadow somewhere on the ground."""
+    """Add a leaf with its veins and its shadow at a random position on the ground."""
     height, width = ground.shape[:2]
     x, y, a = rng.uniform((0, 0, 10 * scale), (width, height, 52 * scale)).tolist()
     leaf = Ellipse(x, y, a, a * rng.uniform(0.2, 0.5), rng.uniform(0, 2 * math.pi))
@@ -112,7 +113,7 @@ def _add_stem(
     thickness: float,
     lean: float,
 ) -> None:
-    """Put a stem and its shadow on the ground, and mark in `cover` where it hides things."""
+    """Add a stem and its shadow to the ground, and to `cover` the part that it hides."""
     height, width = cover.shape
     y, x = np.ogrid[:height, :width]
     shift = lean * (y - (height - 1) / 2)
@@ -145,7 +146,7 @@ def noise(
 def window(
     ellipse: Ellipse, margin: float, shape: tuple[int, ...]
 ) -> tuple[tuple[slice, slice], Floats, Floats]:
-    """Return the part of a picture that holds an ellipse, and its x and y from the center."""
+    """Return the part of a picture that contains an ellipse, and its x and y from the center."""
     box, (height, width) = ellipse.box, shape[:2]
     left, top = max(math.floor(box.x - margin), 0), max(math.floor(box.y - margin), 0)
     right = min(math.ceil(box.x + box.width + margin), width)
@@ -157,17 +158,17 @@ def window(
 
 
 def local(x: Floats, y: Floats, ellipse: Ellipse) -> tuple[Floats, Floats]:
-    """Return offsets from an ellipse's center in its own axes, in half-axes."""
+    """Return offsets from an ellipse's center in its own axes, in units of its half-axes."""
     cos, sin = math.cos(ellipse.theta), math.sin(ellipse.theta)
     return (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
 
 
 def to_bytes(image: Floats) -> NDArray[np.uint8]:
-    """Return values of 0 to 255 as uint8, with room left for the grain."""
+    """Return values of 0 to 255 as uint8, with a margin for the grain."""
     limited: Floats = np.rint(image).clip(GRAIN, 255 - GRAIN)
     return limited.astype(np.uint8)
 
 
 def scale_of(size: tuple[int, int]) -> float:
-    """Return how much larger than 640x480 a frame is, in its smaller direction."""
+    """Return how many times larger than 640x480 a frame is, in its relatively smaller direction."""
     return min(size[0] / 640, size[1] / 480)

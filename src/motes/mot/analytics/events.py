@@ -24,7 +24,7 @@ MINUTE = 60.0
 SPEED_OVER = 0.5
 """Seconds over which a speed is measured."""
 CLEAR = 0.1
-"""A foot is on one side of a line when it is this share of its object's height away from it."""
+"""A foot is clearly on one side of a line from this share of its object's height on."""
 
 
 class Line(Config, frozen=True):
@@ -73,7 +73,7 @@ class Zone(Config, frozen=True):
             raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
 
     def holds(self, point: Point) -> bool:
-        """Return whether a point lies in the zone: whether a ray to the right leaves it once."""
+        """Return whether a point lies in the zone: a ray from it crosses an odd number of sides."""
         (x, y), inside = point, False
         xs, ys = self.points[::2], self.points[1::2]
         for x1, y1, x2, y2 in zip(xs, ys, xs[1:] + xs[:1], ys[1:] + ys[:1], strict=True):
@@ -101,18 +101,18 @@ class Regions(Config, frozen=True):
 
     @classmethod
     def parse(cls, text: str, name: str = "this file") -> Regions:
-        """Return the places in a TOML text; raise a ConfigError if it is none."""
+        """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
         places: Regions = from_dict(from_toml(text, name), cls)
         return places
 
     @property
     def lines(self) -> dict[str, Line]:
-        """Lines by name; a nameless one is called by its number, from 1."""
+        """Lines by name; one without a name has its number, from 1."""
         return {line.name or f"line {i}": line for i, line in enumerate(self.line, start=1)}
 
     @property
     def zones(self) -> dict[str, Zone]:
-        """Zones, likewise."""
+        """Zones by name, likewise."""
         return {zone.name or f"zone {i}": zone for i, zone in enumerate(self.zone, start=1)}
 
 
@@ -122,21 +122,21 @@ class Event(msgspec.Struct, frozen=True):
     Attributes
     ----------
     frame, time
-        When; in seconds.
+        Index of the frame, and its time in seconds.
     event
-        What.
+        The kind of event.
     identity
-        Who.
+        The object's.
     x, y
-        Where its foot is: the middle of its box's lower edge.
+        The place of its foot: the middle of its box's lower edge.
     speed
         In pixels a second, over the last half second.
     place, direction
-        The line or zone, and to which side of a line.
+        The name of the line or zone, and the side to which the line is crossed.
     seconds
         How long it has been in the zone where it stays or that it leaves, or in the picture.
     metres_per_second
-        The speed on the ground, where that is known.
+        The speed on the ground, if that is known.
     """
 
     frame: int
@@ -152,7 +152,7 @@ class Event(msgspec.Struct, frozen=True):
     metres_per_second: float | None = None
 
     def json(self) -> str:
-        """Return a line of JSON, rounded, without what does not apply."""
+        """Return a line of JSON, with numbers rounded and without empty fields."""
         pairs = {name: getattr(self, name) for name in self.__struct_fields__}
         return msgspec.json.encode(
             {
@@ -165,10 +165,21 @@ class Event(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True)
 class _Trajectory:
-    """An object's way: when and where it was lately, since when it is in which zone, and stays.
+    """The recent places of an object, its zones, and where it stays.
 
-    `clear` is where its foot last was clearly beside a line, by line: who trembles on it has not
-    crossed it.
+    Attributes
+    ----------
+    since
+        Time of its first place.
+    feet
+        Times and places of its foot in the last half second.
+    zones
+        For each zone that it is in, the time when it entered.
+    clear
+        For each line, the last place of its foot that was clearly on one side. So an object that
+        trembles on a line does not cross it.
+    stays
+        Names of the zones in which it stays.
     """
 
     since: float
@@ -181,8 +192,8 @@ class _Trajectory:
 class EventCounter:
     """Turns the tracks of a scene into events, and counts them.
 
-    An object is where its foot is, and only where it is seen: while it is hidden it does nothing,
-    and what it did in the meantime is told when it comes up again.
+    The place of an object is that of its foot. An occluded object has no events; what it did
+    meanwhile becomes events when it is visible again.
 
     Parameters
     ----------
@@ -211,7 +222,7 @@ class EventCounter:
         self.counts = Counter()
 
     def update(self, tracks: Sequence[SceneTrack]) -> list[Event]:
-        """Return what happens in a frame, whose tracks a scene has given."""
+        """Return the events of a frame, from the scene's tracks in it."""
         events: list[Event] = []
         for each in tracks:
             if each.track.status is Status.TRACKING:
@@ -224,7 +235,7 @@ class EventCounter:
         return events
 
     def _walk(self, each: SceneTrack) -> list[Event]:
-        """Return what an object does that is seen."""
+        """Return the events of a visible object."""
         foot, time = _foot(each), each.track.time
         walk = self._walks.get(each.identity)
         events = []
@@ -260,7 +271,7 @@ class EventCounter:
         return events
 
     def _end(self, each: SceneTrack) -> list[Event]:
-        """Return what an object does that is gone, where it was last seen."""
+        """Return the events of an object that is lost, at its last visible place."""
         walk = self._walks.pop(each.identity)
         last, foot = walk.feet[-1]
         events = [
@@ -288,7 +299,7 @@ class EventCounter:
         )  # fmt: skip
 
     def _metres_per_second(self, walk: _Trajectory) -> float | None:
-        """Return an object's speed on the ground; None where that or the ground is not known."""
+        """Return an object's speed on the ground; None if its place or the ground is not known."""
         (began, first), (now, last) = walk.feet[0], walk.feet[-1]
         if self._ground is None:
             return None
@@ -301,9 +312,9 @@ class EventCounter:
 def crossing(
     line: tuple[float, float, float, float], before: Point, after: Point
 ) -> Literal["left", "right"] | None:
-    """Return to which side a step from one point to another crosses a line, or None.
+    """Return the side to which a step from one point to another crosses a line, or None.
 
-    A step that ends on the line has not crossed it yet; the one that leaves it has.
+    A step that ends on the line does not cross it; the next step that leaves the line does.
     """
     start, end = line[:2], line[2:]
     here, there = _side(start, end, before), _side(start, end, after)
@@ -315,17 +326,17 @@ def crossing(
 
 
 def _side(start: Point, end: Point, point: Point) -> float:
-    """Return on which side of a line a point lies: above 0 on the right, as seen along it."""
+    """Return the side of a line on which a point lies: above 0 on the right, seen along it."""
     return (end[0] - start[0]) * (point[1] - start[1]) - (end[1] - start[1]) * (point[0] - start[0])
 
 
 def _distance(line: tuple[float, float, float, float], point: Point) -> float:
-    """Return how far a point is from a line that has no ends."""
+    """Return the distance of a point from a line without ends."""
     return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
 
 
 def _foot(each: SceneTrack) -> Point:
-    """Return where an object stands."""
+    """Return the place of an object's foot."""
     box = each.track.box
     return box.x + (box.width - 1) / 2, box.y + box.height - 1
 

@@ -1,4 +1,4 @@
-"""Where on the ground, in metres, something stands that is seen in a picture."""
+"""Places on the ground, in metres, of points in a picture."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 Pair = tuple[Number, Number, Number, Number]
 
 DEGENERATE = 1e-9
-"""Points on one line leave a homography undetermined: its second smallest singular value is 0."""
+"""Points on one line do not determine a homography: its second smallest singular value is 0."""
 
 
 class Ground(Config, frozen=True):
-    """A plane ground, told in one of three ways.
+    """A plane ground, described in one of three ways.
 
     Attributes
     ----------
     scale
-        Pixels in a metre: for a camera that looks straight down, or where roughly will do.
+        Pixels in a metre: for a camera that looks straight down, or as an approximation.
     homography
         Nine numbers, row by row: maps (x, y, 1) in pixels to (X, Y, 1) in metres, times anything.
     points
         Four or more points on the ground, no three of four on a line, as x, y in the picture and
-        X, Y in metres; the homography that fits them best is taken.
+        X, Y in metres; the homography that fits them best is used.
 
     Raises
     ------
     ConfigError
-        If it is not told in exactly one way, or does not determine a plane.
+        If it is not described in exactly one way, or does not determine a plane.
     """
 
     scale: Positive | None = None
@@ -51,7 +51,7 @@ class Ground(Config, frozen=True):
         _matrix(self)
 
     def metres(self, point: Point) -> Point | None:
-        """Return where on the ground a point of the picture is; None on the horizon or above."""
+        """Return the place on the ground of a picture's point; None on the horizon or above."""
         x, y, w = (_matrix(self) @ (*point, 1.0)).tolist()
         return (x / w, y / w) if w > 0 else None
 
@@ -70,7 +70,7 @@ def _matrix(ground: Ground) -> NDArray[np.float64]:
 
 
 def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the homography (3, 3) that takes points' x, y to their X, Y; both in `points` (n, 4).
+    """Return the homography (3, 3) that maps x, y to X, Y, all four in `points` (n, 4).
 
     The direct linear transform over normalized points: Hartley, In defense of the eight-point
     algorithm, PAMI 1997. Its sign is such that w > 0 at the points.
@@ -83,7 +83,7 @@ def _fitted(points: NDArray[np.float64]) -> NDArray[np.float64]:
     rows = np.vstack([np.hstack([x, zero, -u[:, None] * x]), np.hstack([zero, x, -v[:, None] * x])])
     _, singular, basis = np.linalg.svd(rows)
     if singular[7] <= DEGENERATE * singular[0]:
-        raise ConfigError("Points on a line say nothing of the ground beside it; give others.")
+        raise ConfigError("Points on a line do not determine the ground; give others.")
     matrix: NDArray[np.float64] = np.linalg.inv(metres) @ basis[8].reshape(3, 3) @ pixels
     w = np.hstack([points[:, :2], ones]) @ matrix[2]
     if w.max() > 0 > w.min():

@@ -1,4 +1,4 @@
-"""The process of a camera, as seen from the program and from inside."""
+"""The process of a camera: `CameraProcess` in the main process, `_serve` in its own."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.worker_processes import blocked_signals, cause
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.camera_reporter import (
     CameraEnded,
     CameraMessage,
@@ -24,7 +25,8 @@ from motes.mot.cameras.camera_reporter import (
     Message,
     Ready,
 )
-from motes.mot.cameras.reidentification import CAMERA_TIMEOUT, Camera, CameraReport, ObjectReport
+from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
+from motes.mot.cameras.rig_config import Camera
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.live import Live, open_watched
@@ -32,12 +34,13 @@ from motes.video.reconnect import LONGEST_PAUSE
 
 
 class CameraProcess:
-    """The process of a camera, as seen from here.
+    """The process of a camera, seen from the main process.
 
-    One that ends without having said so is started again, after growing pauses. A live camera's
-    new process knows nobody: who it tells of is new to the rig, which may find them again by what
-    they look like. A recording's tells once more what the last one did, which is left out; where
-    it ends at the same frame again, it is given up.
+    A process that ends without a `CameraEnded` is started again, after growing pauses.
+
+    - The new process of a live camera has new objects. The rig may reidentify them by their looks.
+    - The new process of a recording begins with its first frame. Reports that came before are left
+      out. If it ends at the same frame again, the camera is given up.
     """
 
     def __init__(self, camera: Camera, seed: int, origin: float) -> None:
@@ -45,16 +48,16 @@ class CameraProcess:
         self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
         self.due: float | None = None
-        """When it is started again; None while it runs, and after its end."""
+        """When it will be started again; None while it runs, and after its end."""
         self._args = camera, seed, origin
-        self._told = self._frames = self._identities = 0
-        """The number of reported frames, and the first free numbers of frames and identities."""
+        self._reported = self._frames = self._identities = 0
+        """The number of reports, and the first free numbers of frames and identities."""
         self._ended: float | None = None
         self._failed_at, self._pause = -1, CAMERA_TIMEOUT
         self._start()
 
     def _start(self) -> None:
-        """Start its process."""
+        """Start the process."""
         context = multiprocessing.get_context("spawn")
         with blocked_signals():
             self.pipe, theirs = context.Pipe(duplex=False)
@@ -63,22 +66,22 @@ class CameraProcess:
             self.process.start()
             theirs.close()
         self.due = None
-        self._known = 0 if self.live else self._told
+        self._known = 0 if self.live else self._reported
         self._offsets = (self._frames, self._identities) if self.live else (0, 0)
 
     @property
-    def behind(self) -> bool:
-        """Whether others have to wait for what it will tell."""
+    def awaited(self) -> bool:
+        """Whether other cameras have to wait for its next report."""
         return not (self.live or self.over or self.reports)
 
     def revive(self) -> None:
-        """Start it again if it is time to."""
+        """Start it again if that is due."""
         if self.due is not None and time.monotonic() >= self.due:
             self.pipe.close()
             self._start()
 
     def listen(self) -> Iterator[CameraMessage | CameraEnded]:
-        """Take its next message; yield what is not to be handled in the order of time."""
+        """Receive its next message; yield it unless it is a report, which waits for its time."""
         try:
             message = msgspec.msgpack.decode(self.pipe.recv_bytes(), type=Message)
         except (EOFError, OSError):
@@ -94,7 +97,7 @@ class CameraProcess:
             yield message
 
     def _take(self, report: CameraReport) -> Iterator[CameraMessage]:
-        """Keep a report that is new, under numbers that no former process has used."""
+        """Keep a new report, with numbers that no earlier process has used."""
         if self._known:
             self._known -= 1
             return
@@ -102,70 +105,70 @@ class CameraProcess:
             away = time.monotonic() - self._ended
             self._ended = None
             yield CameraMessage(self.name, f"it is back after {away:.1f} s.")
-        self._told += 1
-        first, someone = self._offsets
-        sightings = tuple(_renumbered(each, someone) for each in report.sightings)
+        self._reported += 1
+        first, first_identity = self._offsets
+        sightings = tuple(_renumbered(each, first_identity) for each in report.sightings)
         report = replace(report, frame=report.frame + first, sightings=sightings)
         self._frames = report.frame + 1
         self._identities = max([self._identities, *(each.identity for each in sightings)])
         self.reports.append(report)
 
     def _fail(self, why: str) -> Iterator[CameraMessage | CameraEnded]:
-        """Say once that it failed, and when it is started again, unless that is in vain."""
-        again = self._failed_at == self._told
+        """Yield once that it failed; start it again later, or give a recording up."""
+        again = self._failed_at == self._reported
         if again and not self.live:
             self.over = True
-            yield CameraEnded(self.name, self._told, failure=why)
+            yield CameraEnded(self.name, self._reported, failure=why)
             return
         self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
-        self.due, self._failed_at = time.monotonic() + self._pause, self._told
+        self.due, self._failed_at = time.monotonic() + self._pause, self._reported
         if self._ended is None:
             self._ended = time.monotonic()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")
 
 
 def _renumbered(sighting: ObjectReport, offset: int) -> ObjectReport:
-    """Return a sighting with identities that are larger by an offset."""
-    behind = None if sighting.occluded_by is None else sighting.occluded_by + offset
-    return replace(sighting, identity=sighting.identity + offset, occluded_by=behind)
+    """Return a report with an offset added to its identities."""
+    occluded_by = None if sighting.occluded_by is None else sighting.occluded_by + offset
+    return replace(sighting, identity=sighting.identity + offset, occluded_by=occluded_by)
 
 
 def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
-    """Watch a camera until it ends, and send a report for each frame."""
+    """Watch a camera until it ends, and send a report of each frame."""
     os.dup2(2, 1)  # standard output is for rows
     parent = multiprocessing.parent_process()
     assert parent is not None
     threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
     frames, dropped, failure = 0, 0, None
 
-    def tell(message: Message) -> None:
+    def send(message: Message) -> None:
         pipe.send_bytes(msgspec.msgpack.encode(message))
 
     with suppress(BrokenPipeError):
         try:
-            lookout = CameraReporter(
+            reporter = CameraReporter(
                 camera, Scene(named_detector(camera.detector), camera.preset, seed)
             )
             with open_watched(camera.source, origin) as film:
                 live = isinstance(film, Live)
-                tell(Ready(camera.name, live))
+                send(Ready(camera.name, live))
                 for news in film:
                     if isinstance(news, str):
-                        tell(CameraMessage(camera.name, news))
+                        send(CameraMessage(camera.name, news))
                         continue
                     offset = 0.0 if live else camera.offset
-                    tell(lookout.report(Frame(news.index, news.time + offset, news.pixels)))
+                    send(reporter.report(Frame(news.index, news.time + offset, news.pixels)))
                     frames, dropped = frames + 1, film.dropped if isinstance(film, Live) else 0
         except MotesError as error:
             failure = str(error)
         except BrokenPipeError:
             raise
-        except Exception as error:  # whatever happens to one camera, the others shall know
+        except Exception as error:  # a failure of one camera ends no other
             failure = f"{type(error).__name__}: {error}"
-        tell(CameraEnded(camera.name, frames, dropped, failure))
+        send(CameraEnded(camera.name, frames, dropped, failure))
 
 
 def _end_with(sentinel: int) -> None:
-    """End this process with the program, whatever ends that."""
+    """End this process when the main process ends, for whatever reason."""
     wait([sentinel])
     os._exit(1)

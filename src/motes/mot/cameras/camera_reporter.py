@@ -1,4 +1,4 @@
-"""From the frames of one camera to reports of the objects in them."""
+"""From the frames of one camera to reports about the objects in them."""
 
 from __future__ import annotations
 
@@ -13,34 +13,32 @@ from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.cues.color import Color
 from motes.mot.boxes import intersection_over_first
-from motes.mot.cameras.reidentification import Camera, CameraReport, ObjectReport
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.rig_config import Camera
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 
 CUE = Color()
-"""What makes the histograms by which cameras know each other's objects."""
-
+"""The cue whose histograms cameras compare."""
 
 COMING = 1.0
-"""Seconds for which somebody who comes in by a door at the border is not told of until seen whole.
+"""Longest delay, in seconds, of the first report of an object that enters at the border.
 
-Half of a person looks like nobody who is expected.
+It is reported when its whole box is in the frame: a part of a person looks like no expected object.
 """
-
-
 MARGIN = 2.0
-"""Pixels; what is as near to the border may go on beyond it."""
+"""Pixels; a box that is nearer to the border may be cut off by it."""
 
 
 class CameraMessage(msgspec.Struct, frozen=True, tag=True):
-    """What there is to say about a camera, for people."""
+    """A message about a camera for the user."""
 
     camera: str
     text: str
 
 
 class CameraEnded(msgspec.Struct, frozen=True, tag=True):
-    """A camera is at its end: how many frames it had and dropped, and what failed, if anything."""
+    """The end of a camera: how many frames it had and dropped, and its failure, if any."""
 
     camera: str
     frames: int
@@ -49,7 +47,7 @@ class CameraEnded(msgspec.Struct, frozen=True, tag=True):
 
 
 class Ready(msgspec.Struct, frozen=True, tag=True):
-    """A camera is open. Live ones have the same clock; recordings wait for each other's time."""
+    """A camera is open. Live cameras share a clock; recordings are read in the order of time."""
 
     camera: str
     live: bool
@@ -60,16 +58,27 @@ Message = CameraReport | CameraMessage | CameraEnded | Ready
 
 @dataclass(slots=True)
 class _View:
-    """What is known of an object: since when, where and how it was seen, and whether that is told.
+    """What is known of an object.
 
-    Until it is told of, `places` are those where it came in.
+    Attributes
+    ----------
+    since
+        Time of its first frame.
+    places
+        Names of the places where it was last visible; until it is reported, where it came in.
+    look
+        Its histogram, as bytes.
+    seen
+        Whether it was visible in the last frame.
+    reported
+        Whether it has been reported.
     """
 
     since: float
     places: tuple[str, ...]
     look: bytes
     seen: bool = True
-    told: bool = False
+    reported: bool = False
 
 
 class CameraReporter:
@@ -78,9 +87,9 @@ class CameraReporter:
     Parameters
     ----------
     camera
-        Whose frames.
+        The camera.
     scene
-        What finds and follows the objects in them.
+        Its scene, which finds and follows objects.
     """
 
     def __init__(self, camera: Camera, scene: Scene) -> None:
@@ -89,7 +98,7 @@ class CameraReporter:
         self._places: dict[str, NDArray[np.float64]] | None = None
 
     def report(self, frame: Frame) -> CameraReport:
-        """Return what there is to tell of a frame, whose time is that of the rig.
+        """Return the report of a frame, whose time is that of the rig.
 
         Raises
         ------
@@ -103,13 +112,13 @@ class CameraReporter:
                 place.name: np.array(place.boxes(frame), np.float64) for place in self._camera.place
             }
         sightings = (self._sighting(frame, track) for track in self._scene.update(frame))
-        told = tuple(sighting for sighting in sightings if sighting is not None)
-        return CameraReport(self._camera.name, frame.index, frame.time, told)
+        reported = tuple(sighting for sighting in sightings if sighting is not None)
+        return CameraReport(self._camera.name, frame.index, frame.time, reported)
 
     def _sighting(self, frame: Frame, each: SceneTrack) -> ObjectReport | None:
-        """Return what to tell of an object, None for nothing; see `COMING`.
+        """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
-        Its histogram is that of its last whole view.
+        Its histogram is from the last detection with a whole box.
         """
         track, seen, whole = each.track, each.track.status is Status.TRACKING, False
         view = self._views.get(each.identity)
@@ -118,20 +127,20 @@ class CameraReporter:
             places = self._at(track.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
-            if view.told:
+            if view.reported:
                 view.places = places
             if not view.look or (whole and each.detected):
                 look = CUE.learn(frame, track.ellipse).histogram
                 view.look = look.astype(np.float32).tobytes()
-        appears = not view.told and seen
+        appears = not view.reported and seen
         if appears and view.places and not whole and frame.time - view.since < COMING:
             return None
         vanishes, view.seen = view.seen and not seen, seen
         if track.status is Status.LOST:
             del self._views[each.identity]
-        if not (view.told or seen):
+        if not (view.reported or seen):
             return None
-        view.told = True
+        view.reported = True
         return ObjectReport(
             each.identity,
             track.status,
@@ -155,7 +164,7 @@ class CameraReporter:
 
 
 def _whole(box: Box, frame: Frame) -> bool:
-    """Return whether all of a box is in the frame, and not cut off by its border."""
+    """Return whether the border cuts off no part of a box."""
     right, bottom = box.x + box.width, box.y + box.height
     room = min(box.x, box.y, frame.width - right, frame.height - bottom)
     return room >= MARGIN

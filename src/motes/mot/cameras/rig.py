@@ -1,7 +1,7 @@
-"""Several cameras at once: each with a scene in a process of its own, from which sightings come.
+"""Several cameras at once, each with a scene in a process of its own.
 
-Frames stay in the process that reads them. What its scene says of a frame travels as a small
-`CameraReport`, and only here do the cameras' objects get identities that hold for all of them.
+Frames stay in the process that reads them, which sends a small `CameraReport` of each. Here, the
+objects of all cameras get their identities in the rig.
 """
 
 from __future__ import annotations
@@ -13,27 +13,29 @@ from typing import Self
 
 from motes.core.worker_processes import blocked_signals
 from motes.mot.cameras.camera_process import CameraProcess
+from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage
-from motes.mot.cameras.reidentification import CameraReport, CrossCameraAssociation, Rig
+from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_config import Rig
 
 WAITING = 100
-"""So many reports of a recording wait for the other cameras before it has to wait as well."""
+"""Largest number of reports of a recording that wait for other cameras; then it has to wait."""
 
 
 class RigRunner:
-    """The cameras of a rig, watched: a context manager and an iterator of what they tell.
+    """Watches the cameras of a rig: a context manager and an iterator of their reports.
 
-    In the order of time it yields each `CameraReport`, with the identities in the rig of its
-    objects by those that they have in their camera; and each `CameraMessage` and `CameraEnded`. It
-    ends when every camera has. Their processes end with the context, and with this process,
-    whatever ends it; one that dies is started again.
+    It yields in the order of time: each `CameraReport`, with the identities in the rig of its
+    objects by their identities in the camera; and each `CameraMessage` and `CameraEnded`. It ends
+    when all cameras have ended. A process that dies is started again. All processes end with the
+    context, and with the main process, for whatever reason.
 
     Parameters
     ----------
     rig
-        Which cameras, and how they are joined.
+        The cameras, and how they are joined.
     seed
-        Of the random numbers.
+        The seed of the random numbers.
 
     Attributes
     ----------
@@ -45,25 +47,27 @@ class RigRunner:
         self.handover = CrossCameraAssociation(rig)
         origin = time.monotonic()
         with blocked_signals():
-            self._eyes = [CameraProcess(camera, seed, origin) for camera in rig.camera]
+            self._cameras = [CameraProcess(camera, seed, origin) for camera in rig.camera]
 
     @property
     def pids(self) -> dict[str, int | None]:
         """Process identifiers by the cameras' names."""
-        return {eye.name: eye.process.pid for eye in self._eyes}
+        return {camera.name: camera.process.pid for camera in self._cameras}
 
     def __iter__(
         self,
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
-        while any(not eye.over or eye.reports for eye in self._eyes):
-            for eye in self._eyes:
-                eye.revive()
+        while any(not camera.over or camera.reports for camera in self._cameras):
+            for camera in self._cameras:
+                camera.revive()
             listening = {
-                eye.pipe: eye
-                for eye in self._eyes
-                if not eye.over and eye.due is None and len(eye.reports) < WAITING
+                camera.pipe: camera
+                for camera in self._cameras
+                if not camera.over and camera.due is None and len(camera.reports) < WAITING
             }
-            pauses = [eye.due - time.monotonic() for eye in self._eyes if eye.due is not None]
+            pauses = [
+                camera.due - time.monotonic() for camera in self._cameras if camera.due is not None
+            ]
             if listening or pauses:
                 for pipe in wait(list(listening), max(min(pauses), 0) if pauses else None):
                     yield from listening[pipe].listen()  # type: ignore[index]
@@ -71,21 +75,18 @@ class RigRunner:
                 yield report, self.handover.update(report)
 
     def _next(self) -> CameraReport | None:
-        """Return the report that comes next in time; None while an earlier one may still come."""
-        waiting = [eye for eye in self._eyes if eye.reports]
-        if not waiting or any(eye.behind for eye in self._eyes):
+        """Return the next report in the order of time; None while an earlier one may still come."""
+        waiting = [camera for camera in self._cameras if camera.reports]
+        if not waiting or any(camera.awaited for camera in self._cameras):
             return None
-        return min(waiting, key=lambda eye: eye.reports[0].time).reports.popleft()
+        return min(waiting, key=lambda camera: camera.reports[0].time).reports.popleft()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         with blocked_signals():
-            for eye in self._eyes:
-                eye.process.kill()
-                eye.process.join()
-                eye.pipe.close()
-
-
-# In a camera's process
+            for camera in self._cameras:
+                camera.process.kill()
+                camera.process.join()
+                camera.pipe.close()

@@ -1,1 +1,1 @@
-"""Detectors: what there is in a frame."""
+"""Detectors: they find the objects in a frame."""

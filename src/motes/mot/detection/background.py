@@ -1,7 +1,7 @@
-"""What moves before a camera that stands still: a background for each pixel, and blobs before it.
+"""Moving objects before a fixed camera: a background model for each pixel, and foreground blobs.
 
-Zhao and Pei, section 3.1: a mixture of Gaussians tells foreground from background, and the
-foreground's connected parts are the objects.
+Zhao and Pei, section 3.1: a mixture of Gaussians separates foreground from background, and the
+connected parts of the foreground are the objects.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
@@ -26,16 +26,16 @@ Method = Literal["mog2", "knn", "gaussian"]
 Mask = NDArray[np.uint8]
 
 SPARSE = 8
-"""How bright pixels usually are is learned of every so many in x and y."""
+"""The usual brightness is learned from every eighth pixel in x and y."""
 RENEWED = 5
-"""The picture of the background that ghosts are looked for in is so many frames old at most."""
+"""Largest age, in frames, of the picture of the background in which ghosts are searched."""
 MOVES = "the camera moves; what moves before it is not seen"
 SHADE = 0.95
-"""What keeps more than this share of its brightness is no shadow."""
+"""A pixel that keeps more than this share of its brightness is no shadow."""
 
 
-class BackgroundConfig(Config, frozen=True, tag="background"):
-    """How a `BackgroundDetector` tells what moves, and what of it is an object.
+class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
+    """How a `BackgroundDetector` separates foreground from background, and finds objects in it.
 
     Attributes
     ----------
@@ -45,41 +45,41 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
         each pixel, in numpy (Wren et al., Pfinder, 1997). By default `mog2`, or `gaussian` where
         OpenCV is missing.
     history
-        Frames over which a background is learned.
+        Number of frames over which a background is learned.
     rate
-        Share of the background that each frame makes up; by default 1 / `history`, and more at the
+        Share of each frame that enters the background. By default 1 / `history`, and more at the
         start.
     deviations
-        A pixel this many standard deviations off is foreground; of `mog2` and `gaussian`.
+        `mog2` and `gaussian`: a pixel is foreground from this many standard deviations on.
     distance
-        A pixel this many gray levels from its samples is foreground; of `knn`.
+        `knn`: a pixel is foreground at this many gray levels from its samples.
     noise
-        Least standard deviation of a pixel in gray levels, what cameras and compression leave; of
-        `gaussian`.
+        `gaussian`: least standard deviation of a pixel, in gray levels, as cameras and compression
+        cause.
     shadow
-        A shadow leaves a pixel at least this share of its brightness; with 1 there are none.
+        A shadow leaves a pixel at least this share of its brightness. With 1 there are no shadows.
     tint
-        How far off, in gray levels, a shadow's color may be; of `gaussian`.
+        `gaussian`: largest change of color by a shadow, in gray levels.
     exposure
-        A camera changes its exposure by less than this share from what is usual.
+        Largest change of the camera's exposure that is corrected, as a share of the brightness.
     recent
-        Frames over which it is learned how bright pixels usually are.
+        Number of frames over which the usual brightness is learned.
     speck
-        Patches less wide or high than so many pixels are noise.
+        Patches less wide or high than this many pixels are noise.
     gap
         Patches closer than these shares of the frame's height and width, in y and x, are one
         object.
     least, most
-        How large an object is, as shares of the frame.
+        Smallest and largest size of an object, as shares of the frame.
     ghost
-        Where somebody was who has become background, there is a ghost: a patch whose outline has
-        less than this share of the gradients that the background has there. With 0 these are
-        taken for objects.
+        A ghost is a patch in a place that an object has left after it had become background. Its
+        outline has less than this share of the gradients of the background. With 0, ghosts count
+        as objects.
     limit
-        No more objects than these, the largest, are taken of one frame.
+        Number of objects that are used of a frame at most: the largest.
     still
-        After so many frames in a row of nearly nothing but foreground it is the camera that moves;
-        and after it has, it must stand still for as many.
+        The camera moves if almost all is foreground in this many frames in a row. After that, it
+        has to stand still for as many.
     """
 
     method: Method | None = None
@@ -108,7 +108,7 @@ class BackgroundConfig(Config, frozen=True, tag="background"):
             )
 
     def detector(self) -> BackgroundDetector:
-        """Return a detector that is set so; raise a MissingDependencyError without OpenCV."""
+        """Return the detector; raise a MissingDependencyError if OpenCV is needed and missing."""
         return BackgroundDetector(self)
 
 
@@ -116,24 +116,24 @@ class _Model(Protocol):
     """A background."""
 
     def begin(self, pixels: Mask) -> None:
-        """Take a frame for the background, and forget what was before."""
+        """Start with a frame as background, and forget the frames before."""
         ...
 
     def apply(self, pixels: Mask) -> Mask:
-        """Return where the foreground is, (H, W) of 0 and 1, shadows left out; and learn."""
+        """Return the foreground without shadows, (H, W) of 0 and 1; and learn from the frame."""
         ...
 
     def picture(self) -> Mask:
-        """Return the background as it is learned, (H, W, 3)."""
+        """Return the learned background, (H, W, 3)."""
         ...
 
 
 class BackgroundDetector:
-    """Finds what moves before a camera that stands still. A `Detector`; frames come in order.
+    """Finds moving objects before a fixed camera. A `Detector`; frames come in order.
 
-    What leaves its place has become background there, and a patch without edges of its own is not
-    taken for an object (`ghosts`). A frame that is mostly foreground, as when the light is switched
-    on, has no detections, and the background begins anew with it.
+    A patch without edges of its own is no object: an object that has become background there has
+    left the place (`ghosts`). A frame that is mostly foreground, as when a light is switched on,
+    has no detections, and the background is learned anew from it.
 
     Parameters
     ----------
@@ -143,15 +143,15 @@ class BackgroundDetector:
     Attributes
     ----------
     warnings
-        What there is to tell about the picture, each once: a moving camera, a change of light, too
-        many objects.
+        Warnings about the picture by kind, each once: a moving camera, a change of light, too many
+        objects.
 
     Raises
     ------
     MissingDependencyError
         If OpenCV is needed and not installed.
     ConfigError
-        If the method is unknown, or a number makes no sense.
+        If the method is unknown, or a number is out of its range.
     """
 
     def __init__(self, config: Method | BackgroundConfig | None = None) -> None:
@@ -168,25 +168,25 @@ class BackgroundDetector:
         self.warnings: dict[str, str] = {}
 
     def __call__(self, frame: Frame) -> list[Detection]:
-        """Return what moves in the next frame, the largest first, all with the score 1."""
+        """Return the moving objects in the next frame, the largest first, all with the score 1."""
         if frame.pixels.shape != self._shape:
             self._shape = frame.pixels.shape
             self._begin(frame.pixels)
             return []
-        if self._anchor.has_moved(frame.pixels):
+        if self._reference.has_moved(frame.pixels):
             self._begin(frame.pixels)
             self._rest = self.config.still
-            self._remark(frame, "camera", MOVES)
+            self._warn(frame, "camera", MOVES)
             return []
         mask = self._model.apply(self._exposed(frame.pixels))
         if mask.mean() > self.config.most:
             self._begin(frame.pixels)
             self._flooded += 1
             if self._flooded == self.config.still:
-                self._remark(frame, "camera", MOVES)
+                self._warn(frame, "camera", MOVES)
             elif self._flooded == 1:
-                said = "the picture changes all over; its background is learned anew"
-                self._remark(frame, "light", said)
+                text = "the picture changes all over; its background is learned anew"
+                self._warn(frame, "light", text)
             return []
         self._flooded = 0
         if self._rest:
@@ -200,21 +200,21 @@ class BackgroundDetector:
             boxes = without_ghosts(boxes, mask, now, self._learned, self.config.ghost)
         limit = self.config.limit
         if len(boxes) > limit:
-            said = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
-            self._remark(frame, "flood", said)
+            text = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
+            self._warn(frame, "flood", text)
         return [Detection(box) for box in boxes[:limit]]
 
     def _begin(self, pixels: Mask) -> None:
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        self._anchor = ReferenceImage(pixels)
+        self._reference = ReferenceImage(pixels)
         self._learned = None
         self._model.begin(pixels)
 
     def _exposed(self, pixels: Mask) -> Mask:
-        """Return a frame as bright as usual: cameras change their exposure when somebody comes in.
+        """Return a frame with its usual brightness: cameras change their exposure.
 
-        A channel's gain is the median over pixels, so that what moves does not change it. Where the
-        gain is far from 1 it is the light that changes, not the camera.
+        A channel's gain is the median over pixels, so that moving objects do not change it. If the
+        gain is far from 1, the light has changed, not the exposure.
         """
         sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
         gains = np.median(self._usual / sparse, axis=(0, 1))
@@ -228,12 +228,12 @@ class BackgroundDetector:
             return out
         return np.stack([np.take(tables[:, c], pixels[:, :, c]) for c in range(3)], axis=2)
 
-    def _remark(self, frame: Frame, kind: str, text: str) -> None:
+    def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
 class _Mixture:
-    """OpenCV's backgrounds; it marks shadows by less than 255."""
+    """OpenCV's background models, which mark shadows by values below 255."""
 
     def __init__(self, method: str, config: BackgroundConfig) -> None:
         cv2 = _opencv()
@@ -251,19 +251,19 @@ class _Mixture:
         self._make = partial(make, config.history, squared, config.shadow < 1)
 
     def begin(self, pixels: Mask) -> None:
-        """Show a new model the frame a few times: nearest samples need some to be near to."""
+        """Start a new model with the frame several times: the nearest neighbors need samples."""
         self._model = self._make()
         self._model.setShadowThreshold(self._shadow)
         for _ in range(5):
             self._model.apply(pixels)
 
     def apply(self, pixels: Mask) -> Mask:
-        """Return where OpenCV sees foreground."""
+        """Return OpenCV's foreground."""
         mask: Mask = (self._model.apply(pixels, learningRate=self._rate) == 255).astype(np.uint8)
         return mask
 
     def picture(self) -> Mask:
-        """Return OpenCV's mean of what is background."""
+        """Return OpenCV's mean of the background."""
         learned: Mask = self._model.getBackgroundImage()
         return learned
 
@@ -271,20 +271,20 @@ class _Mixture:
 class _Gaussian:
     """A running mean and variance for each pixel and channel.
 
-    Foreground is learned ten times more slowly than background, so that what stops for a while is
-    not swallowed.
+    Foreground is learned ten times more slowly than background, so that an object that stops for a
+    while does not become background.
     """
 
     def __init__(self, config: BackgroundConfig) -> None:
         self._config = config
 
     def begin(self, pixels: Mask) -> None:
-        """Start with the frame for a mean."""
+        """Start with the frame as mean."""
         self._frames, self._mean = 1, pixels.astype(np.float32)
         self._variance = np.full_like(self._mean, (2 * self._config.noise) ** 2)
 
     def apply(self, pixels: Mask) -> Mask:
-        """Return where a channel is too many deviations off and it is no shadow."""
+        """Return the pixels with a channel too many deviations from its mean, without shadows."""
         config, seen = self._config, pixels.astype(np.float32)
         self._frames += 1
         off = seen - self._mean
@@ -310,8 +310,8 @@ class _Gaussian:
 def blobs(mask: Mask, config: BackgroundConfig) -> list[Box]:
     """Return the boxes of the connected parts of a mask (H, W) of 0 and 1, the largest first.
 
-    Specks are removed, patches that are near to each other connected, and what covers too little of
-    the mask after that is left out.
+    First specks are removed, then patches that are near to each other are connected, then patches
+    that are too small are left out.
     """
     sides, speck = zip(config.gap, mask.shape, strict=True), config.speck
     gap = [max(1, math.ceil(share * side)) | 1 for share, side in sides]

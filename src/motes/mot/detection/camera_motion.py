@@ -1,4 +1,4 @@
-"""Does the camera stand still? A picture that fits better elsewhere tells that it does not."""
+"""Whether the camera moves: then a shifted picture fits the reference better."""
 
 from __future__ import annotations
 
@@ -11,34 +11,32 @@ Floats = NDArray[Any]
 """Pictures of float32."""
 
 WIDTH = 160
-"""Pictures are compared at about this width, in pixels of that size."""
+"""Pictures are reduced to about this width before they are compared."""
 SHIFTS = (1, 3, 8)
-"""So far the picture is shifted, to eight sides."""
+"""Shifts of the reduced picture that are tried in eight directions, in pixels."""
 BETTER = 0.7
-"""A camera has moved where a shift leaves less than this share of the misfit.
+"""A camera has moved if a shift leaves less than this share of the misfit.
 
 In films of still cameras the best shift left 0.83 of it or more, in rendered pans 0.6 or less.
 """
-
-
 NOTICED = 2.0
-"""And where that is less by at least so many gray levels, which noise does not reach."""
+"""Least decrease of the misfit by that shift, in gray levels; noise causes less."""
 LASTS = 50
-"""A picture is kept for so many frames: what creeps more slowly, a background can follow."""
+"""Frames for which a reference is used. A background can follow a slower motion."""
 
 
 class ReferenceImage:
-    """Keeps a picture of what the camera should see.
+    """Keeps the picture that a camera at rest should see.
 
-    The misfit of two pictures is their median difference, so that neither what moves before the
-    camera nor a change of light makes a shift fit better.
+    The misfit of two pictures is the median of their differences. So neither moving objects nor a
+    change of light makes a shift fit better.
     """
 
     def __init__(self, pixels: NDArray[np.uint8]) -> None:
         self._kept, self._age = _reduced(pixels), 0
 
     def has_moved(self, pixels: NDArray[np.uint8]) -> bool:
-        """Return whether a picture of the same size is shifted against the one that is kept."""
+        """Return whether a picture of the same size is shifted against the reference."""
         picture, margin = _reduced(pixels), max(SHIFTS)
         self._age += 1
         height, width = picture.shape
@@ -63,7 +61,7 @@ class ReferenceImage:
 
 
 def _reduced(pixels: NDArray[np.uint8]) -> Floats:
-    """Return the green of a picture in means over blocks."""
+    """Return the green channel of a picture, averaged over blocks."""
     block = min(max(1, round(pixels.shape[1] / WIDTH)), pixels.shape[0])
     height, width = pixels.shape[0] // block, pixels.shape[1] // block
     rows = pixels[: height * block].reshape(height, block, -1).sum(axis=1, dtype=np.uint16)

@@ -1,7 +1,7 @@
-"""What stood still for so long that it became background leaves a ghost where it was.
+"""Ghosts: detections in places that an object has left after it had become background.
 
-A thing before the background has edges where its patch ends, and a ghost has none: these are in the
-background that was learned with it.
+The patch of a real object has edges along its outline. The patch of a ghost has none, but the
+learned background has edges there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Steps = NDArray[np.int16]
 
 
 def gradients(pixels: Mask) -> Steps:
-    """Return how much the green of a picture (H, W, 3) changes, in x and y together: (H, W)."""
+    """Return the sum of the gradients in x and y of a picture's green (H, W, 3): (H, W)."""
     green = np.pad(pixels[:, :, 1].astype(np.int16), 1, mode="edge")
     down, across = green[2:, 1:-1] - green[:-2, 1:-1], green[1:-1, 2:] - green[1:-1, :-2]
     total: Steps = np.abs(down) + np.abs(across)
@@ -28,19 +28,19 @@ def gradients(pixels: Mask) -> Steps:
 def without_ghosts(
     boxes: Iterable[Box], mask: Mask, now: Steps, learned: Steps, share: float
 ) -> list[Box]:
-    """Return the boxes in which something is.
+    """Return the boxes that hold an object.
 
     Parameters
     ----------
     boxes
-        Of patches of the mask.
+        The boxes of the mask's patches.
     mask
         (H, W), 1 where the foreground is.
     now, learned
-        Gradients of the frame, and of what is learned of the background.
+        Gradients of the frame, and of the learned background.
     share
-        In a ghost, the frame's gradients along the outline of the mask are, on average, less than
-        this share of the background's.
+        Along the outline of a ghost, the frame's gradients are on average less than this share of
+        the background's.
     """
     outline, kept = _outline(mask), []
     for box in boxes:
@@ -53,7 +53,7 @@ def without_ghosts(
 
 
 def _outline(mask: Mask) -> NDArray[np.bool_]:
-    """Return the pixels on either side of where a mask begins and ends."""
+    """Return the pixels on both sides of a mask's border."""
     out = np.zeros(mask.shape, np.bool_)
     down, across = mask[1:] != mask[:-1], mask[:, 1:] != mask[:, :-1]
     out[1:] |= down

@@ -1,7 +1,7 @@
-"""Find all that look like one object, as the players of a team: Zhao and Pei, section 4.
+"""Find all objects that look like one, as the players of a team: Zhao and Pei, section 4.
 
-Needs no still camera, and nothing that moves: colors alone are compared, and of these only the ones
-that the chosen object has more of than its surroundings. A player on a lawn is mostly lawn.
+Only colors are compared. So camera and objects may move or stand still. Only those colors count
+that the object has more of than its surroundings: the box of a player on a lawn is mostly lawn.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.cues.color import Color, ColorModel
@@ -22,28 +22,28 @@ from motes.sot.filtering.appearance_rule import AppearanceRule
 Floats = NDArray[np.float64]
 
 STEPS = 4
-"""Places are looked at so many times in a target's width and height."""
+"""Steps of the grid of places in a target's width and height."""
 SIZES = (0.8, 1.0, 1.25)
-"""Of the target's size."""
+"""Sizes that are tried, as multiples of the target's."""
 SHIFTS = 5
 """Mean-shift iterations from the best place on the grid."""
 SURROUNDINGS = 3.0
-"""What is around the target is this many times as wide and high."""
+"""Width and height of the surroundings, as multiples of the target's."""
 LIMIT = 100
-"""At most so many are found in a frame."""
+"""Largest number of detections in a frame."""
 
 
-class LookalikeConfig(Config, frozen=True, tag="like"):
-    """Whom a `LookalikeDetector` looks for, and how.
+class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
+    """What a `LookalikeDetector` looks for, and how.
 
     Attributes
     ----------
     box
-        The one in the first frame: x, y, width, height.
+        The box of the object in the first frame: x, y, width, height.
     color
         How colors are compared; by default with the histogram of Zhao and Pei.
     rule
-        How alike is alike.
+        How similar a region must be.
     """
 
     box: tuple[float, float, float, float]
@@ -51,15 +51,15 @@ class LookalikeConfig(Config, frozen=True, tag="like"):
     rule: AppearanceRule = AppearanceRule(margin=0.7)
 
     def detector(self) -> LookalikeDetector:
-        """Return a detector that is set so."""
+        """Return the detector."""
         return LookalikeDetector(self)
 
 
 class LookalikeDetector:
-    """All regions whose colors resemble those of one region in the first frame that it is given.
+    """Finds all regions whose colors are similar to those of one region in the first frame.
 
-    Their rho must be larger than the appearance rule of Nummiaro et al. asks for, with the first
-    frame's other places as background. Whatever fulfills that has the score 1.
+    Their rho must fulfill the appearance rule of Nummiaro et al., with the other places of the
+    first frame as background. All detections have the score 1.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class LookalikeDetector:
         self._least = 0.0
 
     def __call__(self, frame: Frame) -> list[Detection]:
-        """Return the like ones in a frame, the most alike first."""
+        """Return the similar regions in a frame, the most similar first."""
         if self._model is None:
             region = region_within(self._box, frame.width, frame.height)
             self._model = self._distinctive(frame, region)
@@ -102,10 +102,10 @@ class LookalikeDetector:
         return found
 
     def _distinctive(self, frame: Frame, region: Ellipse) -> ColorModel:
-        """Return a region's histogram over those colors that it has more of than what is around.
+        """Return a region's histogram over the colors that it has more of than its surroundings.
 
-        A bin counts by the posterior of the region against its surroundings, where that is above
-        one half; where it never is, the whole histogram has to do.
+        The weight of a bin is the posterior of the region against its surroundings, or 0 if that
+        is not above one half. If it never is, the whole histogram is used.
         """
         own = self._color.learn(frame, region).histogram
         wide = region._replace(a=SURROUNDINGS * region.a, b=SURROUNDINGS * region.b)
@@ -119,10 +119,12 @@ class LookalikeDetector:
         return ColorModel(own, own)
 
     def _grid(self, frame: Frame) -> Floats:
-        """Return the ellipses (N, 5) that are looked at."""
-        grids = []
+        """Return the ellipses (N, 5) that are compared with the model."""
+        grids = [np.empty((0, 5))]
         for size in SIZES:
             a, b = size * self._box.width / 2, size * self._box.height / 2
+            if 2 * a > frame.width or 2 * b > frame.height:
+                continue
             y, x = np.mgrid[
                 b : frame.height - b : 2 * b / STEPS, a : frame.width - a : 2 * a / STEPS
             ]
@@ -141,6 +143,6 @@ class LookalikeDetector:
 
 
 def _meet(ellipse: Floats, box: Box) -> bool:
-    """Return whether an ellipse's center lies in a box's middle part, half its size wide."""
+    """Return whether an ellipse's center lies in a box."""
     x, y = box.x + box.width / 2, box.y + box.height / 2
     return bool(abs(ellipse[0] - x) < box.width / 2 and abs(ellipse[1] - y) < box.height / 2)

@@ -1,4 +1,4 @@
-"""Where could targets be? Anything that finds objects in a frame can start a tracker."""
+"""Detectors that need no training: faces, people, and files of detections."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config
-from motes.core.detection import Detection
+from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 
 
-class FacesConfig(Config, frozen=True, tag="faces"):
+class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
     """How a `FaceDetector` looks for faces.
 
     Attributes
     ----------
     upsample
-        How many times the image's size is doubled before looking: faces of about 80 pixels and
-        more are found with 0, of 40 with 1.
+        How many times the image's size is doubled first. With 0, the smallest faces that are found
+        have about 80 pixels; with 1, 40.
     threshold
         Least score, the distance from the classifier's boundary.
     """
@@ -32,14 +32,14 @@ class FacesConfig(Config, frozen=True, tag="faces"):
     threshold: float = 0.0
 
     def detector(self) -> FaceDetector:
-        """Return a detector that is set so; raise a MissingDependencyError if dlib is missing."""
+        """Return the detector; raise a MissingDependencyError if dlib is missing."""
         return FaceDetector(self)
 
 
 class FaceDetector:
-    """Upright frontal faces, by gradient histograms and a support vector machine.
+    """Finds upright frontal faces, by gradient histograms and a support vector machine.
 
-    The detector class of Nummiaro et al., section V, as dlib ships it, trained.
+    The kind of detector of Nummiaro et al., section V; dlib contains the trained model.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class FaceDetector:
         ]
 
 
-class PeopleConfig(Config, frozen=True, tag="people"):
+class PeopleConfig(DetectorConfig, Config, frozen=True, tag="people"):
     """How a `PeopleDetector` looks for people.
 
     Attributes
@@ -81,9 +81,9 @@ class PeopleConfig(Config, frozen=True, tag="people"):
     threshold
         Least score, the distance from the classifier's boundary.
     stride
-        Places are looked at every so many pixels.
+        Distance between the places that are tried, in pixels.
     scale
-        Sizes are looked at of which each is so many times the one before.
+        Ratio of each size that is tried to the one before.
     """
 
     threshold: float = 0.5
@@ -91,14 +91,14 @@ class PeopleConfig(Config, frozen=True, tag="people"):
     scale: Annotated[float, Meta(gt=1)] = 1.05
 
     def detector(self) -> PeopleDetector:
-        """Return a detector that is set so; raise a MissingDependencyError if OpenCV is missing."""
+        """Return the detector; raise a MissingDependencyError if OpenCV is missing."""
         return PeopleDetector(self)
 
 
 class PeopleDetector:
-    """Upright people of some 100 pixels and more, by gradient histograms and a linear classifier.
+    """Finds upright people of 100 pixels or more, by gradient histograms and a linear classifier.
 
-    Dalal and Triggs, CVPR 2005, as OpenCV ships it, trained.
+    Dalal and Triggs, CVPR 2005; OpenCV contains the trained model.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class PeopleDetector:
         ]
 
 
-class RecordedConfig(Config, frozen=True, tag="recorded"):
+class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
     """The file of `RecordedDetections`.
 
     Attributes
@@ -153,7 +153,7 @@ class RecordedConfig(Config, frozen=True, tag="recorded"):
     file: str
 
     def detector(self) -> RecordedDetections:
-        """Return its detections; raise a SourceError if there are none."""
+        """Return its detections; raise a SourceError if the file cannot be read."""
         return RecordedDetections(self.file)
 
 
@@ -166,7 +166,7 @@ class RecordedDetections:
     Raises
     ------
     SourceError
-        If the file cannot be read or a line is none.
+        If the file cannot be read, or a line is no detection.
     """
 
     def __init__(self, path: str | Path) -> None:

@@ -21,7 +21,7 @@ def initiate(
     frame: Frame,
     config: SceneConfig,
 ) -> tuple[list[TrackedObject], TrackInitiation, list[LoggedDetection]]:
-    """Return the objects that begin in a frame, what is tentative after it, and outcomes.
+    """Return the objects that begin in a frame, the tentative tracks after it, and outcomes.
 
     An object's random numbers depend only on the seed and its identity.
     """

@@ -23,7 +23,7 @@ def reidentify(
     frame: Frame,
     config: SceneConfig,
 ) -> tuple[list[TrackedObject], list[Detection], list[LoggedDetection]]:
-    """Return the objects, visible again where they reappear; what is still free; outcomes.
+    """Return the objects, some visible again; the detections that stay free; outcomes.
 
     Detections are assigned one to one, by the distance from where an object, or its occluder,
     should be, and by appearance.

@@ -19,14 +19,17 @@ def report(
     objects: Sequence[TrackedObject], frame: Frame, config: SceneConfig
 ) -> tuple[list[SceneTrack], list[TrackedObject]]:
     """Return the tracks of all objects, and the objects that stay; the others are lost."""
-    after = list(objects)
     covers = _covers(objects, config.containment)
+    tracks, staying = list[SceneTrack](), list[TrackedObject]()
     for n, each in enumerate(objects):
-        covered = any(not after[j].occluded for j in covers.get(n, ()))
-        if frame.time - each.last_time > _max_age(each, frame, config.termination, covered=covered):
-            after[n] = each.terminate()
-    staying = [each for each, now in zip(objects, after, strict=True) if each is now]
-    return [each.scene_track for each in after], staying
+        covered = any(not objects[j].occluded for j in covers.get(n, ()))
+        max_age = _max_age(each, frame, config.termination, covered=covered)
+        if frame.time - each.last_time > max_age:
+            tracks.append(each.terminate().scene_track)
+        else:
+            tracks.append(each.scene_track)
+            staying.append(each)
+    return tracks, staying
 
 
 def _covers(objects: Sequence[TrackedObject], containment: float) -> dict[int, list[int]]:

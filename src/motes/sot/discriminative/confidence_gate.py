@@ -1,6 +1,6 @@
-"""When to believe one's eyes: what a certainty from 0 to 1 allows a tracker to do.
+"""What a certainty from 0 to 1 allows the default tracker to do: learn, stay, move, or be found.
 
-The rule of being lost that `discriminative` follows, without any pictures.
+The rules here read numbers only, no pixels.
 """
 
 from __future__ import annotations
@@ -11,24 +11,24 @@ from motes.core.config import Config, Count, Share
 from motes.core.track import Status
 
 REFERENCE_FRAMES = 10
-"""Frames from the start whose mean certainty is the reference."""
+"""The mean certainty of this many frames, from the start, is the reference."""
 
 
 class TargetStatus(NamedTuple):
-    """How a tracker stands with its target.
+    """The status of a target, and the counts that it follows from.
 
     Attributes
     ----------
     status
-        Where the tracker is.
+        The status that the track reports.
     frames_missed
-        Frames since one in which it was believed to be there.
+        Number of frames since the target was last accepted as present.
     confirmations
-        Frames in a row that were certain.
+        Number of frames in a row that were certain.
     contradictions
-        Frames in a row that speak against the status.
+        Number of frames in a row that contradict the status.
     reference, seen
-        Mean certainty of the first frames, and of how many.
+        Mean certainty of the first frames, and the number of these frames.
     """
 
     status: Status = Status.TRACKING
@@ -40,30 +40,32 @@ class TargetStatus(NamedTuple):
 
 
 class ConfidenceGate(Config, frozen=True):
-    """How certain the tracker must be, from 0 to 1.
+    """How certain the tracker must be for each action, from 0 to 1.
 
-    Each holds for targets that are easily told from everything else; others ask for a share of
-    the certainty that they had in the first frames.
+    These thresholds hold for targets that differ clearly from their surroundings. For other targets
+    a threshold is lower: a share of the mean certainty in the first frames.
 
     Attributes
     ----------
     learn
-        To learn from a frame.
+        Certainty to learn from a frame.
     keep
-        Not to look for the target elsewhere, and not to call it lost.
+        Certainty to keep the target where it is: it is not searched for elsewhere, nor lost.
     respond
-        Nor is it called lost at half that certainty if the learned filter responds so much: a
-        target that looks unlike itself at first may still be as it was of late.
+        Response of the learned filter that also keeps the target, if the certainty is at least half
+        of `keep`: a target may differ from the first frame and still look as it did lately.
     find
-        To believe that it is somewhere else, where the search has led.
+        Certainty to accept that the target is where the search has led.
     follow
-        To move with what is most like a lost target, so that it is not left behind where it merely
-        looks different.
+        Certainty to move a lost target to the most similar place. The target may only look
+        different for a while, and must not be left behind.
     frames
-        A target is lost after so many frames in a row that do not keep it, and found after as many
-        that do.
-    relative_to_start, find_relative_to_start
-        See above, for `learn`, `keep` and `follow`, and for `find`.
+        A target is lost after this many frames in a row below `keep`. It is found after as many
+        frames in a row above it.
+    relative_to_start
+        Share of the certainty in the first frames that is enough for `learn`, `keep` and `follow`.
+    find_relative_to_start
+        The same share for `find`.
     """
 
     learn: Share = 0.3
@@ -76,42 +78,44 @@ class ConfidenceGate(Config, frozen=True):
     find_relative_to_start: Share = 0.8
 
     def may_update(self, certainty: float, reference: float) -> bool:
-        """Return whether a certainty is enough to learn."""
+        """Return whether a certainty is enough to learn from the frame."""
         return certainty >= min(self.learn, self.relative_to_start * reference)
 
     def is_present(self, certainty: float, reference: float) -> bool:
-        """Return whether it is enough to keep a target where it is, and not to search for it."""
+        """Return whether a certainty is enough to keep a target where it is."""
         return certainty >= min(self.keep, self.relative_to_start * reference)
 
     def was_present(self, standing: TargetStatus) -> bool:
-        """Return whether the target was believed to be there of late."""
+        """Return whether the target was present in one of the last frames."""
         return standing.frames_missed < self.frames
 
     def may_move(self, certainty: float, standing: TargetStatus) -> bool:
-        """Return whether a certainty is enough to move: any is in the first frames of doubt."""
+        """Return whether a certainty is enough to move; in the first missed frames, any is."""
         low = min(self.follow, self.relative_to_start * standing.reference)
         return self.was_present(standing) or certainty >= low
 
     def accepts_redetection(self, certainty: float, reference: float) -> bool:
-        """Return whether it is enough to believe that a target is somewhere else."""
+        """Return whether a certainty is enough to accept a place that the search has found."""
         return certainty >= min(self.find, self.find_relative_to_start * reference)
 
     def update(
         self, before: TargetStatus, certainty: float, response: float, *, jumped: bool
     ) -> tuple[TargetStatus, bool, bool]:
-        """Return how a tracker stands after a frame, whether the target is there, and is learned.
+        """Return the status after a frame, whether the target is present, and whether to learn.
 
-        A target that was missed for some frames is believed to be there after as many in a row that
-        agree, so that what is only like it is left before anything is learned from it.
+        A missed target is accepted as present only after `frames` certain frames in a row. So the
+        tracker learns nothing from an object that is only similar.
 
         Parameters
         ----------
+        before
+            The status after the last frame.
         certainty
-            That the target is where it is now taken to be.
+            Certainty that the target is at the estimate.
         response
-            Of the learned filter there.
+            Response of the learned filter at the estimate.
         jumped
-            Whether the search has led there in this frame.
+            Whether the search has found this place in this frame.
         """
         status, missed, agreed, against, reference, seen = before
         trusted, tracking = self.was_present(before), status is Status.TRACKING

@@ -1,4 +1,4 @@
-"""Where is the target? Particles over what one window says, sharpened step by step."""
+"""The place of the target in one window: particles over dense responses, in ever finer steps."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Singles, Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
 from motes.cues.correlation_filter import (
     UPSAMPLING,
@@ -20,8 +21,7 @@ from motes.cues.correlation_filter import (
     peak_near,
     sample_response,
 )
-from motes.cues.fourier_ridge import Spectra
-from motes.cues.search_window import CELL_SIZE, Singles
+from motes.cues.search_window import CELL_SIZE
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 
@@ -29,14 +29,15 @@ Floats = NDArray[np.float64]
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):
-    """What a look goes by.
+    """The models that a localization uses.
 
     Attributes
     ----------
     correlation, posterior
-        The models of place and colors.
+        The correlation filter, and the color posterior.
     contrast
-        By how much the target's colors stand out in the mean; it sets how much color counts.
+        Running mean of the color contrast between the target and its surroundings. It sets the
+        weight of the color posterior.
     """
 
     correlation: CorrelationModel
@@ -46,29 +47,29 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowEstimate:
-    """What one window says.
+    """The place of the target in one window.
 
     Attributes
     ----------
     window_pose
-        The window is around this ellipse.
+        The ellipse at the center of the window.
     window, spectra, integral
-        Its samples; the transform of its features; the posterior's sums.
+        The samples of the window; the transform of its features; the integral image of the
+        posterior.
     centers, weights
         (N, 2), (N,) the particles.
     pose
-        Their mean, with the size and turn of `window_pose`.
+        The mean of the particles, with the size and angle of `window_pose`.
     box
-        (4,) the same as the window has it: x and y off its center and half sides, in samples.
+        (4,) the pose in samples of the window: x and y from its center, and half sides.
     contrast
-        By how much the target's colors stand out there.
+        Color contrast between the box and its surroundings.
     certainty
-        Geometric mean of the response of the first frame's filter and of the color contrast there,
-        0 to 1. Neither is learned into agreement with what the tracker follows: a response
-        relative to its own past says nothing, since it rises while the filter learns the wrong
-        thing.
+        Geometric mean of the response of the first frame's filter and of the color contrast at the
+        pose, 0 to 1. Neither adapts to what the tracker follows. The response of the learned filter
+        would not do: it also rises while the filter learns a wrong object.
     response
-        That of the filter, there.
+        Response of the learned filter at the pose.
     """
 
     window_pose: Ellipse
@@ -99,10 +100,10 @@ class Localizer:
     def localize(
         self, rng: np.random.Generator, known: TargetModels, frame: Frame, place: Ellipse
     ) -> WindowEstimate:
-        """Weigh particles by what the window around a place says, and take their mean.
+        """Return the weighted mean of particles in the window around `place`.
 
-        Half of them are spread over the window, the others around the response's maximum; they
-        are weighed, selected, and weighed again nearby, which sharpens them step by step.
+        Half of the particles are spread over the window, the others around the maximum of the
+        response. Then they are weighted, resampled and moved by less and less noise.
         """
         samples = known.correlation.grid
         half = np.array(samples.half)
@@ -149,6 +150,6 @@ class Localizer:
         return WindowEstimate(place, *seen, centers, weighed, found, box, *said)
 
     def color_weight(self, known: TargetModels) -> float:
-        """Return color's share in the pool: more, the more the target stands out by it."""
+        """Return the weight of the color posterior in the pool; it grows with the contrast."""
         counts = self.color_gain * max(known.contrast, 0.0)
         return counts / (1 + counts)

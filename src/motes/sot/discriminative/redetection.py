@@ -1,9 +1,9 @@
-"""Where else may a target be? Particles that spread while it is missed, weighed by what it was.
+"""The search for a missed target: particles that spread farther in each frame.
 
-Histograms of the target's colors (Nummiaro et al., section III) and edges (Ng and Delp, section
-3.2) in its first region say where to look closer. Among 400 places anywhere in a frame they put
-the target first far oftener than the posterior of single colors does, and they need no color.
-How it is turned by now, the directions of its gradients say.
+The particles are weighted by the color histogram (Nummiaro et al., section III) and the edge
+histogram (Ng and Delp, section 3.2) of the target's first region. Among 400 places in a frame,
+these rank the target first far more often than the color posterior does, and they also work
+without color. The histogram of gradient directions shows by how much the target is turned.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from motes.sot.filtering.resampling import Resampling, Weights
 Floats = NDArray[np.float64]
 
 MIN_HALF_AXIS = 2.0
-"""Half-axis in pixels."""
+"""Smallest half-axis that the search tries, in pixels."""
 RESTART_EVERY = 4
-"""Of so many searchers one starts anew in each frame."""
+"""One of this many search particles restarts in each frame."""
 DIRECTIONS = Hog(bins=16, rotation_normalized=False)
-"""Of gradients, over a whole turn: a target that is turned has the same ones, all turned alike."""
+"""Histogram of gradient directions over a full turn; a turned target has a shifted histogram."""
 
 
 class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
-    """The histograms of the target's first region; those of directions, of a circle there."""
+    """The histograms of the target's first region; for the directions, of a circle of its area."""
 
     color: ColorModel
     edges: EdgesModel
@@ -42,22 +42,23 @@ class RedetectionModel(msgspec.Struct, frozen=True, eq=False, tag="looks"):
 
 
 class Redetection(Config, frozen=True):
-    """A population of searchers.
+    """The search for a missed target by particles.
 
     Attributes
     ----------
     color, edges
         The cues.
     edges_gain
-        How much a distance of edges counts beside one of colors.
+        Weight of the edge distance; the color distance has weight 1.
     sigma
-        Searchers weigh exp(-distance / sigma).
+        The weight of a particle is exp(-distance / sigma).
     speed
-        The target gets no farther than this many of its mean sides in a frame.
+        The largest distance that the target moves in a frame, in mean sides of the target.
     growth
-        Standard deviation of the logarithm of its size.
+        Standard deviation of the logarithm of the size.
     turn_sigma
-        Turns weigh exp(-distance / turn_sigma) of the directions that are seen to those turned so.
+        The weight of an angle is exp(-distance / turn_sigma), with the distance between the
+        directions in the frame and the model turned by this angle.
     """
 
     color: Color = Color()
@@ -85,22 +86,22 @@ class Redetection(Config, frozen=True):
         last: Ellipse,
         missed: int,
     ) -> tuple[Floats, list[Ellipse]]:
-        """Move, weigh and select searchers.
+        """Move, weight and resample the search particles.
 
-        They walk by a quarter of their size, and some start anew within reach, in another size.
+        Each moves by a quarter of its size. Some restart anywhere within reach, with another size.
 
         Parameters
         ----------
         searchers
-            (N, 5) the last frame's.
+            (N, 5) the particles after the last frame.
         last, missed
-            Where the target was, and how many frames ago.
+            Where the target was last, and the number of frames since then.
 
         Returns
         -------
         searchers, places
-            The new ones, and where to look closer: at the likeliest of them; for there may be
-            several alike, at one drawn by its weight; and at another one, as it seems to be turned.
+            The new particles, and three places for a localization: the most likely particle, one
+            drawn by weight, and one drawn by weight and turned as its directions suggest.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
         reach = self.speed * missed * 2 * math.sqrt(last.a * last.b)
@@ -124,7 +125,7 @@ class Redetection(Config, frozen=True):
     def _turn(
         self, rng: np.random.Generator, model: RedetectionModel, frame: Frame, place: Ellipse
     ) -> float:
-        """Return by how much a target at a place may be turned since the start, in radians."""
+        """Return an angle by which the target may be turned since the start, in radians."""
         seen = DIRECTIONS.observe(model.directions, frame, circle(place))
         bins = len(seen)
         turned = np.stack([np.roll(model.directions.histogram, n) for n in range(bins)])
@@ -133,13 +134,13 @@ class Redetection(Config, frozen=True):
 
 
 def circle(ellipse: Ellipse) -> Ellipse:
-    """Return the circle of an ellipse's area: its region stays the same when it is turned."""
+    """Return the circle with the area of an ellipse; turning does not change its region."""
     radius = math.sqrt(ellipse.a * ellipse.b)
     return Ellipse(ellipse.x, ellipse.y, radius, radius)
 
 
 def limits(ellipse: Ellipse, frame: Frame) -> tuple[float, float]:
-    """Return the factors by which a target may shrink, to `MIN_HALF_AXIS`, or grow to the frame."""
+    """Return the smallest and largest size factor: down to `MIN_HALF_AXIS`, up to the frame."""
     half = np.array(ellipse[2:4])
     least = min(1.0, MIN_HALF_AXIS / half.min())
     most = max(1.0, (np.array([frame.width, frame.height]) / 2 / half).min())

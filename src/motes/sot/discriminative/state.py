@@ -23,29 +23,29 @@ Floats = NDArray[np.float64]
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):
-    """What the next step needs, beside what a look goes by.
+    """The state after a frame: the models of `TargetModels`, and all else that the next step needs.
 
     Attributes
     ----------
     time
-        Of the last frame, in seconds.
+        Time of the last frame, in seconds.
     ellipse
-        The last estimate: the box as an ellipse, turned by as much as the target since the start.
+        The last estimate: the ellipse in the target's box, turned as the target since the start.
     shape
-        The first region; what is reported is this, moved and scaled.
+        The first region; a track reports it moved, scaled and turned.
     scale, appearance
-        The models of its size, and what the search goes by.
+        The model of the size, and the model of the search.
     border
-        (2,) running mean of the posterior just inside and outside of the target's border.
+        (2,) running means of the posterior just inside and just outside of the target's border.
     search_particles
-        (N, 5) the particles that search, none while the target is tracked.
+        (N, 5) the particles of the search; none while the target is tracked.
     scale_due
-        Whether the next frame is one in which the target is sized; in the others it is looked at
-        turned. Each in every other frame is enough, and what is seldom sized jitters less.
+        Whether the next frame estimates the size; the other frames try turned windows. Every other
+        frame is enough for each, and a size that is estimated less often jitters less.
     factors
-        (N,) particles of its size, when it was last sized, as factors of the size before.
+        (N,) particles of the size from its last estimate, as factors of the size before.
     target
-        Whether the target is tracked, and how surely it was.
+        The status of the target.
     """
 
     time: Annotated[float, SAME]

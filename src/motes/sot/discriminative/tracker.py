@@ -1,10 +1,10 @@
 """The default tracker: particles over cues that learn the target against its surroundings.
 
-A step is a particle filter in parts (MacCormick and Isard, ECCV 2000): first where, then how large,
-then where exactly. Particles look their likelihood up in dense results: the response of a
-correlation filter, and sums of the pixels' color posterior. The first frame's filter is kept, and
-how much the place found is like it and stands out in color says how sure the tracker is; it learns
-only while it is sure, and searches in the same frame when it is not.
+A step is a partitioned particle filter (MacCormick and Isard, ECCV 2000): first the place, then the
+size, then the exact place. Particles look their likelihood up in dense results: the response of a
+correlation filter, and sums of the pixels' color posterior. The filter of the first frame is kept.
+Its response and the color contrast at the estimate give the certainty. The tracker learns only
+while it is certain; when it is not, it searches in the same frame.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import ClassVar
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status, Track
+from motes.core.types import Floats, Spectra
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
-from motes.cues.fourier_ridge import Spectra
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
+from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection, limits
@@ -36,22 +36,26 @@ from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 
-Floats = NDArray[np.float64]
-
 RUNNING_MEAN_RATE = 0.05
-"""Share of a frame in the running means of contrast and borders."""
+"""Weight of a frame in the running means of contrast and borders."""
 TURN_GAIN = 1.15
-"""A target is seen as turned only if that is so many times as certain: else noise would turn it."""
+"""A turned window must be this many times as certain; otherwise noise would turn the target."""
 CENTERED = CELL_SIZE
-"""A target so many samples off the middle of the window is seen well enough."""
+"""A target up to this many samples from the center of the window needs no second window."""
 NO_PARTICLES = np.empty((0, 5))
-"""No searchers."""
+"""The search particles while nothing is searched for."""
 DRIFT_SIGMA = 0.15
-"""Standard deviation of a center, as a share of the mean side, that no particle shows: the filter
-answers for what it has learned, which may have drifted from the target's middle."""
+"""Standard deviation of a center, as a share of the mean side, that the particles do not show: the
+learned filter may have drifted from the center of the target."""
 
 
-class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
+class Discriminative(
+    Algorithm[DiscriminativeState, DiscriminativeInfo],
+    Config,
+    frozen=True,
+    dict=True,
+    tag="discriminative",
+):
     """The default tracker.
 
     Attributes
@@ -73,13 +77,14 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     redetection
         How a target is searched for.
     border_gain
-        How much the posterior across the border counts, beside the sizes' filter, for the size.
+        Weight of the posterior at the border in the estimate of the size; the scale filter has
+        weight 1.
     turn
-        In radians, by which a target is turned to see whether that makes it certain.
+        Angle of the turned windows that are tried when the tracker is not certain, in radians.
     gate
-        How certain it must be to learn, and not to be lost.
+        How certain the tracker must be to learn, and to keep the target.
     calibration
-        From 1 - certainty to the confidence.
+        The map from 1 - certainty to the confidence.
     """
 
     state_type: ClassVar[type[DiscriminativeState]] = DiscriminativeState
@@ -106,7 +111,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
 
     @cached_property
     def localizer(self) -> Localizer:
-        """The search for the target's place in a window."""
+        """The localization in a window, with the values of this configuration."""
         return Localizer(
             particles=self.particles,
             budget=self.budget,
@@ -146,7 +151,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
-        """Look where the target was, turned and elsewhere if need be; size it; look again."""
+        """Localize, also in turned windows and by a search if needed; estimate the size; learn."""
         look = self.localizer.localize(rng, state, frame, state.ellipse)
         doubted = look.certainty < self.gate.relative_to_start * state.target.reference
         turning = doubted and not state.scale_due
@@ -174,7 +179,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
-        """Put the target at `region` of the current frame; what was learned is kept."""
+        """Put the target at `region` of the current frame; the learned models are kept."""
         state = replace(
             state,
             ellipse=Ellipse.from_box(region.box),
@@ -186,8 +191,8 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
-    def check(self, state: DiscriminativeState, frame: Frame) -> None:
-        """Raise a ValueError if no frame leaves such a state; see `motes.core.saved_state`."""
+    def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
+        """Return a saved state; raise a ValueError if no frame leaves such a one."""
         middle = middle_of(frame, state.correlation.a, state.correlation.b)
         fresh, _ = self.init(np.random.default_rng(0), frame, Ellipse.from_box(middle.box))
         searchers = (
@@ -197,6 +202,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         factors = rows(1.0, state.factors)
         check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
+        return state
 
     def _turn(
         self,
@@ -205,7 +211,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         frame: Frame,
         look: WindowEstimate,
     ) -> WindowEstimate:
-        """Return a look, or a surer one at the same place turned to either side."""
+        """Return the estimate, or a more certain one of a window turned to either side."""
         looks = [
             self.localizer.localize(
                 rng, state, frame, look.window_pose._replace(theta=look.window_pose.theta + turn)
@@ -222,11 +228,11 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         frame: Frame,
         look: WindowEstimate,
     ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
-        """Return the state with particles of its size, the likeliest one, and what was seen.
+        """Return the state with particles of the size, the resized ellipse, and the spectra.
 
-        Each size is weighed by the sizes' filter, and by how well the posterior just inside and
-        outside of its border is what it was. The likeliest one is taken, not the mean: what is
-        nearer to the last size than half a step is no change, so that noise does not add up.
+        Each size is weighted by the scale filter, and by how close the posterior just inside and
+        outside of its border is to its running mean. The most likely size is taken, not the mean:
+        changes below half a step are ignored, so that noise does not add up.
         """
         model, sizes = state.scale, self.scale
         factors = np.clip(sizes.factors, *limits(look.pose, frame))
@@ -245,12 +251,12 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
     ) -> tuple[DiscriminativeState, WindowEstimate | None]:
-        """Return a look at where else the target is, if anywhere.
+        """Return the state after the search, and the estimate at another place, if one is accepted.
 
         Parameters
         ----------
         here
-            How certain it is where it was.
+            Certainty at the place without the search.
         """
         searchers = state.search_particles
         if not len(searchers):
@@ -272,13 +278,13 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         *,
         jumped: bool,
     ) -> tuple[DiscriminativeState, DiscriminativeInfo, bool]:
-        """Judge and learn what was seen at last."""
+        """Return the next state, the report, and whether the models learned from this frame."""
         standing, there, learned = self.gate.update(
             state.target, look.certainty, look.response, jumped=jumped
         )
         followed = there or self.gate.may_move(look.certainty, state.target)
         found = look.pose if followed else state.ellipse
-        if not learned and not jumped:  # a size seen by one who is not sure is none
+        if not learned and not jumped:  # an uncertain size is ignored
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
         after = replace(
             state,
@@ -289,13 +295,13 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
         if learned:
             after = self._learned(after, look)
-        if not followed:  # there are no searchers if the first look was certain, the last was not
+        if not followed:  # perhaps without a search: only the last window was uncertain
             info = self._report(after, frame, state.search_particles, None, look.certainty)
             return after, info, learned
         weights, factors = look.weights, np.resize(state.factors, len(look.centers))
         ellipses = np.tile(np.array(found), (len(factors), 1))
         ellipses[:, :2] = look.centers
-        # The size is the likeliest one; the particles show its uncertainty.
+        # The size is the most likely one; the particles show its uncertainty.
         ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
         return after, self._report(after, frame, ellipses, weights, look.certainty), learned
 
@@ -354,7 +360,7 @@ class Discriminative(Config, frozen=True, dict=True, tag="discriminative"):
         )
 
     def _learned(self, state: DiscriminativeState, look: WindowEstimate) -> DiscriminativeState:
-        """Return the state after a frame of which the tracker is certain."""
+        """Return the state after learning from a frame."""
         x, y = look.box[:2].tolist()
         border = borders(look.integral, look.box[None])[0]
         correlation, posterior = self.correlation, self.posterior

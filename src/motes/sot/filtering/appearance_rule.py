@@ -1,4 +1,4 @@
-"""Is the target there? The appearance rule of Nummiaro et al., section V, equations 11 to 13."""
+"""Is the target present? The appearance rule of Nummiaro et al., section V, equations 11 to 13."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.cues import Cue
+from motes.cues.base import Cue
 
 Floats = NDArray[np.float64]
 
@@ -36,22 +36,23 @@ class AppearanceRule(Config, frozen=True):
     Attributes
     ----------
     fraction
-        The target is there when more than this share f of the particles fulfills the rule.
+        The target is present if more than this share f of the particles fulfills the rule.
     frames
-        A tracked target is lost after so many frames in a row without: "a couple of frames".
+        A tracked target is lost after this many frames in a row without: "a couple of frames".
     deviations
-        How many standard deviations above the background's mean.
+        Number of standard deviations above the mean of the background.
     margin
-        The rule also asks for this share of the way from mu to a perfect match, 1. Particles gather
-        where the background resembles the target most, which mu + 2 sigma, a statement about places
-        chosen blindly, does not foresee; 0 is the paper's rule.
+        The threshold is also at least this share of the way from mu to a perfect match, 1. mu + 2
+        sigma describes random places, but particles gather where the background is most similar to
+        the target. 0 is the paper's rule.
     max_threshold
-        The rule never asks for a larger rho than this. Where the background is as like the target
-        as in gray or dim film, mu + 2 sigma may lie above 1, where no target could fulfill it.
+        Largest threshold of rho. In gray or dim videos the background is similar to the target, and
+        mu + 2 sigma may lie above 1, which no target could reach.
     stride
-        The background is looked at every so many pixels in x and y; 1 is every pixel.
+        Distance in pixels, in x and y, of the positions that are read in the background; 1 is every
+        pixel.
     max_positions
-        It is looked at around no more places than this; in a larger frame, `stride` is larger.
+        Largest number of positions in the background; in a larger frame `stride` grows.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -70,11 +71,11 @@ class AppearanceRule(Config, frozen=True):
         Parameters
         ----------
         cue, model
-            What compares, and the target model it compares with.
+            The cue, and the target model that it compares with.
         frame
             The background image, or a frame with the target in it.
         region
-            The target's region; its size is moved over the frame.
+            The target's region; a region of this size is moved over the frame.
         target_in_frame
             Whether the frame shows the target in `region`; pixels where the moved region would
             overlap it are then left out, unless there are no others.
@@ -92,7 +93,7 @@ class AppearanceRule(Config, frozen=True):
             )
             if beside.any():
                 moved = moved[beside]
-        # Kernels release the GIL, so that threads share the work.
+        # Kernels release the GIL, so threads share the work.
         with ThreadPoolExecutor(cores()) as pool:
             parts = pool.map(partial(cue.distances, model, frame), np.array_split(moved, cores()))
             rho = 1 - np.concatenate(list(parts)) ** 2
@@ -107,9 +108,9 @@ class AppearanceRule(Config, frozen=True):
         return min(threshold, self.max_threshold)
 
     def next_status(self, before: Status, there: bool, missed: int) -> tuple[Status, int]:
-        """Return the status after a frame, and for how many frames in a row the rule has failed.
+        """Return the status after a frame, and the number of frames in a row that failed the rule.
 
-        A searched target is found at once; a tracked one is lost after `frames` failures.
+        A searched target is found in one frame; a tracked one is lost after `frames` failures.
         """
         if there:
             return Status.TRACKING, 0
@@ -124,15 +125,15 @@ class Calibration(Config, frozen=True):
     """From the estimate's distance to the probability that it covers the target.
 
     confidence = 1 / (1 + exp((d - middle) / width)): a logistic fit, over frames of 24 real
-    sequences, of "the estimate's box overlaps the true one by more than half". docs/results.md says
-    how well sequences that were left out of the fit are predicted.
+    sequences, of "the estimate's box overlaps the true one by more than half". docs/results.md has
+    the accuracy on sequences that were left out of the fit.
 
     Attributes
     ----------
     middle
-        Distance at which the chance is one half.
+        Distance at which the probability is one half.
     width
-        How quickly it falls.
+        Distance over which the probability falls; smaller is steeper.
     """
 
     middle: Share = 0.33
@@ -140,7 +141,7 @@ class Calibration(Config, frozen=True):
 
     def probability(self, distance: float) -> float:
         """Return the probability for an estimate at this distance to the target model."""
-        # As a hyperbolic tangent, which cannot overflow.
+        # The hyperbolic tangent cannot overflow.
         return 0.5 - 0.5 * math.tanh((distance - self.middle) / (2 * self.width))
 
 

@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Share
+from motes.core.registry import Registry
+from motes.core.types import Floats
 
-Floats = NDArray[np.float64]
 Sigma = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
 
-class Gaussian(Config, frozen=True, tag="gaussian"):
+class Likelihood:
+    """The interface of a likelihood, which is also a `Config` with a tag."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def log(self, names: Sequence[str], distances: Floats) -> Floats:
+        """Return log-likelihoods (J, N) of distances (J, N) by cues of these names.
+
+        They are known up to a constant for each cue, and fall as the distance grows.
+        """
+
+
+class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
     """log pi = log(exp(-d² / (2 sigma²)) + epsilon) + constant.
 
     Nummiaro et al., equation 10, where "variance sigma" means the standard deviation; with
@@ -47,7 +61,7 @@ class Gaussian(Config, frozen=True, tag="gaussian"):
         return logs
 
 
-class BestParticle(Config, frozen=True, tag="best_particle"):
+class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
     """The same with the sigma of each cue set in each frame by its best particle.
 
     Ng and Delp, equation 24, with log L = -1: sigma = d_min / sqrt(2), where d_min is the smallest
@@ -75,7 +89,7 @@ class BestParticle(Config, frozen=True, tag="best_particle"):
         return logs
 
 
-class Exponential(Config, frozen=True, tag="exponential"):
+class Exponential(Likelihood, Config, frozen=True, tag="exponential"):
     """log pi = -lambda d + constant: Zhao and Pei, section 2.3, where rho means the distance.
 
     Attributes
@@ -91,4 +105,9 @@ class Exponential(Config, frozen=True, tag="exponential"):
         return -self.rate * distances
 
 
-Likelihood = Gaussian | BestParticle | Exponential
+LIKELIHOODS = Registry[Likelihood](
+    "likelihood",
+    "motes.likelihoods",
+    Likelihood,
+    {"gaussian": Gaussian, "best_particle": BestParticle, "exponential": Exponential},
+)

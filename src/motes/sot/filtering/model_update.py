@@ -10,21 +10,20 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.registry import Registry
 from motes.core.saved_state import NotNegative
-from motes.cues import AdaptableCue, Cue
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats
+from motes.cues.base import AdaptableCue, Cue
 
 
 class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
@@ -64,19 +63,20 @@ class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
     squares: NotNegative
 
 
-UpdaterState = KalmanMemory | GaussianMemory
+UpdaterState: TypeAlias = Any
+"""What a strategy remembers of one cue: a frozen `msgspec.Struct` of its own, or None."""
 
 
 class UpdateDiagnostics(NamedTuple):
-    """What a strategy made of a frame.
+    """The diagnostics of a model update in one frame.
 
     Attributes
     ----------
     residuals
         (m,), the histogram seen minus the model's.
     gain
-        Share of the way that the model has gone: of equation 5, or the rate of equation 16; 0 where
-        it has not learned.
+        Share of the way that the model has moved: the gain of equation 5, or the rate of equation
+        16; 0 if it has not learned.
     accepted
         Share of the bins that passed the strategy's test: all or none with equation 14.
     """
@@ -87,15 +87,31 @@ class UpdateDiagnostics(NamedTuple):
 
 
 class UpdateResult(NamedTuple):
-    """A model's next histogram, with what the strategy remembers, and what it says, if anything."""
+    """The next histogram of a model, the memory of its strategy, and diagnostics, if any."""
 
     histogram: Floats
-    memory: UpdaterState | None = None
+    memory: UpdaterState = None
     diagnostics: UpdateDiagnostics | None = None
 
 
-class Strategy(Config, frozen=True):
-    """What a way of learning must offer."""
+class Adaptation:
+    """The interface of all that says how models learn: one strategy, or one for each cue."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def strategy(self, cue: str) -> Strategy:
+        """Return the strategy for the cue of a name."""
+
+
+class Strategy(Adaptation):
+    """The interface of a way of learning, which is also a `Config` with a tag."""
+
+    __slots__ = ()
+
+    def strategy(self, cue: str) -> Strategy:
+        """Return itself: all cues learn alike."""
+        return self
 
     @property
     def learns(self) -> bool:
@@ -104,7 +120,7 @@ class Strategy(Config, frozen=True):
 
     @abstractmethod
     def learn(
-        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
         """Return what becomes of a model.
 
@@ -117,7 +133,7 @@ class Strategy(Config, frozen=True):
         """
 
 
-class ExponentialForgetting(Strategy, frozen=True, tag="forgetting"):
+class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
     """The model moves by a fixed share; Nummiaro et al. name such models in sections IV and VIII.
 
     Attributes
@@ -138,14 +154,14 @@ class ExponentialForgetting(Strategy, frozen=True, tag="forgetting"):
         return self.learning_rate > 0
 
     def learn(
-        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
         """Return the model moved towards what is seen; remembers nothing."""
         entering = self.anchor * first + (1 - self.anchor) * seen
         return UpdateResult((1 - self.learning_rate) * histogram + self.learning_rate * entering)
 
 
-class KalmanBins(Strategy, frozen=True, tag="kalman"):
+class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
     """A Kalman filter for each bin, and a t test that refuses it: Zhao and Pei, equations 3 to 15.
 
     The first L frames, in which the model stays, give the noise (equation 11); from then on the
@@ -171,7 +187,7 @@ class KalmanBins(Strategy, frozen=True, tag="kalman"):
     alpha: Annotated[float, Meta(ge=1e-6, le=0.5)] = 0.1
 
     def learn(
-        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
         """Return the filtered model, or the same one if the test refuses the frame."""
         before = memory if isinstance(memory, KalmanMemory) else KalmanMemory()
@@ -208,7 +224,7 @@ class KalmanBins(Strategy, frozen=True, tag="kalman"):
         return excess >= critical(self.alpha, samples.size - 1) * error
 
 
-class GaussianBins(Strategy, frozen=True, tag="gaussian"):
+class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
     """Each bin moves towards the mean of all that was seen: Zhao and Pei, equation 16.
 
     mu and delta of each bin are taken over all frames so far. The print compares B_i with 3 delta
@@ -228,7 +244,7 @@ class GaussianBins(Strategy, frozen=True, tag="gaussian"):
     deviations: NonNegative = 3.0
 
     def learn(
-        self, memory: UpdaterState | None, histogram: Floats, first: Floats, seen: Floats
+        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
         """Return the model moved towards the mean."""
         if not isinstance(memory, GaussianMemory):
@@ -243,10 +259,7 @@ class GaussianBins(Strategy, frozen=True, tag="gaussian"):
         return UpdateResult(moved, GaussianMemory(frames, mean, squares), lesson)
 
 
-AnyStrategy = ExponentialForgetting | KalmanBins | GaussianBins
-
-
-class PerCue(Config, frozen=True, tag="per_cue"):
+class PerCue(Adaptation, Config, frozen=True, tag="per_cue"):
     """A strategy for each cue.
 
     Attributes
@@ -255,10 +268,24 @@ class PerCue(Config, frozen=True, tag="per_cue"):
         By name; the model of a cue that is not named stays fixed.
     """
 
-    cues: dict[str, AnyStrategy] = {}  # noqa: RUF012  (msgspec copies it)
+    cues: dict[str, Strategy] = {}  # noqa: RUF012  (msgspec copies it)
+
+    def strategy(self, cue: str) -> Strategy:
+        """Return the strategy that is named; else one that keeps the model fixed."""
+        return self.cues.get(cue, ExponentialForgetting())
 
 
-Adaptation = AnyStrategy | PerCue
+MODEL_UPDATES = Registry[Adaptation](
+    "model update",
+    "motes.model_updates",
+    Adaptation,
+    {
+        "forgetting": ExponentialForgetting,
+        "kalman": KalmanBins,
+        "gaussian": GaussianBins,
+        "per_cue": PerCue,
+    },
+)
 
 
 class ModelUpdate(NamedTuple):

@@ -12,18 +12,19 @@ the two half-axes mostly grow and shrink together, and are drawn back, slowly, t
 from __future__ import annotations
 
 import math
-from typing import Annotated, Protocol
+from abc import abstractmethod
+from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.core.registry import Registry
+from motes.core.types import Floats
 
-Floats = NDArray[np.float64]
 Scale = Annotated[float, Meta(ge=0, le=1e6)]
 """Large enough for any motion, small enough that nothing overflows."""
 Return = Annotated[float, Meta(ge=0, lt=1)]
@@ -32,22 +33,31 @@ LONGEST_INTERVAL = 1.0
 """Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
 
 
-class Motion(Protocol):
-    """What a motion model must offer."""
+class Motion:
+    """The interface of a motion model, which is also a `Config` with a tag.
 
+    Methods do not change their arguments, and all randomness comes from `rng`.
+    """
+
+    __slots__ = ()
+
+    @abstractmethod
     def initial(self, ellipses: Floats) -> Floats:
         """Return states (N, d), at rest, for ellipses (N, 5)."""
-        ...
 
+    @abstractmethod
     def propagate(
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
     ) -> Floats:
-        """Return new states drawn from p(x_t | x_{t-1}); `first` is the target's first region."""
-        ...
+        """Return new states (N, d) drawn from p(x_t | x_{t-1}), `dt` seconds later.
 
+        `first` is the target's first region, to which noise may be proportional. Half-axes stay at
+        one pixel or more, and nothing happens in no time.
+        """
+
+    @abstractmethod
     def ellipses(self, states: Floats) -> Floats:
-        """Return the ellipses (N, 5) of states (N, d)."""
-        ...
+        """Return the ellipses (N, 5) of states (N, d): the inverse of `initial`."""
 
 
 class Noise(Config, frozen=True):
@@ -74,7 +84,7 @@ class Noise(Config, frozen=True):
     angle: Scale = 0.0
 
 
-class RandomWalk(Config, frozen=True, tag="random_walk"):
+class RandomWalk(Motion, Config, frozen=True, tag="random_walk"):
     """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta.
 
     Attributes
@@ -100,7 +110,7 @@ class RandomWalk(Config, frozen=True, tag="random_walk"):
         return states
 
 
-class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
+class ConstantVelocity(Motion, Config, frozen=True, tag="constant_velocity"):
     """First order (equation 8): position and half-axes change at velocities that change by noise.
 
     State: x, y, a, b, theta and the changes of the first four, per reference interval.
@@ -135,7 +145,7 @@ class ConstantVelocity(Config, frozen=True, tag="constant_velocity"):
         return states[:, :5]
 
 
-class SecondOrder(Config, frozen=True, tag="second_order"):
+class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
     """Second order: velocities change at accelerations that change by noise.
 
     The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
@@ -172,7 +182,7 @@ class SecondOrder(Config, frozen=True, tag="second_order"):
         return states[:, :5]
 
 
-class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
+class EllipseWalk(Motion, Config, frozen=True, tag="ellipse_walk"):
     """Zero order in the state of Maggio et al.: x, y, h, e, theta, each plus Gaussian noise.
 
     h is the half-length of the minor axis, e the eccentricity sqrt(1 - (minor / major)²), theta the
@@ -226,7 +236,7 @@ class EllipseWalk(Config, frozen=True, tag="ellipse_walk"):
         return out
 
 
-class Autoregressive(Config, frozen=True, tag="autoregressive"):
+class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
     """Second-order autoregressive dynamics: Zhao and Pei, equation 17.
 
     State: x, y, s, their previous values, the width w and height h that the scale s multiplies, and
@@ -292,7 +302,18 @@ class Autoregressive(Config, frozen=True, tag="autoregressive"):
         return out
 
 
-AnyMotion = RandomWalk | ConstantVelocity | SecondOrder | EllipseWalk | Autoregressive
+MOTIONS = Registry[Motion](
+    "motion model",
+    "motes.motions",
+    Motion,
+    {
+        "random_walk": RandomWalk,
+        "constant_velocity": ConstantVelocity,
+        "second_order": SecondOrder,
+        "ellipse_walk": EllipseWalk,
+        "autoregressive": Autoregressive,
+    },
+)
 
 
 def _walked(

@@ -1,4 +1,4 @@
-"""Weights, and the choice of which particles go on."""
+"""Weights of particles, and resampling."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Indices = NDArray[np.intp]
 
 
 class Weights(msgspec.Struct, frozen=True, eq=False):
-    """Normalized weights, made from log-weights that are repaired at the door.
+    """Normalized weights, made from log-weights; invalid log-weights are repaired first.
 
     Attributes
     ----------
@@ -115,12 +115,12 @@ class Resampling(Config, frozen=True):
     threshold: Share = 1.0
 
     def due(self, weights: Weights) -> bool:
-        """Tell whether particles with these weights are to be selected."""
+        """Return whether particles with these weights are to be resampled."""
         return (
             self.threshold >= 1
             or weights.effective_sample_size < self.threshold * weights.values.size
         )
 
     def ancestors(self, rng: np.random.Generator, weights: Weights, n: int) -> Indices:
-        """Return the indices (n,) of the particles that go on."""
+        """Return the indices (n,) of the selected particles."""
         return SCHEMES[self.scheme](rng, weights.values, n)

@@ -1,4 +1,4 @@
-"""How many particles: as many as the spread of the target's whereabouts asks for, in time."""
+"""The number of particles: from the spread of the particles, and from the time for a frame."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from motes.core.geometry import Ellipse
 
 Floats = NDArray[np.float64]
 QUANTILE = 2.326
-"""Of the normal distribution, at 99 %."""
+"""The 99 % quantile of the normal distribution."""
 
 
 class KldSampling(Config, frozen=True):
-    """KLD sampling: more particles where the target may be in more places, and fewer where not.
+    """KLD sampling: the more places the target may be in, the more particles.
 
-    Fox, KLD-sampling: adaptive particle filters, NIPS 2001, equation 7: with n samples the
-    distribution over k bins is estimated, with a probability of 99 %, to a Kullback-Leibler
-    divergence of at most `error`. The bins that count are those that the last frame's particles lie
-    in, before they are weighed: a frame's number is known before it comes.
+    Fox, KLD-sampling: adaptive particle filters, NIPS 2001, equation 7: n samples estimate the
+    distribution over k bins, with a probability of 99 %, to a Kullback-Leibler divergence of at
+    most `error`. Here k is the number of bins that hold particles of the last frame, before they
+    are weighted. So the number of particles is known before the frame comes.
 
     Attributes
     ----------
     min, max
-        The number of particles is never outside this range.
+        Range of the number of particles.
     error
-        The divergence that is allowed.
+        The allowed divergence.
     bin
         Side of a bin: in mean half-axes of the target's first region for x and y, in natural
         logarithms for its size.
@@ -47,10 +47,10 @@ class KldSampling(Config, frozen=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.min > self.max:
-            raise ConfigError(f"least is {self.min}, and most is {self.max}; exchange them.")
+            raise ConfigError(f"min is {self.min}, and max is {self.max}; exchange them.")
 
     def count(self, ellipses: Floats, first: Ellipse) -> int:
-        """Return how many particles the spread of ellipses (N, 5) asks for."""
+        """Return the number of particles for the spread of ellipses (N, 5)."""
         unit = math.sqrt(first.a * first.b)
         places = np.empty((len(ellipses), 3))
         places[:, :2] = ellipses[:, :2] / unit
@@ -58,13 +58,13 @@ class KldSampling(Config, frozen=True):
         return self.number(places)
 
     def number(self, places: Floats) -> int:
-        """Return how many particles the spread of places (N, d) asks for, in the units of a bin."""
+        """Return the number of particles for the spread of places (N, d), in units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
         k = len(np.unique(bins @ [1 << 20 * axis for axis in range(bins.shape[1])]))
         return min(max(self._needed(k), self.min), self.max)
 
     def _needed(self, bins: int) -> int:
-        """Return n for k bins; one bin needs no more than one particle."""
+        """Return n for k bins; one bin needs one particle."""
         if bins < 2:
             return 1
         spread = 2 / (9 * (bins - 1))
@@ -73,31 +73,31 @@ class KldSampling(Config, frozen=True):
 
 
 class SpeedBudget:
-    """Learns from the time that steps take how many particles a rate of frames allows.
+    """Learns from the running times of steps how many particles a frame rate allows.
 
     Parameters
     ----------
     fps
-        Frames a second: a step shall take no longer than 1 / fps.
+        Frames per second: a step should take at most 1 / fps seconds.
     """
 
     def __init__(self, fps: float) -> None:
         if not (math.isfinite(fps) and fps > 0):
-            raise ConfigError(f"A rate of frames is a positive number; got {fps:g}.")
+            raise ConfigError(f"A frame rate is a positive number; got {fps:g}.")
         self._seconds = 1 / fps
         self._costs: deque[float] = deque(maxlen=RECENT)
 
     def add(self, seconds: float, particles: int) -> None:
-        """Take note of a step."""
+        """Add the running time of a step and its number of particles."""
         self._costs.append(seconds / particles)
 
     @property
     def max_particles(self) -> int | None:
-        """So many particles can be afforded; None before anything is known."""
+        """Largest number of particles within the time for a frame; None before the first step."""
         if not self._costs:
             return None
         return int(self._seconds / statistics.median(self._costs))
 
 
 RECENT = 15
-"""Steps whose median counts: a single slow one, as that which compiles kernels, does not matter."""
+"""Number of steps whose median counts: a single slow step (compiling kernels) has no effect."""

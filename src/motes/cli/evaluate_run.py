@@ -1,0 +1,174 @@
+"""The runs of `motes evaluate` with their progress bar, and the writing of their results."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+from motes.cli.exit_codes import DONE, PARTIAL
+from motes.cli.messages import log
+from motes.core import interrupts
+from motes.core.interrupts import check
+from motes.evaluation import mot_scores, runner
+from motes.evaluation.aggregate import Evaluation
+from motes.evaluation.datasets.sot import Problem
+from motes.evaluation.mot_scores import MotEvaluation, MotOutcome
+from motes.evaluation.report import sections as report_sections
+from motes.evaluation.report import write_mot as mot_report
+from motes.evaluation.report.speed_ratio import Comparisons
+from motes.evaluation.report.tables import Table, count_noun
+from motes.evaluation.report.write import write_report
+from motes.evaluation.runner import Job, Pass
+from motes.evaluation.scores import Outcome, PassResult, write_results
+
+
+def run_jobs(
+    jobs: list[Job], out: Path, workers: int, time_limit: float, errors: dict[Pass, str]
+) -> None:
+    """Run the passes that are not done yet.
+
+    Parameters
+    ----------
+    jobs
+        All jobs.
+    out
+        The folder of the results.
+    workers
+        Number of processes.
+    time_limit
+        Seconds for a tracker on a sequence in a protocol.
+    errors
+        Gets the errors of the passes that failed; it is filled also if this is interrupted.
+    """
+    left = runner.unfinished(jobs, out)
+    total, missing = (sum(len(job.passes) for job in each) for each in (jobs, left))
+    steps = runner.run(left, out, workers, time_limit)
+    with Progress(total, total - missing) as progress, contextlib.closing(steps):
+        for job, failed in steps:
+            check()
+            if failed is None:
+                progress.begin(job)
+            else:
+                errors |= failed
+                progress.end(job, len(failed))
+
+
+class Progress:
+    """A progress bar on standard error; without a terminal it shows nothing."""
+
+    def __init__(self, total: int, done: int) -> None:
+        self._bar: Any = None
+        self._failures = 0
+        if not sys.stderr.isatty():
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+        from rich.progress import Progress as Bar
+
+        self._bar = Bar(
+            TextColumn("{task.completed:.0f}/{task.total:.0f} passes"),
+            BarColumn(),
+            TimeRemainingColumn(compact=True),
+            TextColumn("{task.fields[failures]} failed"),
+            TextColumn("{task.description}", markup=False),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=total, completed=done, failures=0)
+
+    def begin(self, job: Job) -> None:
+        """Show the job that runs."""
+        if self._bar is not None:
+            self._bar.update(self._task, description=job.name)
+
+    def end(self, job: Job, failures: int) -> None:
+        """Count the passes of a job, and those that failed."""
+        self._failures += failures
+        if self._bar is not None:
+            self._bar.update(self._task, advance=len(job.passes), failures=self._failures)
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+
+def write_crowds(
+    jobs: list[Job],
+    out: Path,
+    errors: dict[Pass, str],
+    problems: list[Problem],
+    title: str,
+    interrupted: KeyboardInterrupt | None,
+) -> int:
+    """Write the results of trackers of many objects, print a summary, and return the exit code."""
+    outcomes = [outcome for job in jobs for outcome in MotOutcome.of(job, out, errors)]
+    crowds = MotEvaluation(outcomes)
+    mot_scores.write_results(out, crowds)
+    mot_report.write_report(out, crowds, problems, title)
+    tables = {
+        report_sections.title(crowds, name): mot_report.overall(crowds) for name in crowds.protocols
+    }
+    return _summarize(tables, outcomes, problems, out, interrupted)
+
+
+def write_single(
+    jobs: list[Job],
+    out: Path,
+    errors: dict[Pass, str],
+    problems: list[Problem],
+    comparisons: Comparisons,
+    title: str,
+    interrupted: KeyboardInterrupt | None,
+) -> int:
+    """Write the results of trackers of one object, print a summary, and return the exit code."""
+    outcomes = [outcome for job in jobs for outcome in Outcome.of(job, out, errors)]
+    write_results(out, outcomes)
+    write_report(out, outcomes, problems, comparisons, title)
+    found = Evaluation(outcomes)
+    tables = {
+        report_sections.title(found, name): report_sections.overall(found, name)
+        for name in found.protocols
+    }
+    return _summarize(tables, outcomes, problems, out, interrupted)
+
+
+def _summarize(
+    tables: dict[str, Table],
+    outcomes: Sequence[PassResult[Any, Any]],
+    problems: list[Problem],
+    out: Path,
+    interrupted: KeyboardInterrupt | None,
+) -> int:
+    """Print the tables on standard output and problems on standard error; return the exit code."""
+    problems = report_sections.problems(problems, outcomes)
+    for title, table in tables.items():
+        rows = [table.head, *([cell.text for cell in row] for row in table.rows)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        _print(f"{title}:")
+        for first, *others in rows:
+            cells = [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+            _print("  ".join(["", first.ljust(widths[0]), *cells]))
+    for problem in problems:
+        log(f"{problem.where}: {problem.what}")
+    failed = sum(outcome.trace is None for outcome in outcomes)
+    log(
+        interrupts.word(interrupted)
+        + f"{count_noun(len(outcomes), 'pass')}, {failed} failed; wrote {out / 'report.html'}."
+    )
+    if interrupted:
+        return interrupts.code(interrupted)
+    return PARTIAL if problems else DONE
+
+
+def _print(line: str) -> None:
+    """Print a line on standard output, with ? for characters that its encoding lacks."""
+    encoding = sys.stdout.encoding or "utf-8"
+    print(line.encode(encoding, errors="replace").decode(encoding))

@@ -1,0 +1,106 @@
+"""The experiments of Maggio et al.."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from motes.cli.experiment_inputs import Clips, films_of, on_clips
+from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.input_checks import check_counts, worker_count
+from motes.cli.options import FirstPixel, Seeds, Workers
+
+
+def maggio_table1(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., table 1: color, orientation and both.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes evaluate.
+    """
+    check_counts(seeds=seeds)
+    output = results.output("maggio-table1", "sequences", "means")
+    films, problems = films_of(dataset, first_pixel)
+
+    from motes.evaluation.papers import maggio_table1_figure5
+
+    steps = maggio_table1_figure5.table1(films, seeds, worker_count(workers))
+    return show(steps, output, problems)
+
+
+def maggio_figure5(
+    dataset: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    seeds: Seeds = 5,
+    workers: Workers = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., figure 5: FOH, ROH, adaptive weights and scale.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes evaluate.
+    """
+    check_counts(seeds=seeds)
+    output = results.output("maggio-figure5", plot=True)
+    films, problems = films_of(dataset, first_pixel)
+
+    from motes.evaluation.papers import maggio_table1_figure5
+
+    steps = maggio_table1_figure5.figure5(films, seeds, worker_count(workers))
+    return show(steps, output, problems)
+
+
+def maggio_rotation(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., section 3.2.1: a target that turns.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default maggio and all its variants.
+    """
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
+    from motes.sot.presets import PRESETS
+
+    names = presets or tuple(name for name in PRESETS if name.startswith("maggio"))
+    output = results.output("maggio-rotation")
+    return on_clips(rendered_claims.rotation, names, synthetic.turning, seeds, clips, output)
+
+
+def maggio_growth(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., section 3.2.2: a target that grows.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default maggio, maggio:C and the adaptive variants.
+    """
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
+
+    adaptive = ("maggio:C+O-A-ROH", "maggio:C+O-A&SS-FOH", "maggio:C+O-A-FOH")
+    names = presets or ("maggio:C", "maggio", *adaptive)
+    output = results.output("maggio-growth", "tracks", "histograms")
+    return on_clips(rendered_claims.growth, names, synthetic.growing, seeds, clips, output)

@@ -1,0 +1,80 @@
+"""The experiments of Nummiaro et al.."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.experiment_inputs import Clips, on_clips, region_of
+from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.input_checks import check_counts
+from motes.cli.messages import announce_compiling
+from motes.cli.options import RUN, Region, Seeds
+
+
+def nummiaro_leaps(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Nummiaro et al., section VI: regions that do not overlap.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default nummiaro, nummiaro:adaptive, mean_shift and mean_shift:kalman.
+    """
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import rendered_claims
+
+    names = presets or ("nummiaro", "nummiaro:adaptive", "mean_shift", "mean_shift:kalman")
+    output = results.output("nummiaro-leaps")
+    return on_clips(rendered_claims.leaps, names, synthetic.jumping, seeds, clips, output)
+
+
+def two_rooms(
+    *,
+    seeds: Annotated[int, Parameter(group=RUN, help="Number of rooms, with one run in each.")] = 5,
+    frames: Annotated[int, Parameter(group=RUN, help="Length of each run in frames.")] = 1500,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Nummiaro et al., section VII: from room to room."""
+    check_counts(seeds=seeds, frames=frames)
+    output = results.output("two-rooms")
+
+    from motes.evaluation.papers import two_rooms as rooms
+
+    announce_compiling()
+    return show(rooms.two_rooms(seeds, frames), output)
+
+
+def nummiaro_figure9(
+    source: str | None = None,
+    /,
+    *,
+    region: Region = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Nummiaro et al., figure 9: the color histogram of a target.
+
+    Parameters
+    ----------
+    source
+        A picture or a video, with --region. By default a rendered target is used.
+    """
+    box = region_of(source, region)
+    output = results.output("nummiaro-figure9", plot=True)
+
+    from motes.evaluation.papers import nummiaro_figure9, sample_regions
+
+    announce_compiling()
+    found = (
+        sample_regions.followed(source, box, "nummiaro", 1)
+        if source and box
+        else sample_regions.rendered(1)
+    )
+    with contextlib.closing(found):
+        return show(nummiaro_figure9.figure9(next(found)), output)

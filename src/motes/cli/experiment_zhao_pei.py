@@ -1,0 +1,115 @@
+"""The experiments of Zhao and Pei."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
+from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.input_checks import check_counts
+from motes.cli.messages import announce_compiling
+from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
+from motes.core.errors import ConfigError, SourceError
+
+
+def zhao_figure2(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 2: a target that turns around.
+
+    Parameters
+    ----------
+    presets
+        Presets; by default zhao_pei:fixed, with a fixed model, and zhao_pei.
+    """
+    from motes.evaluation import synthetic
+    from motes.evaluation.papers import zhao_pei_figure2
+
+    names = presets or ("zhao_pei:fixed", "zhao_pei")
+    output = results.output("zhao-figure2", plot=True)
+    return on_clips(zhao_pei_figure2.figure2, names, synthetic.rolling, seeds, clips, output)
+
+
+def zhao_figure9(
+    sequence: Path,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    detector: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="Detector, as for motes watch. The default is the sequence's det/det.txt, or if "
+            "it is missing a background.",
+        ),
+    ] = None,
+    preset: ObjectPreset = "zhao_pei",
+    seed: Seed = 0,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 9: objects detected over objects present.
+
+    Parameters
+    ----------
+    sequence
+        A folder with frames and ground truth as for motes evaluate, of many objects or of one.
+    """
+    output = results.output("zhao-figure9", plot=True)
+
+    from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
+    from motes.evaluation.papers import zhao_pei_figure9
+    from motes.mot.pipeline_config import named_detector
+
+    finder = None if detector is None else named_detector(detector)
+    if has_mot_sequences(sequence):
+        crowds, problems = load_mot_dataset(sequence)
+        refuse_none(sequence, crowds, problems)
+        announce_compiling()
+    else:
+        films, problems = films_of(sequence, first_pixel)
+        crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
+    if len(crowds) > 1:
+        raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
+    return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)
+
+
+def occlusions(
+    *,
+    hidden: Annotated[
+        list[int] | None,
+        REPEATED,
+        Parameter(
+            help="Length of an occlusion in frames; may be repeated. The default is 5, 15, 30, 45 "
+            "and 60."
+        ),
+    ] = None,
+    objects: Annotated[
+        list[int] | None,
+        REPEATED,
+        Parameter(help="Number of objects; may be repeated. The default is 2, 10 and 50."),
+    ] = None,
+    least: Annotated[
+        int, Parameter(group=RUN, help="Least number of occlusions of each kind.")
+    ] = 10,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, section 3: identities through full occlusions."""
+    check_counts(least=least)
+    lengths, counts = hidden or [5, 15, 30, 45, 60], objects or [2, 10, 50]
+    if min(lengths) < 5:
+        raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
+    for count in counts:
+        if count != 2 and (count < 10 or count % 10):
+            raise ConfigError(f"--objects is {count}; give 2 or a multiple of 10.")
+    output = results.output("occlusions", "lengths", "short")
+
+    from motes.evaluation.papers import occlusions as experiment
+
+    announce_compiling()
+    return show(experiment.occlusions(lengths, counts, least), output)

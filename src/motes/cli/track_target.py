@@ -1,0 +1,116 @@
+"""The target of `motes track`: its options, and the start of tracking that they mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+from motes.cli.input_checks import numbers_of, read_text
+from motes.cli.load_config import error_context, load_target
+from motes.cli.options import HYPHEN, REPEATED, TARGET, Ellipse
+from motes.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from motes.cli.track_loop import Begin
+    from motes.sot.known_target import Place, Target
+
+
+@Parameter(name="*", group=TARGET)
+@dataclass(frozen=True, kw_only=True)
+class TargetOptions:
+    """The object that is tracked, given in one of four ways."""
+
+    init: Annotated[
+        list[str] | None,
+        REPEATED,
+        HYPHEN,
+        Parameter(help="Box: x,y,width,height. Repeat it to track several objects."),
+    ] = None
+    ellipse: Ellipse = None
+    histogram: Annotated[
+        Path | None,
+        Parameter(help="Search for the target in this file, which motes histogram has written."),
+    ] = None
+    detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
+        None
+    )
+    at: Annotated[
+        Path | None,
+        Parameter(
+            help="With --histogram: where the target may appear, a TOML file with [[place]], each "
+            "with box or border."
+        ),
+    ] = None
+    background: Annotated[
+        Path | None, Parameter(help="With --histogram: a picture without the target.")
+    ] = None
+
+    def boxes(self) -> list[list[float]]:
+        """Return the boxes of --init; raise a ConfigError for a text that is none."""
+        return [numbers_of("--init", text, "x,y,width,height") for text in self.init or []]
+
+    def known(self) -> Target | None:
+        """Return the target of --histogram; raise a SourceError if it cannot be read."""
+        return None if self.histogram is None else load_target(self.histogram)
+
+    def begin(self, known: Target | None) -> Begin:
+        """Return how tracking begins.
+
+        Parameters
+        ----------
+        known
+            The target of --histogram.
+
+        Raises
+        ------
+        ConfigError
+            If the target is not given in exactly one way, or a value makes no sense.
+        SourceError
+            If a file cannot be read.
+        """
+        ways = {
+            "--init": self.init or None,
+            "--ellipse": self.ellipse,
+            "--histogram": known,
+            "--detect": self.detect,
+        }
+        given = [flag for flag, value in ways.items() if value is not None]
+        if not given:
+            raise ConfigError(
+                f"The target is missing. Give one of {', '.join(ways)}, "
+                f"for example --init 300,200,60,80 (x, y, width, height in the first frame)."
+            )
+        if len(given) > 1:
+            raise ConfigError(f"{' and '.join(given)} contradict each other; give one of them.")
+        if known is None and (self.at or self.background):
+            raise ConfigError("--at and --background belong to --histogram; give it, or omit them.")
+
+        from motes.cli import track_loop
+
+        if self.init:
+            return track_loop.on_region(self.boxes()[0])
+        if self.ellipse is not None:
+            return track_loop.on_region(numbers_of("--ellipse", self.ellipse, "x,y,a,b,theta"))
+        if known is None:
+            from motes.mot.detection.pretrained import FaceDetector
+
+            return track_loop.on_detection(FaceDetector())
+        return self._search(known)
+
+    def _search(self, known: Target) -> Begin:
+        """Return the search for a known target, in the places and before the background given."""
+        from motes.cli.track_loop import on_target
+        from motes.sot.known_target import load_places
+        from motes.video.sources import read_image
+
+        places: tuple[Place, ...] = ()
+        if self.at is not None:
+            read_text(self.at)  # a file that is missing is an error of its own
+            with error_context(self.at):
+                places = load_places(self.at)
+        return on_target(
+            known, places, None if self.background is None else read_image(self.background)
+        )

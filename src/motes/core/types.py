@@ -1,0 +1,17 @@
+"""Names for the arrays that pass between functions; docstrings give their shapes."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
+"""Ellipses, histograms, distances, weights: all that is computed with."""
+Singles: TypeAlias = NDArray[np.float32]
+"""What is read from pixels: samples, features, strengths."""
+Spectra: TypeAlias = NDArray[np.complex64]
+"""Fourier transforms of `Singles`."""
+Bytes: TypeAlias = NDArray[np.uint8]
+"""Pixels, masks, and numbers of bins."""

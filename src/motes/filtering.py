@@ -1,0 +1,61 @@
+"""The parts of a particle filter, to build a configuration of your own.
+
+>>> from motes.filtering import AppearanceRule, EllipseWalk, Exponential
+>>> tracker = motes.Tracker(
+...     motes.ParticleFilter(
+...         color=motes.cues.Color(),
+...         motion=EllipseWalk(),
+...         likelihood=Exponential(rate=20.0),
+...         presence=AppearanceRule(margin=0.7),
+...     )
+... )
+"""
+
+from __future__ import annotations
+
+from motes.sot.discriminative.confidence_gate import ConfidenceGate
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
+from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
+from motes.sot.filtering.motion import (
+    Autoregressive,
+    ConstantVelocity,
+    EllipseWalk,
+    Motion,
+    Noise,
+    RandomWalk,
+    SecondOrder,
+)
+from motes.sot.filtering.resampling import Resampling
+from motes.sot.filtering.sample_size import KldSampling
+from motes.sot.mean_shift import Kalman
+
+__all__ = [
+    "Adaptive",
+    "AppearanceRule",
+    "Autoregressive",
+    "BestParticle",
+    "Calibration",
+    "ConfidenceGate",
+    "ConstantVelocity",
+    "EllipseWalk",
+    "Exponential",
+    "ExponentialForgetting",
+    "Fixed",
+    "Gaussian",
+    "GaussianBins",
+    "Kalman",
+    "KalmanBins",
+    "KldSampling",
+    "Likelihood",
+    "Motion",
+    "Noise",
+    "PerCue",
+    "Product",
+    "RandomWalk",
+    "Redetection",
+    "Resampling",
+    "SecondOrder",
+]

@@ -1,0 +1,148 @@
+"""The cameras of a rig, and how they are joined."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
+from motes.core.errors import ConfigError
+from motes.sot.known_target import Place
+
+Triple = tuple[float, float, float]
+
+DISTANCE = 0.6
+"""Largest distance between color histograms of the same object in two views."""
+
+
+class Camera(Config, frozen=True):
+    """A camera of a rig.
+
+    Attributes
+    ----------
+    name
+        Its name in rows and messages, and before the names of its places: "name/place".
+    source
+        Its video, as for `motes.open_source`.
+    detector, preset
+        The detector, and the particle filter that follows each object, as for `motes watch`.
+    offset
+        Seconds from the start of the rig to the start of a recording.
+    place
+        Doors and borders through which objects come and go.
+    """
+
+    name: str
+    source: str
+    detector: str | None = None
+    preset: str = "nummiaro:adaptive"
+    offset: float = 0.0
+    place: tuple[Place, ...] = ()
+
+
+class CameraLink(Config, frozen=True):
+    """A way from a place of one camera to a place of another, and back.
+
+    Attributes
+    ----------
+    between
+        The two places, each as "camera/place".
+    seconds
+        Shortest and longest time from the last detection at one place to the first report at the
+        other.
+    distance
+        Largest distance between the color histograms of the same object.
+    scale
+        Height of an object in the second camera, divided by that in the first. By default, heights
+        are not compared.
+    """
+
+    between: tuple[str, str]
+    seconds: tuple[NonNegative, Positive]
+    distance: Share = DISTANCE
+    scale: Positive | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.seconds[0] >= self.seconds[1]:
+            raise ConfigError(
+                f"seconds: The least time comes first, then a longer one; got {self.seconds}"
+            )
+
+
+class Overlap(Config, frozen=True):
+    """Two cameras that see the same ground.
+
+    Attributes
+    ----------
+    cameras
+        Their names.
+    homography
+        3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
+        in the second camera's, up to scale.
+    reach
+        Largest distance between the feet of the same object in the second camera's picture, in
+        widths of the object.
+    """
+
+    cameras: tuple[str, str]
+    homography: tuple[Triple, Triple, Triple]
+    reach: Positive = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        matrix = np.array(self.homography)
+        if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
+            raise ConfigError("homography: A matrix that can be inverted is needed, got another")
+
+    def there(self, point: tuple[float, float]) -> tuple[float, float]:
+        """Return a ground point of the first camera in the second; infinite if it is nowhere."""
+        x, y, w = (np.array(self.homography) @ (*point, 1.0)).tolist()
+        return (x / w, y / w) if w else (math.inf, math.inf)
+
+
+class Rig(Config, frozen=True):
+    """Several cameras. In TOML: [[camera]] with [[camera.place]], [[passage]] and [[overlap]].
+
+    Attributes
+    ----------
+    camera
+        The cameras; at least one.
+    passage
+        The ways between places of two cameras.
+    overlap
+        The pairs of cameras that see the same ground.
+    """
+
+    camera: tuple[Camera, ...]
+    passage: tuple[CameraLink, ...] = ()
+    overlap: tuple[Overlap, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names = [camera.name for camera in self.camera]
+        places = [f"{camera.name}/{p.name}" for camera in self.camera for p in camera.place]
+        if not names:
+            raise ConfigError("A rig needs a [[camera]], got none")
+        for known, what in ((names, "cameras"), (places, "places")):
+            if len(set(known)) < len(known) or not all(each.split("/")[-1] for each in known):
+                raise ConfigError(
+                    f"The {what} of a rig need names, each its own; got {', '.join(known)}"
+                )
+        for known, used in (
+            (places, [end for passage in self.passage for end in passage.between]),
+            (names, [name for overlap in self.overlap for name in overlap.cameras]),
+        ):
+            for name in used:
+                if name not in known:
+                    raise ConfigError(
+                        f"A passage or overlap got {name!r}, which is not in this rig; known are "
+                        f"{', '.join(known) or 'none'}"
+                    )
+
+    @classmethod
+    def parse(cls, text: str) -> Rig:
+        """Return the rig in a TOML text; raise a ConfigError if it is not valid."""
+        rig: Rig = from_dict(from_toml(text, "this file"), cls)
+        return rig

@@ -1,0 +1,144 @@
+"""Rows of tracks back from a file: what `motes track` and `motes watch` write."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Literal, overload
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import FormatError, MissingDependencyError
+from motes.output.track_rows import form_of
+
+WHOLE = ("frame", "identity")
+"""Columns of whole numbers."""
+TEXT = ("status", "camera")
+"""Columns of text."""
+NUMBERS = (
+    "time", "x", "y", "a", "b", "theta", "width", "height", "confidence", "distance",
+    "effective_sample_size", "occluded_by",
+)  # fmt: skip
+"""Columns of floating-point numbers."""
+TYPES: dict[str, type] = {
+    **dict.fromkeys(WHOLE, np.int64),
+    **dict.fromkeys(TEXT, np.str_),
+    **dict.fromkeys(NUMBERS, np.float64),
+}
+
+
+@overload
+def read_track(path: str | Path, *, pandas: Literal[False] = False) -> NDArray[np.void]: ...
+
+
+@overload
+def read_track(path: str | Path, *, pandas: Literal[True]) -> Any: ...
+
+
+def read_track(path: str | Path, *, pandas: bool = False) -> Any:
+    """Return the rows of a file of tracks (.csv or .jsonl), in the order of the file.
+
+    The columns have the names in the file: those of `Track.to_dict`, or of `SceneTrack.to_dict` for
+    a file of many objects. `frame` and `identity` are whole numbers, `status` and `camera` text,
+    all others floating-point numbers. An empty field is NaN, as the position where there was no
+    track yet, or `occluded_by` where no object is in front.
+
+    Parameters
+    ----------
+    path
+        A file of `TrackWriter`, `motes track` or `motes watch`.
+    pandas
+        Return a `pandas.DataFrame` instead of a structured array of numpy.
+
+    Returns
+    -------
+    A structured array (rows,), with a field for each column; or a DataFrame.
+
+    Raises
+    ------
+    ConfigError
+        If the ending of the file is neither .csv nor .jsonl.
+    FormatError
+        If the file cannot be read or holds other rows.
+    MissingDependencyError
+        If a DataFrame is asked for and pandas is not installed.
+    """
+    form = form_of(path)
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise FormatError(f"Cannot read the rows in {path}: {why}.") from None
+    try:
+        lines = _csv_lines(text) if form == "csv" else _json_lines(text)
+        table = _table(lines)
+    except (ValueError, OverflowError, csv.Error) as error:
+        raise FormatError(
+            f"{path} is no file of tracks ({error}); give one that motes track or watch wrote."
+        ) from None
+    if not pandas:
+        return table
+    try:
+        from pandas import DataFrame
+    except ImportError:
+        raise MissingDependencyError(
+            "A DataFrame needs pandas; install it with: pip install pandas"
+        ) from None
+    return DataFrame({name: table[name] for name in table.dtype.names or ()})
+
+
+def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
+    return csv.reader(io.StringIO(text), strict=True)
+
+
+def _json_lines(text: str) -> Iterator[Sequence[Any]]:
+    """Yield the keys of the first row, then the values of each row."""
+    names: list[str] | None = None
+    for number, line in enumerate(text.splitlines(), start=1):
+        try:
+            row = msgspec.json.decode(line, type=dict[str, int | float | str | None])
+        except (msgspec.MsgspecError, RecursionError) as error:
+            raise ValueError(f"line {number}: {error}") from None
+        if names is None:
+            names = list(row)
+            yield names
+        if list(row) != names:
+            raise ValueError(f"line {number} has other keys than the first line")
+        yield list(row.values())
+
+
+def _table(lines: Iterator[Sequence[Any]]) -> NDArray[np.void]:
+    names = list(next(lines, ()))
+    if "frame" not in names or set(names) - set(TYPES) or len(set(names)) < len(names):
+        raise ValueError(f"its columns are {', '.join(names)[:80] or 'missing'}")
+    rows = []
+    for number, row in enumerate(lines, start=1):
+        if len(row) != len(names):
+            raise ValueError(f"row {number} has {len(row)} fields instead of {len(names)}")
+        try:
+            rows.append([_value(name, value) for name, value in zip(names, row, strict=True)])
+        except ValueError as error:
+            raise ValueError(f"row {number}: {error}") from None
+    columns: dict[str, NDArray[Any]] = {
+        name: np.array([row[i] for row in rows], TYPES[name]) for i, name in enumerate(names)
+    }
+    table = np.empty(len(rows), [(name, column.dtype) for name, column in columns.items()])
+    for name, column in columns.items():
+        table[name] = column
+    return table
+
+
+def _value(name: str, field: str | float | None) -> str | float:
+    """Return a field of a column as a value of the column's type."""
+    if name in NUMBERS:
+        return math.nan if field is None or field == "" else float(field)
+    if name in WHOLE and isinstance(field, str):
+        return int(field)
+    if not isinstance(field, int if name in WHOLE else str):
+        raise ValueError(f"{name} is {field}")
+    return field

@@ -1,0 +1,11 @@
+"""Rendered clips with exact truth, to try trackers on.
+
+>>> tracker = motes.Tracker("nummiaro")
+>>> for frame, (truth,) in motes.synthetic.turning((160, 120), frames=5):
+...     track = tracker.update(frame) if frame.index else tracker.init(frame, truth.ellipse)
+"""
+
+from __future__ import annotations
+
+from motes.evaluation.synthetic import *  # noqa: F403
+from motes.evaluation.synthetic import __all__ as __all__

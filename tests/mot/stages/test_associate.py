@@ -1,0 +1,68 @@
+"""Detections of visible objects."""
+
+from __future__ import annotations
+
+import pytest
+from msgspec.structs import replace
+
+from motes.core.detection import Detection
+from motes.core.geometry import Box
+from motes.mot.detection_outcome import DetectionOutcome
+from motes.mot.scene_config import Smoothing
+from motes.mot.stages.associate import associate
+from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected
+
+LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
+FRAME = picture(1, (LEFT, RED), (RIGHT, BLUE))
+
+
+def test_each_object_gets_the_detection_that_overlaps_it() -> None:
+    objects = [undetected(1, FRAME, LEFT), undetected(2, FRAME, RIGHT)]
+    found = [Detection(RIGHT._replace(x=124)), Detection(Box(70, 30, 20, 40)), Detection(LEFT)]
+    after, free, log = associate(objects, found, FRAME, DT, config())
+    assert [each.track.box for each in after] == [pytest.approx(LEFT), pytest.approx(found[0].box)]
+    assert [each.detected for each in after] == [True, True]
+    assert free == [found[1]]
+    assert [(each.detection, each.identity) for each in log] == [(found[2], 1), (found[0], 2)]
+    assert {each.outcome for each in log} == {DetectionOutcome.MATCHED}
+    assert not any(each.detected for each in objects)  # what is given stays as it was
+
+
+def test_appearance_decides_between_equal_overlaps() -> None:
+    """Two objects in one place, and detections as far to either side."""
+    middle = Box(60, 30, 20, 40)
+    one = undetected(1, picture(0, (middle, RED)), middle)
+    other = undetected(2, picture(0, (middle, BLUE)), middle)
+    found = [Detection(middle._replace(x=52)), Detection(middle._replace(x=68))]
+    for colors, owners in (((RED, BLUE), [1, 2]), ((BLUE, RED), [2, 1])):
+        narrow = [each.box._replace(width=8) for each in found]
+        frame = picture(1, (narrow[0], colors[0]), (narrow[1]._replace(x=80), colors[1]))
+        *_, log = associate([one, other], found, frame, DT, config())
+        assert [i for _, i in sorted((each.detection.box.x, each.identity) for each in log)] == (
+            owners
+        )
+
+
+def test_velocity_and_size_follow_slowly() -> None:
+    still = undetected(1, FRAME, LEFT)
+    found = [Detection(Box(22, 30, 24, 40))]  # its center is 4 pixels further
+    scene = replace(config(), smoothing=Smoothing(velocity=0.75, size=0.5))
+    (after,), *_ = associate([still], found, FRAME, DT, scene)
+    assert after.velocity == pytest.approx([4 / DT / 4, 0])
+    assert after.track.box.width == pytest.approx(22)
+
+
+def test_a_detection_of_two_objects_is_divided() -> None:
+    left, right = Box(50, 30, 20, 40), Box(72, 30, 20, 40)
+    frame = picture(1, (left, RED), (right, BLUE))
+    objects = [undetected(1, frame, left), undetected(2, frame, right)]
+    blob = Detection(Box(48, 30, 47, 40))
+    after, free, log = associate(objects, [blob], frame, DT, config())
+    assert [each.track.box.x for each in after] == pytest.approx([48, 75])
+    assert free == []
+    assert [each.outcome for each in log] == [DetectionOutcome.SEVERAL]
+
+
+def test_occluded_objects_get_none() -> None:
+    objects, found = [occluded(1, FRAME, LEFT)], [Detection(LEFT)]
+    assert associate(objects, found, FRAME, DT, config()) == (objects, found, [])

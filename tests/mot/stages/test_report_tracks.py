@@ -1,0 +1,64 @@
+"""Tracks of a frame, and which objects end."""
+
+from __future__ import annotations
+
+import pytest
+from msgspec.structs import replace
+
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.stages.report import report
+from scene_objects import RED, config, occluded, picture, visible
+
+PLACE = Box(40, 30, 20, 40)
+BEFORE = picture(100, (PLACE, RED))  # at 4 s
+
+
+def last_frame(known: float, box: Box = PLACE, covered: bool = False) -> int:
+    """Return in how many frames an object that was known for some seconds is reported."""
+    each = occluded(1, picture(100, (box, RED)), box, since=4.0 - known)
+    other = visible(2, BEFORE, PLACE)
+    for age in range(1, 300):
+        frame = picture(100 + age)
+        others = [replace(other, last_time=frame.time)] if covered else []
+        tracks, staying = report([each, *others], frame, config())
+        if tracks[0].track.status is Status.LOST:
+            assert each not in staying
+            return age - 1
+        assert staying[0] is each
+    raise AssertionError("never")
+
+
+@pytest.mark.parametrize(
+    ("known", "seconds"),
+    [(0.0, 0.4), (1.0, 1.0), (4.0, 3.0)],  # least, as long as it was known, most
+)
+def test_an_object_is_kept_for_as_long_as_it_was_known(known: float, seconds: float) -> None:
+    assert last_frame(known) == pytest.approx(seconds / 0.04, abs=1)
+
+
+def test_behind_a_visible_object_it_is_kept_twice_as_long() -> None:
+    assert last_frame(1.0, covered=True) == pytest.approx(2 / 0.04, abs=1)
+
+
+def test_an_occluded_object_that_ends_covers_nothing() -> None:
+    """Neither is visible, so both end in the same frame."""
+    both = [occluded(identity, BEFORE, PLACE, since=3.0) for identity in (1, 2)]
+    tracks, staying = report(both, picture(126), config())
+    assert [each.track.status for each in tracks] == [Status.LOST, Status.LOST]
+    assert staying == []
+
+
+def test_at_the_border_it_ends_soon() -> None:
+    assert last_frame(4.0, Box(0, 30, 20, 40)) == pytest.approx(0.2 / 0.04, abs=1)
+
+
+def test_tracks_say_what_is_known_of_an_object() -> None:
+    objects = [visible(3, BEFORE, PLACE), occluded(1, BEFORE, PLACE, by=3)]
+    tracks, staying = report(objects, BEFORE, config())
+    assert staying == objects
+    assert [(t.identity, t.occluded_by, t.detected) for t in tracks] == [
+        (3, None, True),
+        (1, 3, False),
+    ]
+    assert [t.track for t in tracks] == [each.track for each in objects]

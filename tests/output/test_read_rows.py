@@ -1,0 +1,137 @@
+"""Rows read back are what was written."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from motes.cli.watch_outputs import COLUMNS as OBJECT_COLUMNS
+from motes.cli.watch_outputs import FrameResult, objects_output
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.mot.tracked_object import SceneTrack
+from motes.output.read_rows import read_track
+from motes.output.track_rows import COLUMNS, TrackWriter
+
+forms = pytest.mark.parametrize("form", ["csv", "jsonl"])
+HEAD = ",".join(COLUMNS)
+ROW = "0,0.000000,1,2,3,4,0,0.5,tracking,0.1,100"
+
+
+def track(index: int) -> Track:
+    ellipse = Ellipse(30.0 + index, 40.0, 10.0, 5.0, 0.25)
+    return Track(index, index / 25, ellipse, np.eye(5), 0.5, Status.TRACKING, 0.1, 50.0)
+
+
+def written(folder: Path, form: str) -> Path:
+    path = folder / f"rows.{form}"
+    with TrackWriter(path) as writer:
+        writer.write(0, 0.0, None)
+        for index in (1, 2):
+            writer.write(index, index / 25, track(index))
+    return path
+
+
+@forms
+def test_a_file_of_one_target(tmp_path: Path, form: str) -> None:
+    rows = read_track(written(tmp_path, form))
+    assert rows.dtype.names == COLUMNS
+    assert rows.shape == (3,)
+    assert rows["frame"].tolist() == [0, 1, 2]
+    assert rows["frame"].dtype == np.int64
+    assert rows["status"].tolist() == ["searching", "tracking", "tracking"]
+    assert np.isnan(rows["x"][0])
+    for row, index in zip(rows[1:], (1, 2), strict=True):
+        expected = track(index).to_dict()
+        assert {name: row[name] for name in COLUMNS} == expected
+
+
+@forms
+def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
+    path, film = tmp_path / f"objects.{form}", Any
+    frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
+    objects = [SceneTrack(1, track(3)), SceneTrack(2, track(3), occluded_by=1)]
+    with objects_output(str(path), film, overwrite=False) as output:  # type: ignore[arg-type]
+        output.write(FrameResult(frame, objects, ()))
+    rows = read_track(path)
+    assert rows.dtype.names == OBJECT_COLUMNS
+    assert rows["identity"].tolist() == [1, 2]
+    np.testing.assert_array_equal(rows["occluded_by"], [np.nan, 1])
+    for row, each in zip(rows, objects, strict=True):
+        values = each.to_dict()
+        assert tuple(values) == OBJECT_COLUMNS
+        assert row["x"] == pytest.approx(values["x"], abs=1e-3)
+        assert (row["time"], row["status"]) == (0.12, "tracking")
+
+
+@forms
+def test_a_data_frame(tmp_path: Path, form: str) -> None:
+    path = written(tmp_path, form)
+    frame = read_track(path, pandas=True)
+    assert isinstance(frame, pd.DataFrame)
+    assert tuple(frame.columns) == COLUMNS
+    rows = read_track(path)
+    for name in COLUMNS:
+        np.testing.assert_array_equal(frame[name].to_numpy(), rows[name])
+
+
+def test_a_data_frame_needs_pandas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingDependencyError, match="pip install pandas"):
+        read_track(written(tmp_path, "csv"), pandas=True)
+    assert len(read_track(written(tmp_path, "jsonl"))) == 3
+
+
+def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:
+    path = tmp_path / "rig.csv"
+    path.write_text("camera,frame,x\nhall,0,1.5\ncorridor,1,\n")
+    rows = read_track(path)
+    assert rows["camera"].tolist() == ["hall", "corridor"]
+    path.write_text(HEAD + "\n")
+    assert read_track(path).shape == (0,)
+    assert read_track(path).dtype.names == COLUMNS
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "why"),
+    [
+        ("a.csv", "", "its columns are missing"),
+        ("a.jsonl", "", "its columns are missing"),
+        ("a.csv", "frame,speed\n0,1\n", "its columns are frame, speed"),
+        ("a.csv", "frame,x,x\n0,1,1\n", "its columns are frame, x, x"),
+        ("a.csv", "x,y\n0,1\n", "its columns are x, y"),
+        ("a.csv", f"{HEAD}\n{ROW}\n{ROW[:12]}", "row 2 has 3 fields instead of 11"),
+        ("a.csv", f"{HEAD}\n{ROW}\n{ROW.replace('0.5', 'half')}\n", "row 2: could not convert"),
+        ("a.csv", f"{HEAD}\n{ROW.replace('0,', '0.5,', 1)}\n", "row 1: invalid literal for int"),
+        ("a.csv", f"frame\n{1 << 70}\n", "too "),
+        ("a.jsonl", '{"frame": 0}\n{"frame": 1, "x": 2}\n', "line 2 has other keys"),
+        ("a.jsonl", '{"frame": 0.5}\n', "row 1: frame is 0.5"),
+        ("a.jsonl", '{"frame": 0, "status": null}\n', "row 1: status is None"),
+        ("a.jsonl", '{"frame": 0}\n{"fra', "line 2: Input data was truncated"),
+        ("a.jsonl", '[{"frame": 0}]\n', "line 1: Expected `object`"),
+    ],
+)
+def test_other_files_are_refused(tmp_path: Path, name: str, content: str, why: str) -> None:
+    path = tmp_path / name
+    path.write_text(content)
+    with pytest.raises(FormatError, match="is no file of tracks") as error:
+        read_track(path)
+    assert why in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="No such file or directory"):
+        read_track(tmp_path / "none.csv")
+    (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FormatError, match="it is no text"):
+        read_track(tmp_path / "bytes.csv")
+    with pytest.raises(ConfigError, match=r"neither in \.csv nor in \.jsonl"):
+        read_track(tmp_path / "rows.txt")

@@ -1,0 +1,61 @@
+"""Objects of a scene, built by hand for tests of its stages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.scene_config import SceneConfig, scene_config
+from motes.mot.tracked_object import TrackedObject
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import PRESETS
+
+Color = tuple[int, int, int]
+RED, BLUE = (220, 60, 60), (60, 60, 220)
+SIZE = 200, 120
+DT = 0.04
+
+
+def config() -> SceneConfig:
+    """Return a scene whose filters have few particles."""
+    tracker = PRESETS["nummiaro"]
+    assert isinstance(tracker, ParticleFilter)
+    presence = replace(tracker.presence, max_positions=20)
+    return scene_config(replace(tracker, particles=20, presence=presence))
+
+
+def picture(index: int, *painted: tuple[Box, Color]) -> Frame:
+    """Return a gray frame with colored boxes, later ones in front."""
+    pixels = np.full((*SIZE[::-1], 3), 100, np.uint8)
+    for (x, y, width, height), color in painted:
+        pixels[int(y) : int(y + height), int(x) : int(x + width)] = color
+    return Frame(index, index * DT, pixels)
+
+
+def visible(identity: int, frame: Frame, box: Box, since: float | None = None) -> TrackedObject:
+    """Return an object that is detected in a frame, and was first detected at a time."""
+    hits = [(frame.time if since is None else since, box), (frame.time, box)]
+    rng = np.random.default_rng(identity)
+    return TrackedObject.begin(identity, config().tracker, rng, frame, hits)
+
+
+def undetected(identity: int, frame: Frame, box: Box, since: float | None = None) -> TrackedObject:
+    """Return a visible object that has no detection in the next frame yet."""
+    return visible(identity, frame, box, since).predict(DT)
+
+
+def occluded(
+    identity: int, frame: Frame, box: Box, by: int | None = None, since: float | None = None
+) -> TrackedObject:
+    """Return an object that was last detected in a frame, and is occluded since."""
+    return undetected(identity, frame, box, since).occlude(by)
+
+
+def statuses(objects: Sequence[TrackedObject]) -> dict[int, Status]:
+    """Return the status of each object by its identity."""
+    return {each.identity: each.track.status for each in objects}

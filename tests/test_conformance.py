@@ -1,0 +1,222 @@
+"""Our own cues, motion models and detectors keep the rules that others are asked to keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from motes.core.config import Config
+from motes.core.detection import Detection, DetectorConfig
+from motes.core.frame import Frame
+from motes.core.geometry import Box, Ellipse
+from motes.core.types import Floats
+from motes.cues.base import CUES, Cue, visible
+from motes.cues.color import Color
+from motes.cues.sampling import Checkerboard, EveryPixel
+from motes.cues.structure_tensor import Orientation
+from motes.mot.detection.background import BackgroundConfig
+from motes.mot.detection.lookalike import LookalikeConfig
+from motes.sot.filtering.motion import MOTIONS, EllipseWalk, Motion
+from motes.testing import check_cue, check_detector, check_motion
+
+
+@pytest.mark.parametrize("name", CUES.known())
+def test_cues(name: str) -> None:
+    kind: Any = CUES.resolve(name)
+    check_cue(kind())
+
+
+@pytest.mark.parametrize(
+    "cue",
+    [
+        Color(space="hsv+v", kernel="uniform", sampling=EveryPixel()),
+        Color(sampling=Checkerboard()),
+        Orientation(form="fourier"),
+    ],
+)
+def test_variants_of_cues(cue: Cue) -> None:
+    check_cue(cue)
+
+
+@pytest.mark.parametrize("name", MOTIONS.known())
+def test_motion_models(name: str) -> None:
+    kind: Any = MOTIONS.resolve(name)
+    check_motion(kind())
+
+
+@pytest.mark.parametrize(
+    "config", [BackgroundConfig(method="gaussian"), LookalikeConfig((51, 47, 40, 28))]
+)
+def test_detectors(config: DetectorConfig) -> None:
+    check_detector(config)
+
+
+# The checks find what is wrong.
+
+
+class PatchModel(msgspec.Struct, frozen=True):
+    """A mean color."""
+
+    color: tuple[float, ...]
+
+
+class Patch(Cue, Config, frozen=True):
+    """A cue that keeps the rules: the mean color of an ellipse's middle."""
+
+    def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the mean color."""
+        return PatchModel(tuple(mean_color(frame, np.array(ellipse)).tolist()))
+
+    def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+        """Return how far mean colors are from the model's."""
+        out = np.ones(len(ellipses))
+        for i in np.flatnonzero(visible(frame, ellipses)):
+            out[i] = np.abs(mean_color(frame, ellipses[i]) - model.color).mean() / 255
+        return out
+
+
+def mean_color(frame: Frame, ellipse: Floats) -> Floats:
+    x, y = np.clip(np.rint(ellipse[:2]), 4, (frame.width - 4, frame.height - 4)).astype(int)
+    middle: Floats = frame.pixels[y - 4 : y + 5, x - 4 : x + 5].mean(axis=(0, 1))
+    return middle
+
+
+right = Patch.distances
+
+
+def blind(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    return np.ones(len(ellipses))
+
+
+def unbounded(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    return 9 * right(cue, model, frame, ellipses)
+
+
+def nowhere(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    return 0.9 * right(cue, model, frame, ellipses)
+
+
+def relative(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    found = right(cue, model, frame, ellipses)
+    return np.where(found < 1, found / max(found[found < 1].max(initial=0), 0.1), 1)
+
+
+def moving(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    found = right(cue, model, frame, ellipses)
+    ellipses += 1
+    return found
+
+
+def column(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    return right(cue, model, frame, ellipses)[:, None]
+
+
+def writing(cue: Patch, model: Any, frame: Frame, ellipses: Floats) -> Floats:
+    frame.pixels[0, 0] = 0
+    return right(cue, model, frame, ellipses)
+
+
+def loose(cue: Patch, frame: Frame, ellipse: Ellipse) -> Any:
+    return {"color": 3}
+
+
+def changing(cue: Patch, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+    return model.color
+
+
+def test_a_cue_that_keeps_the_rules() -> None:
+    check_cue(Patch())
+
+
+@pytest.mark.parametrize(
+    ("method", "broken", "message"),
+    [
+        ("distances", blind, "the target itself has distance 1; 0 is the same"),
+        ("distances", unbounded, "distances are from 0 to 1"),
+        ("distances", nowhere, "ellipses outside the frame or with NaN have distances"),
+        ("distances", relative, "the distance of an ellipse depends on the others"),
+        ("distances", moving, "distances changes the ellipses"),
+        ("distances", column, "distances returns .*, not"),
+        ("distances", writing, "changes the pixels of the frame"),
+        ("learn", loose, "learn returns a dict"),
+        ("update_reading", changing, "update_reading returns a tuple"),
+    ],
+)
+def test_cues_that_break_a_rule(
+    method: str, broken: Callable[..., Any], message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Patch, method, broken)
+    with pytest.raises(AssertionError, match=message):
+        check_cue(Patch())
+
+
+def test_what_is_no_cue() -> None:
+    motion: Any = EllipseWalk()
+    with pytest.raises(AssertionError, match="EllipseWalk is no subclass of"):
+        check_cue(motion)
+
+
+class Drifting(EllipseWalk, frozen=True, tag="drifting"):
+    """A motion model, to be broken."""
+
+
+class Untagged(Motion, Config, frozen=True):
+    """A motion model that no file can name."""
+
+
+walk = EllipseWalk.propagate
+
+
+def shrinking(motion: EllipseWalk, rng: Any, states: Floats, dt: float, first: Any) -> Floats:
+    return np.asarray(states * (1.0, 1.0, 0.5**dt, 1.0, 1.0))
+
+
+def global_noise(motion: EllipseWalk, rng: Any, states: Floats, dt: float, first: Any) -> Floats:
+    return walk(motion, np.random.default_rng(), states, dt, first)
+
+
+def in_place(motion: EllipseWalk, rng: Any, states: Floats, dt: float, first: Any) -> Floats:
+    states += dt
+    return states.copy()
+
+
+@pytest.mark.parametrize(
+    ("broken", "message"),
+    [
+        (shrinking, "a half-axis has shrunk"),
+        (global_noise, "a generator of the same seed gives another result"),
+        (in_place, "propagate changes the states"),
+    ],
+)
+def test_motion_models_that_break_a_rule(
+    broken: Callable[..., Any], message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Drifting, "propagate", broken)
+    with pytest.raises(AssertionError, match=message):
+        check_motion(Drifting())
+
+
+def test_a_motion_model_without_a_tag() -> None:
+    untagged: Any = Untagged
+    with pytest.raises(AssertionError, match="Untagged has no tag"):
+        check_motion(untagged())
+
+
+class Everything(DetectorConfig, Config, frozen=True, tag="everything"):
+    """Detectors that always find one box."""
+
+    box: tuple[float, float, float, float] = (0.0, 0.0, 9.0, 9.0)
+
+    def detector(self) -> Any:
+        """Return the detector."""
+        return lambda frame: [Detection(Box(*self.box))]
+
+
+def test_a_detector_that_breaks_a_rule() -> None:
+    check_detector(Everything())
+    with pytest.raises(AssertionError, match="has no area"):
+        check_detector(Everything((0, 0, 0, 5)))

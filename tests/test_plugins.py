@@ -1,0 +1,374 @@
+"""Packages that add a cue, a motion model and a detector, and touch no file of ours.
+
+They are in tests/plugins. docs/extend.md shows the same files.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motes.cli import main
+from motes.core import registry
+from motes.core.config import from_dict, from_toml, to_dict, to_toml
+from motes.core.config_keys import keys
+from motes.core.errors import ConfigError, FormatError, PluginError
+from motes.cues.base import CUES
+from motes.cues.color import Color
+from motes.evaluation import synthetic
+from motes.mot.pipeline_config import DETECTORS, WatchConfig, named_detector
+from motes.mot.scene_config import scene_config
+from motes.sot.filtering.motion import MOTIONS
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.presets import TrackerConfig, configure, preset
+from motes.sot.tracker import Tracker
+from motes.testing import check_cue, check_detector, check_motion
+from motes.video.writer import VideoWriter
+from pages import blocks, run_page
+
+PLUGINS = Path(__file__).parent / "plugins"
+PAGE = Path(__file__).parent.parent / "docs/extend.md"
+CLIP = synthetic.still((160, 120), target=(40, 30), frames=8)
+
+
+def install(folder: Path, name: str, points: dict[str, dict[str, str]]) -> None:
+    """Write what an installer writes for a package: its metadata with its entry points."""
+    info = folder / f"{name.replace('-', '_')}-0.1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1\n")
+    groups = (
+        "\n".join([f"[{group}]", *(f"{key} = {value}" for key, value in entries.items())])
+        for group, entries in points.items()
+    )
+    (info / "entry_points.txt").write_text("\n\n".join(groups) + "\n")
+
+
+@pytest.fixture
+def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Return a folder on the path to install packages in; they are gone after the test."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    monkeypatch.syspath_prepend(str(folder))
+    before = set(sys.modules)
+    registry._entry_points.cache_clear()
+    yield folder
+    registry._entry_points.cache_clear()
+    for name in set(sys.modules) - before:
+        if name.startswith("motes_"):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def installed(site: Path) -> Path:
+    """Return the folder with the packages of tests/plugins installed."""
+    for package in sorted(PLUGINS.iterdir()):
+        [module] = package.glob("*.py")
+        (site / module.name).write_bytes(module.read_bytes())
+        project = tomllib.loads((package / "pyproject.toml").read_text())["project"]
+        install(site, project["name"], project["entry-points"])
+    return site
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    """Return a video and the target's box in its first frame."""
+    path = tmp_path_factory.mktemp("film") / "film.mp4"
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in CLIP:
+            writer.write(frame.pixels)
+    return str(path), ",".join(f"{value:.1f}" for value in CLIP[0][1][0].ellipse.box)
+
+
+@pytest.fixture
+def go(
+    film: tuple[str, str],
+    installed: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> Callable[..., tuple[int, str, str]]:
+    """Run a command with the packages installed; return exit code, output and messages."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> tuple[int, str, str]:
+        words = {"FILM": film[0], "BOX": film[1]}
+        capfd.readouterr()
+        code = main([words.get(word, word) for word in line.split()])
+        return code, *capfd.readouterr()
+
+    return run
+
+
+Go = Callable[..., tuple[int, str, str]]
+
+
+def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
+    assert CUES.known()[-1] == "hue"
+    assert MOTIONS.known()[-1] == "drift"
+    assert DETECTORS.known()[-1] == "bright"
+    check_cue(CUES.resolve("hue")())
+    check_motion(MOTIONS.resolve("drift")())
+    check_detector(DETECTORS.resolve("bright")())
+    names = {key.path for key in keys(TrackerConfig)}
+    assert {"hue", "color"} <= names
+    assert "extra_cues" not in names
+
+
+def test_options_reach_them(go: Go) -> None:
+    line = "track FILM --init BOX --preset nummiaro --hue.bins 12 --hue.points 64 "
+    line += "--motion.type drift --motion.noise 0.4 "
+    code, output, error = go(line + "--dump-config")
+    assert code == 0, error
+    assert "[hue]\nbins = 12\npoints = 64\n" in output
+    assert 'type = "drift"\nflow = 0.0\nnoise = 0.4' in output
+    assert "extra_cues" not in output
+    Path("mine.toml").write_text(output)
+    code, _, error = go(line + "-o options.csv")
+    assert code == 0, error
+    code, _, error = go("track FILM --init BOX --config mine.toml -o file.csv")
+    assert code == 0, error
+    rows = Path("options.csv").read_text()
+    assert rows == Path("file.csv").read_text()
+    assert rows.splitlines()[-1].split(",")[8] == "tracking"
+    assert go("track FILM --init BOX --preset nummiaro -o color.csv")[0] == 0
+    assert rows != Path("color.csv").read_text()
+
+
+def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
+    Path("hue.toml").write_text('[hue]\n[fusion]\ntype = "fixed"\n[fusion.weights]\nhue = 2.0\n')
+    code, output, error = go(
+        "track FILM --init BOX --preset nummiaro --config hue.toml --dump-config"
+    )
+    assert code == 0, error
+    assert "[hue]\nbins = 24" in output
+    config = configure(preset("nummiaro"), {"hue": {"bins": 7}}, {"hue": None})
+    assert config == preset("nummiaro")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            "--hue.bin 12",
+            "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
+        ),
+        ("--hue.bins 1", "Config hue.bins: Expected `int` >= 2, got 1."),
+        ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
+        (
+            "--motion.type dirft",
+            "'dirft'; known are random_walk, constant_velocity, second_order, ",
+        ),
+        ("--motion.type dirft", "autoregressive, drift."),
+        ("--motion.type drift --motion.flow fast", "motion.flow: Expected `float`, got `str`."),
+        (
+            "--motion.type drift --motion.flwo 1",
+            "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
+        ),
+    ],
+)
+def test_mistakes_are_named(options: str, message: str, go: Go) -> None:
+    code, _, error = go(f"track FILM --init BOX --preset nummiaro {options} --dump-config")
+    assert code == 2
+    assert message in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("options", ["--hue.bins 12", "--preset mean_shift --hue.bins 12"])
+def test_algorithms_with_fixed_cues_say_so(options: str, go: Go) -> None:
+    code, _, error = go(f"track FILM --init BOX {options} --dump-config")
+    assert code == 2
+    assert "takes no cue 'hue'" in error
+    assert "nummiaro" in error
+
+
+def test_a_tracker_is_saved_and_loaded(installed: Path, tmp_path: Path) -> None:
+    changes = {
+        "hue": {"bins": 12},
+        "motion": {"type": "drift"},
+        "particles": 60,
+        "presence": {"stride": 20},
+    }
+    config = configure(preset("nummiaro:adaptive"), changes)
+    assert list(config.cues) == ["color", "hue"]
+    tracker = Tracker(config, seed=3)
+    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+    for i in range(1, 4):
+        tracker.update(CLIP[i][0])
+    assert set(tracker.info.cue_weights) == {"color", "hue"}
+    tracker.save(tmp_path / "state")
+    again = Tracker.load(tmp_path / "state")
+    assert again.config == config
+    for i in range(4, 8):
+        mine, its = tracker.update(CLIP[i][0]), again.update(CLIP[i][0])
+        assert mine.ellipse == its.ellipse
+        np.testing.assert_array_equal(tracker.info.weights, again.info.weights)
+
+
+def test_a_saved_tracker_needs_the_package(
+    installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tracker = Tracker(configure(preset("nummiaro"), {"hue": {}, "presence": {"stride": 20}}))
+    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+    tracker.save(tmp_path / "state")
+    with monkeypatch.context() as without:
+        without.setattr(registry, "_entry_points", lambda group: ())
+        with pytest.raises(FormatError, match="no key 'hue'"):
+            Tracker.load(tmp_path / "state")
+
+
+def test_values_in_python_need_no_entry_point(installed: Path) -> None:
+    hue: Any = importlib.import_module("motes_hue").Hue(bins=5)
+    drift: Any = importlib.import_module("motes_drift").Drift(flow=1.0)
+    config = ParticleFilter(color=Color(), extra_cues={"hue": hue}, motion=drift)
+    assert from_dict(to_dict(config), TrackerConfig) == config
+    assert from_dict(from_toml(to_toml(config), "it"), TrackerConfig) == config
+    assert to_dict(config)["hue"] == {"bins": 5, "points": 256}
+    with pytest.raises(ConfigError, match="extra_cues names 'motion', which is a key of its own"):
+        ParticleFilter(color=Color(), extra_cues={"motion": hue})
+    with pytest.raises(ConfigError, match="no key 'extra_cues'"):
+        from_dict({"color": {}, "extra_cues": {"hue": {}}}, ParticleFilter)
+
+
+def test_scenes_take_them_too(installed: Path) -> None:
+    plain = {"tracker": {"hue": {"bins": 9}, "motion": {"type": "drift"}}}
+    plain |= {"detector": {"type": "bright", "level": 99}}
+    config: WatchConfig = from_dict(plain, WatchConfig)
+    assert list(config.tracker.cues) == ["hue"]
+    assert from_dict(to_dict(config), WatchConfig) == config
+    assert len(named_detector("bright")(CLIP[0][0])) <= 1
+    with pytest.raises(
+        ConfigError, match=r"A detector is mog2, .*people, faces, bright or a \.txt"
+    ):
+        named_detector("brihgt")
+    with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: Expected `int`, got"):
+        from_dict({"tracker": {"hue": {"bins": "x"}}}, WatchConfig)
+    assert scene_config().tracker.extra_cues == {}
+
+
+def test_watching_with_a_detector(go: Go) -> None:
+    code, _, error = go("watch FILM --detector bright --detector.level 120 -o objects.csv")
+    assert code == 0, error
+    assert Path("objects.csv").exists()
+
+
+def test_a_start_of_its_own(installed: Path, film: tuple[str, str]) -> None:
+    """As users run it: another process, with the packages on its path."""
+    path = os.pathsep.join([str(installed), *sys.path])
+    code = "import sys; from motes.cli import main; sys.exit(main())"
+    line = [sys.executable, "-c", code, "track", film[0], "--init", film[1], "--preset"]
+    line += ["nummiaro", "--hue.bins", "12", "--dump-config"]
+    environment = os.environ | {"PYTHONPATH": path}
+    done = subprocess.run(line, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert "[hue]\nbins = 12" in done.stdout
+
+
+def test_the_page_shows_these_packages() -> None:
+    shown = {block.title: block.text for block in blocks(PAGE) if block.title}
+    tables = [block.text for block in blocks(PAGE) if "[project]" in block.text]
+    for package, table in zip(sorted(PLUGINS.iterdir(), reverse=True), tables, strict=True):
+        [module] = package.glob("*.py")
+        assert shown[module.name] == module.read_text(), module.name
+        assert table in (package / "pyproject.toml").read_text()
+
+
+def test_the_page_runs(
+    installed: Path,
+    film: tuple[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    (installed / "film.mp4").symlink_to(film[0])
+    monkeypatch.chdir(installed)
+    run_page(PAGE, capfd)
+    assert "tracking" in Path("hue.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "message"),
+    [
+        ("import nowhere", "X", "cannot be loaded: ModuleNotFoundError: No module named 'nowhere'"),
+        ("x = = 1", "X", "cannot be loaded: SyntaxError: "),
+        ("", "X", "cannot be loaded: AttributeError: "),
+        ("def X(): ...", "X", "is no subclass of motes.core.config.Config."),
+        (
+            "from motes.core.config import Config\nclass X(Config, frozen=True, tag='odd'): ...",
+            "X",
+            "is no subclass of motes.sot.filtering.motion.Motion.",
+        ),
+        (
+            "from motes.sot.filtering.motion import RandomWalk as X",
+            "X",
+            "has the tag 'random_walk'; its tag and its entry point need one name.",
+        ),
+    ],
+)
+def test_packages_that_are_broken(code: str, name: str, message: str, site: Path) -> None:
+    (site / "motes_odd.py").write_text(code)
+    install(site, "motes-odd", {"motes.motions": {"odd": f"motes_odd:{name}"}})
+    with pytest.raises(PluginError) as error:
+        configure(preset("nummiaro"), {"motion": {"type": "odd"}})
+    assert str(error.value).startswith("The motion model 'odd' of package motes-odd ")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+    # Whoever does not ask for it is not bothered, whatever else is wrong.
+    configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
+    with pytest.raises(ConfigError, match="did you mean 'particles'"):
+        configure(preset("nummiaro"), {"particels": 5})
+
+
+@pytest.mark.parametrize(
+    ("group", "base", "changes"),
+    [
+        ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
+        ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
+        ("model_updates", "motes.sot.filtering.model_update:GaussianBins", {"adaptation": "odd"}),
+    ],
+)
+def test_all_other_interfaces_are_open(
+    group: str, base: str, changes: dict[str, str], site: Path, tmp_path: Path
+) -> None:
+    module, name = base.split(":")
+    code = f"from {module} import {name}\nclass Odd({name}, frozen=True, tag='odd'): ..."
+    (site / "motes_odd.py").write_text(code)
+    install(site, "motes-odd", {f"motes.{group}": {"odd": "motes_odd:Odd"}})
+    nested = {key: tag if key == "type" else {"type": tag} for key, tag in changes.items()}
+    config = configure(preset("nummiaro"), nested)
+    tracker = Tracker(config)
+    tracker.init(CLIP[0][0], CLIP[0][1][0].ellipse)
+    tracker.update(CLIP[1][0])
+    tracker.save(tmp_path / "state")
+    again = Tracker.load(tmp_path / "state")
+    assert again.config == config
+    assert again.update(CLIP[2][0]).ellipse == tracker.update(CLIP[2][0]).ellipse
+    text = to_toml(config)
+    assert 'type = "odd"' in text
+    assert configure(preset("default"), from_toml(text, "it")) == config
+
+
+def test_two_packages_with_one_name(site: Path) -> None:
+    for name in ("motes-one", "motes-two"):
+        install(site, name, {"motes.cues": {"hue": "motes_hue:Hue"}})
+    with pytest.raises(PluginError) as error:
+        configure(preset("nummiaro"), {"hue": {}})
+    assert re.fullmatch(
+        r"package motes-(one|two) and package motes-(one|two) both add a cue 'hue'; uninstall one "
+        r"of them\.",
+        str(error.value),
+    )
+
+
+def test_a_package_takes_no_name_of_ours(site: Path) -> None:
+    install(site, "motes-one", {"motes.cues": {"color": "motes_hue:Hue"}})
+    with pytest.raises(PluginError, match="package motes-one adds a cue 'color', which motes has"):
+        CUES.known()
