@@ -79,6 +79,7 @@ def test_results(whole: str, go: Go) -> None:
         assert "mine:Seeded" in Path(whole, name).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     assert code == 0
@@ -111,6 +112,7 @@ def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     assert {name: found[name] for name in tracks(Path(whole))} == tracks(Path(whole))
 
 
+@pytest.mark.slow
 def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) -> None:
     text = (home / "my.toml").read_text()
     (home / "my.toml").write_text("particles = 31\n")

@@ -102,6 +102,7 @@ def test_results(whole: str) -> None:
         assert "crowds_of:Seeded" in Path(whole, name).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     """And tracks that are there are not made again."""
     before = {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")}
@@ -132,6 +133,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert [line["sequence"] for line in table("failing")] == ["a", "a", "COMBINED"]
 
 
+@pytest.mark.slow
 def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume --detector crowds_of:Nothing")
     assert (code, out) == (5, "")

@@ -798,6 +798,7 @@ def test_failures_have_their_reasons(
         assert not item.path(out).exists()
 
 
+@pytest.mark.slow
 def test_what_hangs_is_ended_with_all_that_it_started(
     bad_day: tuple[Path, dict[str, dict[Pass, str]]],
 ) -> None:
@@ -809,6 +810,7 @@ def test_what_hangs_is_ended_with_all_that_it_started(
     arena.wait_for(lambda: arena.all_gone(processes))
 
 
+@pytest.mark.slow
 def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
     out, errors = bad_day
     for name in ("mine:Still on a", "mine:Still on video-20", "mine:Seeded on a"):
