@@ -236,6 +236,7 @@ def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.M
     assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
 
 
+@pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
@@ -667,6 +668,7 @@ def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path:
     assert re.search(r"motes: 400 frames, .* wrote \S+r\.csv\.", shown)
 
 
+@pytest.mark.slow
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from motes.cli import main; main(sys.argv[1:]); "

@@ -116,6 +116,7 @@ def test_what_is_said(whole: str, go: Go) -> None:
     assert len(before) == 12
 
 
+@pytest.mark.slow
 def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     line = "worse --tracker crowds_of:Echo --tracker crowds_of:Raises --tracker nix --workers 1"
     code, out, error = go(f"{line} --out failing")
@@ -150,6 +151,7 @@ def test_a_detector(go: Go) -> None:
     assert [row["false_negatives"] for row in table("seen")] == ["24", "24"]
 
 
+@pytest.mark.slow
 def test_a_frame_is_missing(home: Path, go: Go) -> None:
     shutil.copytree("data/a", "short/a")
     Path("short/a/img1/0011.png").write_text("nothing")
@@ -159,6 +161,7 @@ def test_a_frame_is_missing(home: Path, go: Go) -> None:
     assert "0011.png cannot be read" in error
 
 
+@pytest.mark.slow
 def test_overwriting_leaves_what_others_put_there(whole: str, go: Go) -> None:
     shutil.copytree(whole, "again")
     Path("again/mine.txt").touch()

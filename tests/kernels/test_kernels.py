@@ -70,6 +70,7 @@ def test_each_kind_of_arguments_has_a_file_of_its_own(start: Start) -> None:
     assert (both(2), both(2.5), found(both)) == (20, 25.0, 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [

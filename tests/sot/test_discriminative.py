@@ -189,6 +189,7 @@ def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> 
     assert Status.SEARCHING not in {track.status for track in tracks}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
     out = [(300.0 + 8 * index, 60.0) for index in range(8)]
