@@ -1,9 +1,8 @@
 """Signals that ask a program to end: each raises an `Interrupt`, as Ctrl-C does in every program.
 
-The exception must not be raised where it is lost. What is raised inside LLVM, which calls back from
-C, or in a destructor, Python drops; what is raised in an import, some libraries turn into another
-error. There the signal is sent again a moment later. What a library has caught all the same, loops
-raise again with `check`.
+The exception must not be raised where it is lost. What is raised in a destructor, Python drops;
+what is raised in an import, some libraries turn into another error. There the signal is sent again
+a moment later. What a library has caught all the same, loops raise again with `check`.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ SIGNALS = tuple(
 """All signals that ask a program to end."""
 AGAIN = 0.01
 """Seconds after which a signal is sent again that came at a wrong moment."""
-FRAGILE = ("importlib._bootstrap", "llvmlite.")
-"""Beginnings of the modules in which nothing must be raised."""
+FRAGILE = "importlib._bootstrap"
+"""Beginning of the modules in which nothing must be raised."""
 
 
 class Interrupt(KeyboardInterrupt):

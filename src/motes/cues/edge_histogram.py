@@ -18,6 +18,7 @@ from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 AT_POINTS = 3
 """Sobel's operator costs so many times as much at scattered points as all over a region."""
@@ -84,9 +85,7 @@ class Edges(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             histograms,
         )
         return histograms

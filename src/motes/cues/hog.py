@@ -19,6 +19,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 SMOOTH = np.array([0.75, 0.125, 0], np.float32)
 """Taps at 0, 1 and 2, to both sides: of variance 0.25, delta = 0.5 of section 4, and exact in
@@ -104,9 +105,7 @@ class Hog(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             self.cells,
             self.rotation_normalized,
             histograms,

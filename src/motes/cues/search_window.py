@@ -13,7 +13,6 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 
 from motes import kernels
 from motes.core.frame import Frame
@@ -183,4 +182,6 @@ def grid(a: float, b: float) -> Grid:
 
 def _fast(cells: float) -> int:
     """Return a number of cells near to one wanted whose transform is fast."""
+    from scipy.fft import next_fast_len  # takes a third of a second to import
+
     return int(next_fast_len(max(round(cells), 6), real=True))

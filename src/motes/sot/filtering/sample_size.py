@@ -100,4 +100,4 @@ class SpeedBudget:
 
 
 RECENT = 15
-"""Number of steps whose median counts: a single slow step (compiling kernels) has no effect."""
+"""Number of steps whose median counts: a single slow step has no effect."""
