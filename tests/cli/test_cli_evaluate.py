@@ -20,7 +20,7 @@ from motes import Tracker
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 
 
 @pytest.fixture(scope="module")
