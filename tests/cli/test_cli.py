@@ -38,7 +38,7 @@ from motes.video.writer import VideoWriter
 
 FRAMES = 60
 SIZE = (160, 120)
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from motes.cli.explain import explain
 from motes.evaluation import synthetic
 from motes.video.writer import VideoWriter
 
-MOTES = f"{sys.executable} -c 'import sys; from motes.cli import main; sys.exit(main())'"
+MOTES = f"{sys.executable} -m motes"
 HUGE = "99999999999999999999"
 
 Go = Callable[[str], tuple[int, str]]

@@ -19,7 +19,7 @@ from arena import Go, at_home, evaluating, table, tracks, wait_for
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 
 
 @pytest.fixture(scope="module")
