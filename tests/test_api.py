@@ -82,6 +82,7 @@ PRINTED = (
 """What the examples of the documentation print."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("block", "printed"), [*zip(BLOCKS, PRINTED, strict=True)], ids=range(5))
 def test_an_example_of_the_documentation_runs(
     films: Path,

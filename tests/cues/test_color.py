@@ -17,6 +17,7 @@ from motes.core.frame import as_rgb
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Profile, sunflower
+from motes.kernels.structures import ColorBins
 from oracles import (
     Bins,
     between_pixels,
@@ -64,7 +65,7 @@ def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
     levels = np.append(np.arange(0, 255, 3), [127, 254, 255])
     r, g, b = (part.ravel() for part in np.meshgrid(levels, levels, levels))
     found = (r + 256 * g + 65536 * b).astype(np.uint32)
-    kernels.color.to_bins(found, found.size, kernels.color.HSV, *bins)
+    kernels.color.to_bins(found, ColorBins(kernels.color.HSV, *bins))
     high = np.maximum(np.maximum(r, g), b)
     spread = high - np.minimum(np.minimum(r, g), b)
     hue = np.select(

@@ -89,5 +89,5 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
             f"An image is uint8, uint16, bool or float in [0, 1]; got {image.dtype}. Convert it."
         )
     image = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else image[:, :, :3]
-    # Kernels are compiled for writable contiguous arrays; anything else would compile them anew.
+    # Kernels read memory in C order.
     return np.require(image, np.uint8, ["C", "W"])

@@ -1,9 +1,9 @@
 """Signals that ask a program to end: each raises an `Interrupt`, as Ctrl-C does in every program.
 
 The exception must not be raised in places where it would be lost. Python drops exceptions from a
-destructor, and from LLVM, which calls back from C. Some libraries turn an exception from an import
-into another error. In these places the signal is sent again a moment later. If a library has caught
-the exception nevertheless, loops raise it again with `check`.
+destructor. Some libraries turn an exception from an import into another error. In these places the
+signal is sent again a moment later. If a library has caught the exception nevertheless, loops raise
+it again with `check`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ SIGNALS = tuple(
 """All signals that ask a program to end."""
 AGAIN = 0.01
 """Seconds after which a signal that came at a wrong moment is sent again."""
-FRAGILE = ("importlib._bootstrap", "llvmlite.")
-"""Beginnings of the names of modules in which no interrupt must be raised."""
+FRAGILE = "importlib._bootstrap"
+"""Beginning of the names of modules in which no interrupt must be raised."""
 
 
 class Interrupt(KeyboardInterrupt):

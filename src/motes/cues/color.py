@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats, Singles
+from motes.core.types import Floats
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import ColorBins, Reading
 
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
@@ -93,10 +94,10 @@ class Color(HistogramCue, frozen=True):
         """
         m = self.size
         histograms = np.empty((len(ellipses), m))
+        slots = np.arange(m, dtype=np.uint32)
         kernels.color.histograms(
-            frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.uint32),
-            *self._space, histograms,
-        )  # fmt: skip
+            frame.pixels, ellipses, self._reading, slots, self._bins, histograms
+        )
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
@@ -111,10 +112,10 @@ class Color(HistogramCue, frozen=True):
         kernels.color.distances(
             frame.pixels,
             ellipses,
-            *self._reading,
+            self._reading,
             model.slots,
             model.roots,
-            *self._space,
+            self._bins,
             distances,
         )
         return distances
@@ -134,14 +135,14 @@ class Color(HistogramCue, frozen=True):
         center = region[:2].copy()
         kernels.color.mean_shift(
             frame.pixels, region, self.sampling.lattice, self.sampling.grid, model.slots, ratios,
-            *self._space, center,
+            self._bins, center,
         )  # fmt: skip
         return float(center[0]), float(center[1])
 
     @property
-    def _reading(self) -> tuple[Singles, tuple[int, int], int]:
-        return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
+    def _reading(self) -> Reading:
+        return Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel])
 
     @property
-    def _space(self) -> tuple[int, int, int, int]:
-        return (SPACES[self.space], *self.bins)
+    def _bins(self) -> ColorBins:
+        return ColorBins(SPACES[self.space], *self.bins)

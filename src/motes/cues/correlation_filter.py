@@ -13,7 +13,6 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec.structs import replace
-from scipy import fft
 
 from motes import kernels
 from motes.core.config import Config, Positive, Share
@@ -113,6 +112,8 @@ class Correlation(Cue, Config, frozen=True):
 
     def spectra(self, samples: Grid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
+        from scipy import fft  # takes a third of a second to import
+
         cells = features(window)
         cells *= samples.taper
         out: Spectra = fft.rfft2(cells)
@@ -142,6 +143,8 @@ class Correlation(Cue, Config, frozen=True):
         to a cell's side, by an inverse transform padded with zeros. The second response (h, w) has
         one value to a cell.
         """
+        from scipy import fft
+
         first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
         mixed = filtered(model.numerator, model.power + self.ridge, spectra)
         mixed = (1 - self.anchor) * mixed + self.anchor * first
@@ -151,7 +154,7 @@ class Correlation(Cue, Config, frozen=True):
         padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
         padded[UPSAMPLING * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
         plane = fft.irfft2(UPSAMPLING**2 * padded, (UPSAMPLING * rows, UPSAMPLING * columns))
-        return fft.fftshift(plane), fft.fftshift(fft.irfft2(first, (rows, columns)))
+        return np.fft.fftshift(plane), np.fft.fftshift(fft.irfft2(first, (rows, columns)))
 
 
 def sample_response(plane: Singles, points: Floats) -> Floats:

@@ -18,6 +18,7 @@ from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 AT_POINTS = 3
 """Cost of Sobel's operator at a scattered point, relative to a pixel of a whole region."""
@@ -87,9 +88,7 @@ class Edges(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             histograms,
         )
         return histograms

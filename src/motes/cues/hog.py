@@ -19,6 +19,7 @@ from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 SMOOTH = np.array([0.75, 0.125, 0], np.float32)
 """Smoothing filter: taps at 0, 1 and 2, to both sides.
@@ -110,9 +111,7 @@ class Hog(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             self.cells,
             self.rotation_normalized,
             histograms,

@@ -11,6 +11,7 @@ from msgspec import Meta
 from motes import kernels
 from motes.core.config import Config
 from motes.core.types import Singles
+from motes.kernels.structures import Grid
 
 Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
@@ -48,9 +49,9 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> tuple[int, int]:
+    def grid(self) -> Grid:
         """Steps of rows and columns of the pixels that are read: every one."""
-        return 1, 1
+        return Grid(1, 1)
 
 
 class Checkerboard(Config, frozen=True, tag="checkerboard"):
@@ -79,9 +80,9 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> tuple[int, int]:
+    def grid(self) -> Grid:
         """The sum of row and column is even; for a quarter, the row is even too."""
-        return 2, 1 if self.share == "half" else 2
+        return Grid(2, 1 if self.share == "half" else 2)
 
 
 class Lattice(Config, frozen=True, tag="lattice"):
@@ -111,9 +112,9 @@ class Lattice(Config, frozen=True, tag="lattice"):
         return sunflower(self.points)
 
     @property
-    def grid(self) -> tuple[int, int]:
+    def grid(self) -> Grid:
         """It has no effect: the lattice is read."""
-        return 1, 1
+        return Grid(1, 1)
 
 
 Sampling = EveryPixel | Checkerboard | Lattice

@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from scipy import fft
 
 from motes.core.config import Config, NonNegative, Positive, Share
 from motes.core.frame import Frame
@@ -89,6 +88,8 @@ class ScaleFilter(Config, frozen=True):
 
     def spectra(self, model: ScaleModel, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
+        from scipy import fft  # takes a third of a second to import
+
         shape = model.rows * CELL_SIZE, model.columns * CELL_SIZE
         out = np.empty((len(model.numerator), self.count), np.float32)
         tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
@@ -100,6 +101,8 @@ class ScaleFilter(Config, frozen=True):
 
     def response(self, model: ScaleModel, spectra: Spectra) -> Singles:
         """Return the filter's response at each size, (count,)."""
+        from scipy import fft
+
         learned = filtered(model.numerator, model.power + self.ridge, spectra)
         # The label's peak is at the first size; it belongs to the middle one.
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)

@@ -13,7 +13,6 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 
 from motes import kernels
 from motes.core.frame import Frame
@@ -185,4 +184,6 @@ def grid(a: float, b: float) -> Grid:
 
 def _fast(cells: float) -> int:
     """Return the least number from `cells`, and from 6, on whose Fourier transform is fast."""
+    from scipy.fft import next_fast_len  # takes a third of a second to import
+
     return int(next_fast_len(max(round(cells), 6), real=True))

@@ -25,6 +25,7 @@ from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 FINEST = 0.7
 """Least scale in pixels: a narrower derivative filter is too coarse when sampled at pixels."""
@@ -168,7 +169,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
-            self.sampling.lattice, self.sampling.grid,
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES["uniform"]),
         )  # fmt: skip
         below = int((1 - self.kept_fraction) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
@@ -188,9 +189,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
             plane.column,
             plane.row,
             plane.in_blocks(ellipses),
-            self.sampling.lattice,
-            self.sampling.grid,
-            PROFILES[self.kernel],
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]),
             threshold,
             shifts,
             histograms,

@@ -131,6 +131,7 @@ class Discriminative(
         posterior = self.posterior.learn(frame, box)
         integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
+        first_contrast = contrast(integral, middle)
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
@@ -139,7 +140,8 @@ class Discriminative(
             posterior=posterior,
             scale=self.scale.learn(frame, box),
             appearance=self.redetection.learn(frame, box),
-            contrast=contrast(integral, middle),
+            contrast=first_contrast,
+            first_contrast=first_contrast,
             border=borders(integral, middle[None])[0],
             search_particles=NO_PARTICLES,
             scale_due=True,
@@ -349,7 +351,7 @@ class Discriminative(
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self.localizer.color_weight(state)
+        share = self.localizer.color_weight(state.contrast)
         return DiscriminativeInfo(
             track,
             shaped[:count],

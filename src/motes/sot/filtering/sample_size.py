@@ -103,4 +103,4 @@ class SpeedBudget:
 
 
 RECENT = 15
-"""Number of steps whose median counts. A single slow step, such as the first, has no effect."""
+"""Number of steps whose median counts: a single slow step has no effect."""
