@@ -299,6 +299,7 @@ def test_the_page_runs(
     [
         ("import nowhere", "X", "cannot be loaded: ModuleNotFoundError: No module named 'nowhere'"),
         ("x = = 1", "X", "cannot be loaded: SyntaxError: "),
+        ("raise SystemExit('no')", "X", "cannot be loaded: SystemExit: no; update or uninstall"),
         ("", "X", "cannot be loaded: AttributeError: "),
         ("def X(): ...", "X", "is no subclass of motes.core.config.Config."),
         (

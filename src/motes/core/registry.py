@@ -117,7 +117,7 @@ class Registry(Generic[T]):
         named = f"The {self.kind} {entry.name!r} of {_package(entry)}"
         try:
             found = entry.load()
-        except Exception as error:  # whatever another package's code raises
+        except (Exception, SystemExit) as error:  # whatever another package's code raises
             raise PluginError(
                 f"{named} cannot be loaded: {type(error).__name__}: {error}; update or uninstall "
                 f"the package."
