@@ -530,6 +530,15 @@ def test_help_on_a_full_disk() -> None:
     assert (process.returncode, error.count("\n")) == (5, 1)
 
 
+@pytest.mark.slow
+def test_help_into_a_closed_pipe() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w") as closed, started(["--help"], stdout=closed) as process:
+        _, error = process.communicate()
+    assert (process.returncode, error) == (0, "")
+
+
 # Interrupted, and resumed
 
 
