@@ -328,6 +328,13 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
         configure(preset("nummiaro"), {"particels": 5})
 
 
+def test_a_broken_package_without_a_name(site: Path) -> None:
+    install(site, "motes-odd", {"motes.motions": {"odd": "nowhere:X"}})
+    (site / "motes_odd-0.1.dist-info/METADATA").unlink()
+    with pytest.raises(PluginError, match=r"The motion model 'odd' of nowhere:X cannot be loaded"):
+        configure(preset("nummiaro"), {"motion": {"type": "odd"}})
+
+
 @pytest.mark.parametrize(
     ("group", "base", "changes"),
     [

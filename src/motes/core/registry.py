@@ -174,4 +174,5 @@ def _path(kind: type) -> str:
 
 def _package(entry: EntryPoint) -> str:
     """Return the package of an entry point, in the words of an error."""
-    return f"package {entry.dist.name}" if entry.dist is not None else entry.value
+    name = None if entry.dist is None else entry.dist.name  # None also if its metadata are lost
+    return entry.value if name is None else f"package {name}"
