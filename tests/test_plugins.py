@@ -301,6 +301,7 @@ def test_the_page_runs(
     [
         ("import nowhere", "X", "cannot be loaded: ModuleNotFoundError: No module named 'nowhere'"),
         ("x = = 1", "X", "cannot be loaded: SyntaxError: "),
+        ("raise SystemExit('no')", "X", "cannot be loaded: SystemExit: no; update or uninstall"),
         ("", "X", "cannot be loaded: AttributeError: "),
         ("def X(): ...", "X", "is no subclass of motes.core.config.Config."),
         (
@@ -327,6 +328,13 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
     configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
     with pytest.raises(ConfigError, match="did you mean 'particles'"):
         configure(preset("nummiaro"), {"particels": 5})
+
+
+def test_a_broken_package_without_a_name(site: Path) -> None:
+    install(site, "motes-odd", {"motes.motions": {"odd": "nowhere:X"}})
+    (site / "motes_odd-0.1.dist-info/METADATA").unlink()
+    with pytest.raises(PluginError, match=r"The motion model 'odd' of nowhere:X cannot be loaded"):
+        configure(preset("nummiaro"), {"motion": {"type": "odd"}})
 
 
 @pytest.mark.parametrize(

@@ -133,8 +133,8 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
         here = sorted({key for before, _, key in parts if before == at} & known or known)
         near = difflib.get_close_matches(name, sorted(known), n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"known keys: {', '.join(here)}."
-        renamed = RENAMED.get(name, "")
-        if f"{at}.{renamed}".lstrip(".") in paths:
+        renamed = ".".join(filter(None, [at, RENAMED.get(name, "")]))
+        if renamed in paths and name in RENAMED:
             hint = f"it is {renamed!r} now."
         raise ConfigError(
             f"Config has no key {f'{where}.{name}' if where else name!r}; {hint}"

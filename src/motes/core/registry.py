@@ -117,7 +117,7 @@ class Registry(Generic[T]):
         named = f"The {self.kind} {entry.name!r} of {_package(entry)}"
         try:
             found = entry.load()
-        except Exception as error:  # whatever another package's code raises
+        except (Exception, SystemExit) as error:  # whatever another package's code raises
             raise PluginError(
                 f"{named} cannot be loaded: {type(error).__name__}: {error}; update or uninstall "
                 f"the package."
@@ -174,4 +174,5 @@ def _path(kind: type) -> str:
 
 def _package(entry: EntryPoint) -> str:
     """Return the package of an entry point, in the words of an error."""
-    return f"package {entry.dist.name}" if entry.dist is not None else entry.value
+    name = None if entry.dist is None else entry.dist.name  # None also if its metadata are lost
+    return entry.value if name is None else f"package {name}"
