@@ -92,7 +92,7 @@ class Color(HistogramCue, frozen=True):
         -------
         (N, m); each row sums to 1, or is zero where the ellipse lies outside the frame.
         """
-        m = self.size
+        m, ellipses = self.size, np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), m))
         slots = np.arange(m, dtype=np.uint32)
         kernels.color.histograms(
@@ -103,12 +103,12 @@ class Color(HistogramCue, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return ColorModel(histogram, histogram)
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        distances = np.empty(len(ellipses))
+        distances, ellipses = np.empty(len(ellipses)), np.asarray(ellipses, float)
         kernels.color.distances(
             frame.pixels,
             ellipses,
@@ -128,7 +128,7 @@ class Color(HistogramCue, frozen=True):
         Comaniciu, Ramesh and Meer, Real-time
         tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
         """
-        region = np.array(ellipse)
+        region = np.array(ellipse, float)
         seen = self.histograms(frame, region[None])[0][model.histogram > 0]
         ratios = np.zeros(seen.size + 1)
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)

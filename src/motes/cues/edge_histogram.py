@@ -67,6 +67,7 @@ class Edges(HistogramCue, frozen=True):
         Each row sums to 1, or is zero where the ellipse lies outside the frame; its last place is 1
         where there is no strong edge.
         """
+        ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.bins + 1))
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
@@ -96,5 +97,5 @@ class Edges(HistogramCue, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> EdgesModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return EdgesModel(histogram, histogram)

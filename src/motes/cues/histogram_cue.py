@@ -44,7 +44,7 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        histogram = self.histograms(frame, np.array([ellipse], float))[0]
         return HistogramModel(histogram, histogram)
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
@@ -53,7 +53,7 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
 
     def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> Floats:
         """Return the region's histogram, (m,); zeros if no pixel is read."""
-        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
+        histogram: Floats = self.histograms(frame, np.array([ellipse], float))[0]
         return histogram
 
 

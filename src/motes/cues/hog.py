@@ -85,6 +85,7 @@ class Hog(HistogramCue, frozen=True):
 
         Each row sums to 1, or is zero if there is no gradient in the ellipse.
         """
+        ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
@@ -121,5 +122,5 @@ class Hog(HistogramCue, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> HogModel:
         """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return HogModel(histogram, histogram)

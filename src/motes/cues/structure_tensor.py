@@ -130,7 +130,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
         scale = self._scale(ellipse)
         threshold = self._threshold(frame, scale, ellipse)
         cue = msgspec.structs.replace(self, sampling=self.sampling.dense)
-        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse]))[0]
+        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse], float))[0]
         return OrientationModel(histogram, histogram, scale, threshold)
 
     def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
@@ -140,7 +140,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
 
     def observe(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> Floats:
         """Return the region's histogram, (m,), read as the model's; zeros if there is no edge."""
-        region = np.array([ellipse])
+        region = np.array([ellipse], float)
         histogram: Floats = self._histograms(frame, model.scale, model.threshold, region)[0]
         return histogram
 
@@ -165,7 +165,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
 
     def _threshold(self, frame: Frame, scale: float, ellipse: Ellipse) -> float:
         """Return T, above which the share `kept_fraction` of the ellipse's pixels lies."""
-        region = np.array([ellipse])
+        region = np.array([ellipse], float)
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
@@ -178,6 +178,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
 
     def _histograms(self, frame: Frame, scale: float, threshold: float, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse, or its spectrum; zeros where there is no edge."""
+        ellipses = np.asarray(ellipses, float)
         plane = self._plane(frame, scale, ellipses)
         shifts = np.zeros(len(ellipses))
         if self.form == "rotated":

@@ -246,13 +246,13 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         return ellipse
 
     def _distance(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> float:
-        return float(self.color.distances(model, frame, np.array([ellipse]))[0])
+        return float(self.color.distances(model, frame, np.array([ellipse], float))[0])
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
         """Return the state and the report for the ellipse that was found."""
-        distances = self.color.distances(state.model, frame, np.array([ellipse]))
+        distances = self.color.distances(state.model, frame, np.array([ellipse], float))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
         track = Track(
