@@ -24,9 +24,9 @@ ORDER = [
     {"output"},
     {"evaluation"},
     {"cli"},
-    {"filtering", "synthetic"},
+    {"filtering", "synthetic", "__main__"},
 ]
-"""The packages, and last the modules of public names.
+"""The packages, and last the modules of public names and the program.
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 MODULES = {

@@ -112,6 +112,7 @@ def go(
 Go = Callable[..., tuple[int, str, str]]
 
 
+@pytest.mark.slow
 def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     assert CUES.known()[-1] == "hue"
     assert MOTIONS.known()[-1] == "drift"
@@ -158,16 +159,22 @@ def test_a_file_adds_a_cue_and_takes_it_away(go: Go) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--hue.bin 12", "Config has no key 'hue.bin'; did you mean 'bins'?"),
+        (
+            "--hue.bin 12",
+            "There is no option --hue.bin with preset nummiaro; did you mean --hue.bins?",
+        ),
         ("--hue.bins 1", "Config hue.bins: Expected `int` >= 2, got 1."),
-        ("--heu.bins 12", "There is no option --heu with this preset; did you mean --hue?"),
+        ("--heu.bins 12", "no option --heu.bins with preset nummiaro; did you mean --hue.bins?"),
         (
             "--motion.type dirft",
             "'dirft'; known are random_walk, constant_velocity, second_order, ",
         ),
         ("--motion.type dirft", "autoregressive, drift."),
         ("--motion.type drift --motion.flow fast", "motion.flow: Expected `float`, got `str`."),
-        ("--motion.type drift --motion.flwo 1", "no key 'motion.flwo'; did you mean 'flow'?"),
+        (
+            "--motion.type drift --motion.flwo 1",
+            "no option --motion.flwo with preset nummiaro; did you mean --motion.flow?",
+        ),
     ],
 )
 def test_mistakes_are_named(options: str, message: str, go: Go) -> None:
@@ -276,6 +283,7 @@ def test_the_page_shows_these_packages() -> None:
         assert table in (package / "pyproject.toml").read_text()
 
 
+@pytest.mark.slow
 def test_the_page_runs(
     installed: Path,
     film: tuple[str, str],
@@ -293,6 +301,7 @@ def test_the_page_runs(
     [
         ("import nowhere", "X", "cannot be loaded: ModuleNotFoundError: No module named 'nowhere'"),
         ("x = = 1", "X", "cannot be loaded: SyntaxError: "),
+        ("raise SystemExit('no')", "X", "cannot be loaded: SystemExit: no; update or uninstall"),
         ("", "X", "cannot be loaded: AttributeError: "),
         ("def X(): ...", "X", "is no subclass of motes.core.config.Config."),
         (
@@ -319,6 +328,13 @@ def test_packages_that_are_broken(code: str, name: str, message: str, site: Path
     configure(preset("nummiaro"), {"motion": {"type": "random_walk"}})
     with pytest.raises(ConfigError, match="did you mean 'particles'"):
         configure(preset("nummiaro"), {"particels": 5})
+
+
+def test_a_broken_package_without_a_name(site: Path) -> None:
+    install(site, "motes-odd", {"motes.motions": {"odd": "nowhere:X"}})
+    (site / "motes_odd-0.1.dist-info/METADATA").unlink()
+    with pytest.raises(PluginError, match=r"The motion model 'odd' of nowhere:X cannot be loaded"):
+        configure(preset("nummiaro"), {"motion": {"type": "odd"}})
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from PIL import Image
 
 from motes import Tracker, open_source
 from motes.cli import main
+from motes.cli.app import app
 from motes.cli.track_loop import follow, on_region
 from motes.core.errors import SourceError
 from motes.core.track import Status
@@ -38,7 +39,7 @@ from motes.video.writer import VideoWriter
 
 FRAMES = 60
 SIZE = (160, 120)
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 
 
 @pytest.fixture(scope="module")
@@ -231,6 +232,7 @@ def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.M
     assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
 
 
+@pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
@@ -405,6 +407,8 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --config FILM", 3, "not a text file; check the name"),
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
+        ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
+        ("track FILM again.mp4", 2, "No option takes again.mp4; see motes track --help"),
         ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
         ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),
@@ -520,6 +524,15 @@ def test_help_on_a_full_disk() -> None:
     with open("/dev/full", "w") as full, started(["--help"], stdout=full) as process:
         _, error = process.communicate()
     assert (process.returncode, error.count("\n")) == (5, 1)
+
+
+@pytest.mark.slow
+def test_help_into_a_closed_pipe() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w") as closed, started(["--help"], stdout=closed) as process:
+        _, error = process.communicate()
+    assert (process.returncode, error) == (0, "")
 
 
 # Interrupted, and resumed
@@ -661,6 +674,7 @@ def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path:
     assert re.search(r"motes: 400 frames, .* wrote \S+r\.csv\.", shown)
 
 
+@pytest.mark.slow
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from motes.cli import main; main(sys.argv[1:]); "
@@ -678,6 +692,15 @@ def test_help_names_commands_and_exit_codes(go: Go) -> None:
     for word in ("track", "histogram", "demo", "bench", "doctor", "130  interrupted by Ctrl-C"):
         assert word in out
     assert go("--version")[1] == f"{metadata.version('motes')}\n"
+
+
+@pytest.mark.slow
+def test_flags_look_alike_in_all_commands(go: Go) -> None:
+    for command in (name for name in app if not name.startswith("-")):
+        out = go(f"{command} --help")[1]
+        assert f"Usage: motes {command}" in out
+        assert "--no-" not in out
+        assert "[default: False]" not in out
 
 
 def test_rows_go_to_a_file_where_standard_output_is_a_terminal(

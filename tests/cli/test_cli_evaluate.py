@@ -19,7 +19,7 @@ from arena import Go, at_home, evaluating, table, tracks, wait_for
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +76,7 @@ def test_results(whole: str, go: Go) -> None:
         assert "mine:Seeded" in Path(whole, name).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     assert code == 0
@@ -108,6 +109,7 @@ def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     assert {name: found[name] for name in tracks(Path(whole))} == tracks(Path(whole))
 
 
+@pytest.mark.slow
 def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) -> None:
     text = (home / "my.toml").read_text()
     (home / "my.toml").write_text("particles = 31\n")

@@ -26,7 +26,7 @@ from motes.evaluation import synthetic
 from motes.video.prefetch import prefetch
 from motes.video.writer import VideoWriter
 
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 FRAMES = 3000
 
 

@@ -102,6 +102,7 @@ def edges_oracle(view: View, sampling: str) -> oracles.Floats:
     return normalized
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["half", "quarter", "lattice of 64", "lattice of 512"])
 def test_colors_over_fewer_pixels_are_compared_as_brute_force_does(sampling: str) -> None:
     view = small_view()
@@ -114,6 +115,7 @@ def test_colors_over_fewer_pixels_are_compared_as_brute_force_does(sampling: str
     assert value(row["likelihood"]) == pytest.approx(likelihood, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sampling", ["half", "quarter"])
 def test_edges_over_fewer_pixels_are_compared_as_brute_force_does(sampling: str) -> None:
     view = small_view()

@@ -29,7 +29,7 @@ from motes.evaluation import synthetic
 from motes.evaluation.synthetic.clips import Clip
 from motes.video.writer import VideoWriter
 
-PROGRAM = [sys.executable, "-c", "import sys; from motes.cli import main; sys.exit(main())"]
+PROGRAM = [sys.executable, "-m", "motes"]
 SIZE = (160, 120)
 PATIENCE = 60.0
 """Seconds that the processes of a killed run have to clean up after it."""

@@ -95,6 +95,7 @@ OUT, LOCKED = np.ones(3), np.ones(3)
 LOCKED.setflags(write=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "value", "needed"),
     [

@@ -142,7 +142,7 @@ def test_a_killed_run_loses_no_frame(go: Go, film: Path) -> None:
     assert (code, "motes convert a.json.rows.jsonl -o a.json" in error) == (5, True)
     for name in ("a.json", "a.xml", "a.txt"):
         code, _, error = go(f"convert a.json.rows.jsonl -o {name}")
-        assert (code, f"wrote {name}, of the 8 frames" in error) == (0, True)
+        assert (code, f"wrote {name} with the 8 frames" in error) == (0, True)
         assert go(f"track FILM {BOX} --end 8 -o whole-{name}")[0] == 0
         assert Path(name).read_bytes() == Path(f"whole-{name}").read_bytes()
     assert go("convert a.json.rows.jsonl -o a.csv")[0] == 0

@@ -48,6 +48,10 @@ def _run(tokens: Sequence[str]) -> int:
     except BrokenPipeError:  # the reader has closed the pipe
         drop_output()
         return DONE
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # rich ends the program with 1 then
+            return DONE
+        raise
     except Exception as error:
         if os.environ.get("MOTES_DEBUG"):
             raise

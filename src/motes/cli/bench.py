@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_output import Output, ResultOptions, show
 from motes.cli.input_checks import check_counts, read_text
-from motes.cli.options import OUTPUT, RUN
+from motes.cli.options import FLAG, OUTPUT, RUN
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
@@ -71,9 +71,8 @@ def bench(
     ] = None,
     plot: Annotated[
         bool,
-        Parameter(
-            group=OUTPUT, negative=(), help="Draw plots too; without --out they are in bench/."
-        ),
+        FLAG,
+        Parameter(group=OUTPUT, help="Draw plots too; without --out they are in bench/."),
     ] = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:

@@ -6,9 +6,10 @@ import time
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from cyclopts import Parameter
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 from rich.console import Console
@@ -18,6 +19,7 @@ from rich.table import Table
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
 from motes.cli.messages import log
+from motes.cli.options import OUTPUT, RUN, Overwrite
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -46,7 +48,11 @@ HIT = 0.1
 
 
 def demo(
-    *, out: Path = Path("demo"), frames: int = 300, seed: int = 0, overwrite: bool = False
+    *,
+    frames: Annotated[int, Parameter(group=RUN)] = 300,
+    seed: Annotated[int, Parameter(group=RUN)] = 0,
+    out: Annotated[Path, Parameter(group=OUTPUT)] = Path("demo"),
+    overwrite: Overwrite = False,
 ) -> int:
     """Render a video with ground truth, and compare three trackers on it.
 
@@ -56,14 +62,14 @@ def demo(
 
     Parameters
     ----------
-    out
-        Folder for the files.
     frames
         Length of the video in frames; 300 include all difficulties.
     seed
         Seed of the scenery and of the particles: 0 or more.
+    out
+        Folder for the files.
     overwrite
-        Replace existing files.
+        Whether existing files are replaced.
     """
     if seed < 0:
         raise ConfigError(f"The seed is {seed}; give 0 or more.")

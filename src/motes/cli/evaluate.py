@@ -65,8 +65,7 @@ def evaluate(
     Parameters
     ----------
     dataset
-        A folder of sequences in the layout of OTB, VOT, GOT-10k or, for many objects, MOT; or a
-        video with --annotation.
+        A folder of sequences (OTB, VOT, GOT-10k or, for many objects, MOT), or a video.
     """
     run.check()
     if not plots.has_matplotlib():

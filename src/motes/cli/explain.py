@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import errno
 import inspect
+from collections.abc import Sequence
 
-from cyclopts import CycloptsError, MissingArgumentError
+from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
 
 from motes.cli.exit_codes import FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
@@ -56,4 +57,17 @@ def _wrong_option(error: CycloptsError) -> str:
             return without_value(error.app, error.keyword, error.root_input_tokens or ())
         except ConfigError as unknown_preset:
             return str(unknown_preset)
+    if isinstance(error, UnusedCliTokensError):
+        words = error.unused_tokens or []
+        hint = "numbers of one option need commas and no spaces; " * _are_numbers(words)
+        return f"No option takes {' '.join(words)}; {hint}see {command} --help."
     return f"{error} See {command} --help."
+
+
+def _are_numbers(words: Sequence[str]) -> bool:
+    """Return whether all words are numbers, as in --init 300 200 40 60."""
+    try:
+        _ = [float(word.strip(",")) for word in words]
+    except ValueError:
+        return False
+    return True

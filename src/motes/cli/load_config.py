@@ -49,6 +49,7 @@ def tracker_config(
     try:
         return presets.configure(base, as_keys(settings))
     except ConfigError:
+        presets.check_cues(to_dict(base) | as_keys(settings))
         check_settings(app, preset, type(base), settings)
         raise
 

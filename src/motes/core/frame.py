@@ -13,7 +13,7 @@ from motes.core.errors import SourceError
 from motes.core.types import Bytes
 
 FRAME_INTERVAL = 1 / 25
-"""Seconds between frames where a source does not say (PAL; the papers' cameras)."""
+"""Seconds between frames if a source does not give them (PAL; the papers' cameras)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,8 +21,8 @@ class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
     Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
-    not change them while a tracker works on the frame. `cache` holds what cues have computed from
-    them, each under a key of its own, for as long as the frame lives.
+    not change them while a tracker works on the frame. `cache` holds features that cues have
+    computed from them, each under its own key.
 
     Raises
     ------
@@ -44,12 +44,12 @@ class Frame:
 
     @property
     def width(self) -> int:
-        """Columns."""
+        """Number of columns."""
         return int(self.pixels.shape[1])
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows."""
         return int(self.pixels.shape[0])
 
     def __repr__(self) -> str:
@@ -75,7 +75,7 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     image = np.asarray(pixels)
     rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
     if rgb and image.size and (image.flags.c_contiguous or _in_order(image)):
-        return image  # as almost always, and quickly
+        return image  # the usual case, and fast
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:

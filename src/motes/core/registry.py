@@ -32,7 +32,7 @@ class Registry(Generic[T]):
     Parameters
     ----------
     kind
-        The interface in the words of an error: `cue`.
+        The name of the interface in errors: `cue`.
     group
         The group of entry points: `motes.cues`.
     base
@@ -117,7 +117,7 @@ class Registry(Generic[T]):
         named = f"The {self.kind} {entry.name!r} of {_package(entry)}"
         try:
             found = entry.load()
-        except Exception as error:  # whatever another package's code raises
+        except (Exception, SystemExit) as error:  # whatever another package's code raises
             raise PluginError(
                 f"{named} cannot be loaded: {type(error).__name__}: {error}; update or uninstall "
                 f"the package."
@@ -163,7 +163,7 @@ def tag_of(kind: type) -> str | int | None:
 
 @cache
 def _entry_points(group: str) -> tuple[EntryPoint, ...]:
-    from importlib.metadata import entry_points  # which takes time to load
+    from importlib.metadata import entry_points  # it takes time to load
 
     return tuple(entry_points(group=group))
 
@@ -174,4 +174,5 @@ def _path(kind: type) -> str:
 
 def _package(entry: EntryPoint) -> str:
     """Return the package of an entry point, in the words of an error."""
-    return f"package {entry.dist.name}" if entry.dist is not None else entry.value
+    name = None if entry.dist is None else entry.dist.name  # None also if its metadata are lost
+    return entry.value if name is None else f"package {name}"

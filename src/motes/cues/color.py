@@ -32,12 +32,12 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
 
     @cached_property
     def roots(self) -> Floats:
-        """Square roots of the occupied bins, in order; the others add nothing to equation 6."""
+        """Square roots of the occupied bins, in order; empty bins add nothing to equation 6."""
         return np.sqrt(self.histogram[self.histogram > 0])
 
     @cached_property
     def slots(self) -> NDArray[np.uint32]:
-        """For each bin, its place among the occupied ones, or their number where it is empty."""
+        """For each bin, its index among the occupied bins; their number if it is empty."""
         occupied = self.histogram > 0
         count = np.count_nonzero(occupied)
         slots = np.full(occupied.size, count, np.uint32)
@@ -46,21 +46,24 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
 
 
 class Color(HistogramCue, frozen=True, dict=True):
-    """Weighted color histogram of an ellipse (equations 2 to 7).
+    """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7.
 
     Attributes
     ----------
     space
-        `rgb` or `hsv`; or `hsv+v`, where a pixel with color falls into a bin of hue and saturation,
-        and one without into one of value alone: Zhao and Pei, section 2.1. They do not say when a
-        pixel has color; Perez et al. (ECCV 2002), from whom they have it: where saturation is above
-        0.1 and value above 0.2.
+        Color space of the histogram. With `rgb` and `hsv` it has three dimensions. With `hsv+v`, a
+        pixel with color falls into a bin of hue and saturation, any other into a bin of value alone
+        (Zhao and Pei, section 2.1). A pixel has color if its saturation is above 0.1 and its value
+        above 0.2 (Perez et al., ECCV 2002).
     bins
-        Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV, 8x8+8 for `hsv+v`.
+        Number of bins of each channel: 8x8x8 for `rgb`, 8x8x4 for `hsv`, 8x8 + 8 for `hsv+v`. More
+        bins separate more colors, but the histogram changes more with the light.
     kernel
-        How pixels are weighted: `radial` is equation 2; see `sampling.Profile`.
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
+        Nummiaro et al.
     sampling
-        Which pixels are read.
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     space: Literal["rgb", "hsv", "hsv+v"] = "rgb"
@@ -98,7 +101,7 @@ class Color(HistogramCue, frozen=True, dict=True):
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
-        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
         histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return ColorModel(histogram, histogram)
@@ -118,10 +121,11 @@ class Color(HistogramCue, frozen=True, dict=True):
         return distances
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
-        """Return where one mean-shift iteration moves the ellipse's center.
+        """Return the ellipse's center after one mean-shift iteration.
 
-        The mean of its pixels, each weighted by sqrt(q / p) of its bin, q the model's and p the
-        region's histogram; exact for the Epanechnikov kernel. Comaniciu, Ramesh and Meer, Real-time
+        It is the mean of the ellipse's pixels. The weight of a pixel is sqrt(q / p) of its bin,
+        with the model's histogram q and the region's p. This is exact for the Epanechnikov kernel.
+        Comaniciu, Ramesh and Meer, Real-time
         tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
         """
         region = np.array(ellipse, float)

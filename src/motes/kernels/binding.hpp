@@ -103,7 +103,8 @@ struct Reader<Table<T>> {
         PyArrayObject* array = typed<T, 2>(object, 0);
         constexpr auto size = npy_intp(sizeof(T));
         const npy_intp *shape = PyArray_DIMS(array), *strides = PyArray_STRIDES(array);
-        if (strides[0] % size != 0 || (strides[1] != size && shape[1] > 1))
+        const bool empty = shape[0] == 0 || shape[1] == 0;  // whose strides mean nothing
+        if (!empty && (strides[0] % size != 0 || (strides[1] != size && shape[1] > 1)))
             throw Refused{"a table whose rows lie in one piece each"};
         return {static_cast<T*>(PyArray_DATA(array)), shape[0], shape[1], strides[0] / size};
     }

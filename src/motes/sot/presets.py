@@ -219,8 +219,8 @@ def preset(name: str) -> TrackerConfig:
     raise ConfigError(f"No preset {name!r}; {hint}known are {', '.join(PRESETS)}.")
 
 
-def _check_cues(values: Mapping[str, Any]) -> None:
-    """Check that an algorithm with fixed cues is given no other one."""
+def check_cues(values: Mapping[str, Any]) -> None:
+    """Raise a ConfigError if an algorithm with fixed cues is given another cue."""
     algorithm = values.get("type")
     if not isinstance(algorithm, str) or algorithm not in TRACKERS:
         return
@@ -246,6 +246,6 @@ def configure(base: TrackerConfig, *changes: dict[str, Any]) -> TrackerConfig:
     values = to_dict(base)
     for change in changes:
         values = merge(values, change)
-    _check_cues(values)
+    check_cues(values)
     config: TrackerConfig = from_dict(values, Algorithm)
     return config
