@@ -29,8 +29,8 @@ def milliseconds(preset: str) -> tuple[float, float]:
     rgb = [frame.pixels for frame, _ in clip]
     films = (rgb, [np.ascontiguousarray(pixels[:, :, ::-1]) for pixels in rgb])
     started = (Tracker(preset), OpenCVTracker(preset))
-    for tracker, film in zip(started, films, strict=True):
-        tracker.init(film[0], box)
+    started[0].init(films[0][0], box)
+    started[1].init(films[1][0], box)
     seconds = np.full((2, UPDATES), np.inf)
     for turn in range(ROUNDS):
         trackers = copy.deepcopy(started)
