@@ -13,6 +13,11 @@ def log(message: str) -> None:
     print(f"motes: {clear(message)}", file=sys.stderr)
 
 
+def counted(number: int, noun: str) -> str:
+    """Return `1 frame` or `2 frames`."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def announce_compiling() -> None:
     """Print why the start is slow, if kernels have to be compiled."""
     from motes.kernels import compiling
