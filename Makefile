@@ -1,8 +1,11 @@
-# `make demo` and `make test` set everything up in .venv; they need python3 (3.11+) with venv.
+# `make demo` and `make test` set everything up in .venv; they need python3 (3.11+) with venv, its
+# header files, and a C++ compiler.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
+KERNELS := $(VENV)/kernels
 # What `make accuracy` measures, and on what: sequences in OTB's layout.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C+O-SS-ROH \
@@ -16,9 +19,9 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: demo check test coverage lint docs gallery bench accuracy fuzz kills clean
+.PHONY: ready demo check test coverage lint docs gallery bench accuracy fuzz kills clean
 
-demo: $(READY)
+demo: ready
 	$(BIN)/motes demo --out demo --overwrite
 
 # While working: all but the slow tests.
@@ -29,47 +32,57 @@ test: lint
 	$(BIN)/python -m pytest -n auto
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
-coverage: $(READY)
+coverage: ready
 	$(BIN)/coverage erase
 	$(BIN)/coverage run -m pytest -n auto
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
-lint: $(READY)
+lint: ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror $(SOURCES)
 
 # The site, in site/: strict, so that a broken link or heading ends it, and without network.
-docs: $(READY)
+docs: ready
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 	@echo "Open site/index.html"
 
-gallery: $(READY)
+gallery: ready
 	$(BIN)/python docs/generate/gallery.py
 
-bench: $(READY)
+bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
 	$(BIN)/motes bench --against docs/performance.md
 
-accuracy: $(READY)
+accuracy: ready
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
 		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
 
-fuzz: $(READY)
+fuzz: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seconds $(SECONDS) --seed $(SEED)
 
-kills: $(READY)
+kills: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing.kills --kills $(KILLS) --seed $(SEED)
 
 # TrackEval and Datumaro are what tests compare with; of what they ask for, an OpenCV would overwrite ours.
-$(READY): pyproject.toml
+$(READY): pyproject.toml setup.py
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "motes needs Python 3.11 or later; name one with: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable '.[all,dev,docs]'
 	$(BIN)/python -m pip install --quiet --no-deps trackeval==1.3.0 datumaro==1.13.12
+	touch $@ $(KERNELS)
+
+# The installation has compiled the kernels; they are compiled again when their sources change. A make
+# of its own looks at the times of files after the installation.
+ready: $(READY)
+	@$(MAKE) --no-print-directory $(KERNELS)
+
+$(KERNELS): $(SOURCES)
+	$(BIN)/python setup.py --quiet build_ext --inplace
 	touch $@
 
 clean:
-	rm -rf $(VENV) demo accuracy fuzz site
+	rm -rf $(VENV) build demo accuracy fuzz site src/motes/kernels/*.so

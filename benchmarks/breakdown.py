@@ -3,8 +3,8 @@
     python benchmarks/breakdown.py
 
 Times are those of the real functions in the midst of real updates; what a kernel does step by step
-is timed in a loop that calls the kernel's own steps, on the same frames and particles, and each
-step counts as what it adds. (This is not called profile.py, which would hide Python's module.)
+is timed in calls of the kernel's own steps, on the same frames and for all particles at once. (This
+is not called profile.py, which would hide Python's module.)
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 from unittest.mock import patch
 
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import Tracker, kernels
 from motes.core.frame import Frame
@@ -32,6 +30,7 @@ from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import NO_VALUE, Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
+from motes.kernels.structures import Counts, Floats, Reading, Window
 from motes.sot import particle_filter
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
@@ -115,58 +114,49 @@ def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
         yield spent
 
 
-@numba.njit(error_model="numpy")
-def read(
-    steps: int,
-    flat: NDArray[np.uint8],
-    window: tuple[int, int, int, int],
-    channels: int,
-    ellipses: NDArray[np.float64],
-    lattice: NDArray[np.float32],
-    profile: int,
-    slots: NDArray[np.uint32],
-    roots: NDArray[np.float64],
-    space: tuple[int, int, int, int],
-    rho: NDArray[np.float64],
-) -> None:
-    """Do the first steps of `kernels.color.distances` for each particle."""
-    room = lattice.shape[1]
-    offsets, colors = np.empty(room, np.uint32), np.empty(room, np.uint32)
-    weights, lanes = np.empty(room), np.empty((kernels.histograms.LANES, roots.shape[0] + 1))
-    for n in range(ellipses.shape[0]):
-        count = kernels.sampling.pixels_within(
-            window, ellipses[n], lattice, (1, 1), profile, channels, offsets, weights
-        )
-        if steps > 1:
-            kernels.sampling.colors_at(flat, offsets, count, colors)
-        if steps > 2:
-            kernels.color.to_bins(colors, count, space[0], space[1], space[2], space[3])
-        if steps > 3:
-            kernels.histograms.fill(colors, weights, count, slots, lanes)
-        if steps > 4:
-            rho[n] = kernels.histograms.coefficient(roots, lanes[0])
+def seconds_of(function: Callable[..., object], *arguments: Any) -> float:
+    """Return the seconds of a call."""
+    start = time.perf_counter()
+    function(*arguments)
+    return time.perf_counter() - start
+
+
+def places(
+    window: Window, ellipses: Floats, reading: Reading, channels: int
+) -> tuple[Counts, Floats, float]:
+    """Return the places (N, P) and weights that ellipses read, and the seconds without the calls.
+
+    What the calls themselves take is told by ellipses that are none.
+    """
+    shape = len(ellipses), reading.lattice.shape[1]
+    offsets, weights = np.empty(shape, np.uint32), np.empty(shape)
+
+    def all_of(these: Floats) -> None:
+        for ellipse, to, weigh in zip(these, offsets, weights, strict=True):
+            kernels.sampling.pixels_within(window, ellipse, reading, channels, to, weigh)
+
+    calls = seconds_of(all_of, np.full(ellipses.shape, np.nan))
+    return offsets, weights, seconds_of(all_of, ellipses) - calls
 
 
 def color_steps(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[str, float]:
-    """Return the seconds that each step of reading colors adds to those before."""
+    """Return the seconds of each step of `kernels.color.distances`, for all particles at once."""
     cue, model = config.color, info.models["color"]
     assert cue is not None
     assert isinstance(model, ColorModel)
-    window, profile, rho = (0, 0, frame.width, frame.height), PROFILES[cue.kernel], np.empty(0)
-    seconds, before = {}, 0.0
-    for steps, row in enumerate(COLOR, 1):
-        flat = frame.pixels.copy().reshape(-1)  # just written, as by a decoder
-        rho = np.empty(len(info.ellipses))
-        start = time.perf_counter()
-        read(
-            steps, flat, window, 3, info.ellipses, cue.sampling.lattice, profile, model.slots,
-            model.roots, cue._space, rho,
-        )  # fmt: skip
-        taken = time.perf_counter() - start
-        seconds[row], before = taken - before, taken
-    expected = cue.distances(model, frame, info.ellipses)
-    np.testing.assert_allclose(np.sqrt(np.maximum(0, 1 - rho)), expected, atol=1e-7)
-    return seconds
+    pixels = frame.pixels.copy()  # just written, as by a decoder
+    window = 0, 0, frame.width, frame.height
+    offsets, weights, first = places(window, info.ellipses, cue._reading, kernels.sampling.PICTURE)
+    colors = np.empty(offsets.size, np.uint32)
+    lanes = np.empty((kernels.histograms.LANES, len(model.roots) + 1))
+    histograms, distances = np.ones((len(offsets), lanes.shape[1])), np.empty(len(offsets))
+    others = (
+        (kernels.sampling.colors_at, pixels, offsets.ravel(), colors),
+        (kernels.color.to_bins, colors, cue._bins),
+        (kernels.histograms.fill, colors, weights.ravel(), model.slots, lanes),
+        (kernels.histograms.bhattacharyya, histograms, model.roots, distances),
+    )
+    return dict(zip(COLOR, [first, *(seconds_of(*call) for call in others)], strict=True))
 
 
 def plane_of(frame: Frame) -> Any:
@@ -179,15 +169,10 @@ def edge_places(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[
     cue = config.edges or config.orientation
     assert cue is not None
     plane = plane_of(frame)
-    height, width = plane.bins.shape
+    window = plane.column, plane.row, plane.bins.shape[1], plane.bins.shape[0]
+    reading = Reading(cue.sampling.lattice, cue.sampling.grid, PROFILES[cue.kernel])
     ellipses = plane.in_blocks(info.ellipses)
-    start = time.perf_counter()
-    read(
-        1, plane.bins.reshape(-1), (plane.column, plane.row, width, height), 1, ellipses,
-        cue.sampling.lattice, PROFILES[cue.kernel], np.empty(0, np.uint32), np.empty(0),
-        (0, 0, 0, 0), np.empty(0),
-    )  # fmt: skip
-    return {PLACES: time.perf_counter() - start}
+    return {PLACES: places(window, ellipses, reading, kernels.sampling.PLANE)[2]}
 
 
 @dataclass(frozen=True)
@@ -219,7 +204,7 @@ def break_down(name: str) -> Breakdown:
     whole: list[float] = []
     parts: dict[str, list[float]] = defaultdict(list)
     for turn in range(1 + ROUNDS):
-        if turn == 1:  # all is compiled and warm
+        if turn == 1:  # all is imported and warm
             parts.clear()
             whole.clear()
         whole += timed(copy.copy(tracker).update, frames[1:])

@@ -2,15 +2,14 @@
 
     python benchmarks/hazards.py film FILM.mp4 FRAMES
     python benchmarks/hazards.py memory SECONDS COMMAND ...
-    python benchmarks/hazards.py damage FOLDER empty|half|garbage|flips
     python benchmarks/hazards.py returns TIMES
     python benchmarks/hazards.py signals SIGINT TIMES SECONDS
 
 `film` renders the demo's clip at 320x240, to and fro. `memory` runs a command and prints, every
 so many seconds, the memory of its process and of its children in MB, and their open handles.
-`damage` damages all kernels that a folder keeps. `returns` is about a camera that goes away and
-comes back. `signals` sends a signal at a random moment of the first so many seconds of a run, and
-counts exit codes and messages that are no summary.
+`returns` is about a camera that goes away and comes back. `signals` sends a signal at a random
+moment of the first so many seconds of a run, and counts exit codes and messages that are no
+summary.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ def signals(name: str, times: str, seconds: str) -> None:
 
 def _is_odd(message: str) -> bool:
     """Return whether a line is not one of what a run says when it is interrupted."""
-    return not message.startswith(("motes: ", "Compiling")) or "error:" in message
+    return not message.startswith("motes: ") or "error:" in message
 
 
 def memory(seconds: str, *command: str) -> None:
@@ -106,25 +105,6 @@ def _family(pid: int) -> Iterator[int]:
     for children in Path(f"/proc/{pid}/task").glob("*/children"):
         for child in children.read_text().split():
             yield from _family(int(child))
-
-
-def damage(folder: str, how: str) -> None:
-    """Damage all compiled kernels in a folder."""
-    rng = random.Random(0)
-    for file in sorted(Path(folder).rglob("*.nbc")):
-        content = bytearray(file.read_bytes())
-        if how == "empty":
-            content.clear()
-        elif how == "half":
-            del content[len(content) // 2 :]
-        elif how == "garbage":
-            content[:] = rng.randbytes(len(content))
-        elif how == "flips":
-            for _ in range(20):
-                content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-        else:
-            sys.exit(f"{how} is none of empty, half, garbage, flips.")
-        file.write_bytes(content)
 
 
 def returns(times: str) -> None:
@@ -183,7 +163,6 @@ if __name__ == "__main__":
     actions = {
         "film": film,
         "memory": memory,
-        "damage": damage,
         "returns": returns,
         "signals": signals,
     }

@@ -19,7 +19,8 @@ from tempfile import TemporaryDirectory
 
 from msgspec.structs import replace
 
-from motes import Tracker
+from motes import Tracker, kernels
+from motes.cli import main as command_line
 from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Cell, Row, Table
 from motes.evaluation.synthetic.clips import still
@@ -35,7 +36,16 @@ BOARDS = {
     "Raspberry Pi Zero 2 W (Cortex-A53, 1.0 GHz)": (1.0e9, 0.4, 0.8),
 }
 """Cycles in a second, and how many instructions are done in one, at least and at most."""
-PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"
+ANY_PROCESSOR = """
+import importlib.machinery, importlib.util, runpy, sys
+name = "motes.kernels._baseline"
+loader = importlib.machinery.ExtensionFileLoader(name, sys.argv[1])
+baseline = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+sys.modules["motes.kernels._avx2"] = baseline
+sys.argv = sys.argv[2:]
+runpy.run_path(sys.argv[0], run_name="__main__")
+"""
+"""Runs a file with the kernels for any processor in the place of all others."""
 
 
 def update(name: str, frames: int) -> None:
@@ -50,16 +60,11 @@ def update(name: str, frames: int) -> None:
         tracker.update(pixels[i % 8])
 
 
-def instructions(arguments: list[str], folder: Path) -> int:
+def instructions(arguments: list[str]) -> int:
     """Return how many instructions Python executes with some arguments."""
-    environment = os.environ | {
-        "NUMBA_CPU_NAME": "generic",
-        "NUMBA_CACHE_DIR": str(folder),
-        "PYTHONHASHSEED": "0",
-    }
-    command = [sys.executable, *arguments]
-    # Once without, so that all is compiled.
-    subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+    environment = os.environ | {"PYTHONHASHSEED": "0"}
+    (baseline,) = Path(kernels.__file__).parent.glob("_baseline.*.so")
+    command = [sys.executable, "-c", ANY_PROCESSOR, str(baseline), __file__, *arguments]
     counter = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={os.devnull}"]
     done = subprocess.run(
         [*counter, *command], env=environment, check=True, capture_output=True, text=True
@@ -69,7 +74,7 @@ def instructions(arguments: list[str], folder: Path) -> int:
 
 
 def main() -> None:
-    works = {f"an update of {name}": [__file__, name] for name in PRESETS}
+    works = {f"an update of {name}": [name] for name in PRESETS}
     rows: list[Row] = []
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -79,22 +84,10 @@ def main() -> None:
             for frame, _ in clip:
                 writer.write(frame.pixels)
         box = ",".join(f"{value:.0f}" for value in clip[0][1][0].ellipse.box)
-        rows_file = str(folder / "rows.csv")
-        track = [
-            "-c",
-            PROGRAM,
-            "track",
-            str(film),
-            "--init",
-            box,
-            "-o",
-            rows_file,
-            "--overwrite",
-            "--end",
-        ]
-        works["a frame of motes track"] = track
+        track = ["track", str(film), "--init", box, "-o", str(folder / "rows.csv"), "--overwrite"]
+        works["a frame of motes track"] = [*track, "--end"]
         for what, arguments in works.items():
-            counts = [instructions([*arguments, str(frames)], folder) for frames in (FEW, MORE)]
+            counts = [instructions([*arguments, str(frames)]) for frames in (FEW, MORE)]
             each = (counts[1] - counts[0]) / (MORE - FEW)
             guesses = (
                 f"{low * hertz / each:.0f} to {high * hertz / each:.0f}"
@@ -107,7 +100,9 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
+    if sys.argv[1:2] == ["track"]:
+        sys.exit(command_line(sys.argv[1:]))
+    elif len(sys.argv) > 1:
         update(sys.argv[1], int(sys.argv[2]))
     else:
         main()

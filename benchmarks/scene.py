@@ -29,7 +29,7 @@ SIZE, TARGET, OBJECTS = (640, 480), (60, 80), 20
 SIZES = SIZE, (1280, 720), (1920, 1080)
 LAPS = 8
 WARM = 40
-"""Frames before any is timed: births, and compiling."""
+"""Frames before any is timed: births, and imports."""
 RUNS = 3
 
 

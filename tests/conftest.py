@@ -8,15 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-# Kernels compile on first use, so no single example has a deadline.
+# A busy machine is no failure.
 settings.register_profile("motes", deadline=None, derandomize=True)
 settings.load_profile("motes")
-
-
-@pytest.fixture(autouse=True)
-def _compiling_quietly(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep quiet about compiling: which test is the first that needs a kernel is chance."""
-    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda tell: None)
 
 
 @pytest.fixture(scope="session")

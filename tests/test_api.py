@@ -55,7 +55,7 @@ def test_a_name_is_there_and_says_what_it_is(module: str, name: str) -> None:
     value = getattr(MODULES[module], name)
     if name in VALUES:
         return
-    assert inspect.isclass(value) or inspect.isfunction(value)
+    assert inspect.isclass(value) or inspect.isfunction(inspect.unwrap(value))
     own = value.__doc__ or ""
     assert re.match(r".{15,}[.:]\n|.{15,}\.$", own), own
     assert not re.match(r"\w+\(.*\)$", own), "made by dataclass or NamedTuple"
@@ -82,6 +82,7 @@ PRINTED = (
 """What the examples of the documentation print."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("block", "printed"), [*zip(BLOCKS, PRINTED, strict=True)], ids=range(5))
 def test_an_example_of_the_documentation_runs(
     films: Path,

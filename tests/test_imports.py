@@ -9,8 +9,10 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 import motes
+from oracles import mosaic
 
 ROOT = Path(motes.__file__).parent
 ORDER = [
@@ -22,9 +24,9 @@ ORDER = [
     {"output"},
     {"evaluation"},
     {"cli"},
-    {"filtering", "synthetic"},
+    {"filtering", "synthetic", "__main__"},
 ]
-"""The packages, and last the modules of public names.
+"""The packages, and last the modules of public names and the program.
 
 A package may import from the groups before its own; core and kernels do not know each other."""
 MODULES = {
@@ -106,13 +108,7 @@ def test_kernels_stand_alone() -> None:
     names = set().union(*(imported(path) for path in (ROOT / "kernels").glob("*.py")))
     others = {name for name in names if not f"{name}.".startswith("motes.kernels.")}
     roots = {name.split(".")[0] for name in others}
-    assert roots - sys.stdlib_module_names - {"__future__"} == {"numpy", "numba"}
-
-
-def test_kernels_are_the_only_ones_compiled() -> None:
-    for module, path in MODULES.items():
-        if package(module) != "kernels" and path.name != "doctor.py":
-            assert "numba" not in {name.split(".")[0] for name in imported(path)}, path
+    assert roots - sys.stdlib_module_names - {"__future__"} == {"numpy"}
 
 
 def test_public_names() -> None:
@@ -153,7 +149,6 @@ def loaded_after(code: str) -> set[str]:
 def test_importing_motes_loads_nothing_heavy() -> None:
     heavy = {
         "numpy",
-        "numba",
         "av",
         "scipy",
         "PIL",
@@ -176,6 +171,19 @@ image = np.zeros((20, 20, 3), np.uint8)
 tracker.init(image, (5, 5, 6, 6))
 tracker.update(image)
 """
-    extra = {"cv2", "dlib", "matplotlib", "av", "scipy", "PIL", "rich", "cyclopts"}
-    of_numba = loaded_after("import numba")  # which asks scipy for its version, if that is there
-    assert not (loaded_after(code) - of_numba) & extra
+    extra = {"cv2", "dlib", "matplotlib", "av", "PIL", "rich", "cyclopts"}
+    assert not loaded_after(code) & extra
+
+
+def test_a_run_loads_only_what_it_needs(tmp_path: Path) -> None:
+    """Each of these takes a tenth of a second or more, and memory."""
+    for name in ("a.png", "b.png"):
+        Image.fromarray(mosaic(0, 40, 60)).save(tmp_path / name)
+    code = """
+import sys
+from motes.cli import main
+assert main(["track", {!r}, "--init", "20,10,16,12", "--preset", "nummiaro", "-o", {!r}]) == 0
+""".format(str(tmp_path), str(tmp_path / "rows.csv"))
+    loaded = loaded_after(code)
+    assert not loaded & {"numba", "scipy", "cv2", "matplotlib", "dlib", "pandas"}
+    assert "numpy" in loaded

@@ -112,6 +112,7 @@ def go(
 Go = Callable[..., tuple[int, str, str]]
 
 
+@pytest.mark.slow
 def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     assert CUES.known()[-1] == "hue"
     assert MOTIONS.known()[-1] == "drift"
@@ -282,6 +283,7 @@ def test_the_page_shows_these_packages() -> None:
         assert table in (package / "pyproject.toml").read_text()
 
 
+@pytest.mark.slow
 def test_the_page_runs(
     installed: Path,
     film: tuple[str, str],

@@ -112,6 +112,7 @@ def test_python_code_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert names["ok"] is (names["tracker"].tracker.info.track.status is Status.TRACKING)
 
 
+@pytest.mark.slow
 def test_python_code_of_watch_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (code,) = (block.text for block in blocks(ROOT / "docs/watch.md") if block.language == "python")
     exec(code, {})

@@ -18,7 +18,14 @@ from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
-from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
+from motes.sot.filtering.model_update import (
+    Adaptation,
+    ExponentialForgetting,
+    GaussianBins,
+    KalmanBins,
+    PerCue,
+    Strategy,
+)
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -33,6 +40,7 @@ from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.mean_shift import Kalman
 
 __all__ = [
+    "Adaptation",
     "Adaptive",
     "AppearanceRule",
     "Autoregressive",
@@ -58,4 +66,5 @@ __all__ = [
     "Redetection",
     "Resampling",
     "SecondOrder",
+    "Strategy",
 ]

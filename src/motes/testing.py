@@ -1,7 +1,7 @@
 """Checks that a cue, a motion model or a detector keeps the rules of its interface.
 
-For packages that extend motes: call them in a test. Each raises an AssertionError that says which
-rule is broken. They need no pytest.
+They are for the tests of packages that extend motes. Each raises an AssertionError that names the
+broken rule. They do not need pytest.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ NONE = np.array(
         [np.inf, 60, 20, 14, 0],
     ]
 )
-"""Ellipses (N, 5) outside the frame, or that are none."""
+"""Ellipses (N, 5) outside the frame, or with NaN or infinity."""
 
 
 def check_cue(cue: Cue) -> None:
-    """Check that a cue keeps the rules of `motes.cues.base.Cue`.
+    """Check that a cue keeps the rules of `motes.cues.Cue`.
 
     Raises
     ------
     AssertionError
-        With the rule that it breaks.
+        If it breaks a rule; the message names the rule.
     """
     _check_config(cue, Cue)
     frame, ellipses = _frame(), _places()
@@ -87,12 +87,12 @@ def check_cue(cue: Cue) -> None:
 
 
 def check_motion(motion: Motion) -> None:
-    """Check that a motion model keeps the rules of `motes.sot.filtering.motion.Motion`.
+    """Check that a motion model keeps the rules of `motes.filtering.Motion`.
 
     Raises
     ------
     AssertionError
-        With the rule that it breaks.
+        If it breaks a rule; the message names the rule.
     """
     _check_config(motion, Motion, tagged=True)
     rng = np.random.default_rng(0)
@@ -103,7 +103,7 @@ def check_motion(motion: Motion) -> None:
     assert matrix, f"initial has shape {states.shape}, not (N, d)"
     ellipses = motion.ellipses(states)
     assert ellipses.shape == (40, 5), f"ellipses has shape {ellipses.shape}, not (N, 5)"
-    assert np.allclose(ellipses, given), "ellipses of initial states are not those that were given"
+    assert np.allclose(ellipses, given), "ellipses(initial(...)) does not return the given ellipses"
 
     def moved(seed: int, dt: float = FRAME_INTERVAL) -> Floats:
         return motion.propagate(np.random.default_rng(seed), states, dt, TARGET)
@@ -111,26 +111,30 @@ def check_motion(motion: Motion) -> None:
     start = states.copy()
     first = moved(1)
     assert np.array_equal(start, states), "propagate changes the states that it is given"
-    assert first.shape == states.shape, f"propagate makes {first.shape} of {states.shape}"
+    assert first.shape == states.shape, (
+        f"propagate returns shape {first.shape} for states of shape {states.shape}"
+    )
     assert np.array_equal(first, moved(1)), "a generator of the same seed gives another result"
-    assert np.allclose(moved(1, 0.0), states), "states change in no time"
+    assert np.allclose(moved(1, 0.0), states), "propagate changes states over 0 seconds"
     states[:] = 0.0
     assert np.array_equal(kept, given), "initial returns its argument, or changes it"
     states = motion.initial(np.tile([5.0, 5.0, 1.2, 1.1, 0.0], (500, 1)))
     for dt in (FRAME_INTERVAL, FRAME_INTERVAL, 1e-9, 1.0, 60.0, 3600.0):
         states = motion.propagate(rng, states, dt, TARGET)
-        assert np.isfinite(states).all(), f"states are not finite {dt:g} s later"
+        assert np.isfinite(states).all(), (
+            f"propagate over {dt:g} s returns states that are not finite"
+        )
         smallest = float(motion.ellipses(states)[:, 2:4].min())
         assert smallest >= 1, f"a half-axis has shrunk to {smallest:g} pixels; 1 is the least"
 
 
 def check_detector(config: DetectorConfig) -> None:
-    """Check that what sets a detector, and the detector, keep the rules of `motes.core.detection`.
+    """Check that a detector and its settings keep the rules of `motes.DetectorConfig`.
 
     Raises
     ------
     AssertionError
-        With the rule that it breaks.
+        If it breaks a rule; the message names the rule.
     """
     _check_config(config, DetectorConfig, tagged=True)
     detector = config.detector()
@@ -141,8 +145,12 @@ def check_detector(config: DetectorConfig) -> None:
         assert np.array_equal(frame.pixels, before), "the detector changes the pixels of the frame"
         for each in found:
             assert isinstance(each, Detection), f"the detector returns a {type(each).__name__}"
-            assert isinstance(each.box, Box), f"a detection has the box {each.box!r}, no Box"
-            assert np.isfinite([*each.box, each.score]).all(), f"{each} holds no finite number"
+            assert isinstance(each.box, Box), (
+                f"the box of a detection is {each.box!r}; it must be a Box"
+            )
+            assert np.isfinite([*each.box, each.score]).all(), (
+                f"{each} holds a number that is not finite"
+            )
             assert min(each.box[2:]) > 0, f"{each} has no area"
         if frame is tiny:
             break
@@ -155,7 +163,7 @@ def _seen(detector: Callable[[Frame], Any]) -> list[list[Detection]]:
 
 
 def _check_config(config: Any, base: type, *, tagged: bool = False) -> None:
-    """Check what configurations of all kinds have in common."""
+    """Check the rules for every configuration."""
     kind = type(config)
     path = f"{base.__module__}.{base.__qualname__}"
     assert isinstance(config, base), f"{kind.__name__} is no subclass of {path}"
@@ -168,7 +176,7 @@ def _check_config(config: Any, base: type, *, tagged: bool = False) -> None:
 
 
 def _check_learning(cue: Cue, model: Any, frame: Frame) -> None:
-    """Check what a cue takes from where the target is found."""
+    """Check the update of a cue's model in a frame in which the target is found."""
     after = cue.update_reading(model, frame, TARGET)
     assert type(after) is type(model), f"update_reading returns a {type(after).__name__}"
     distance = _distances(cue, after, frame, np.array([TARGET]))[0]
@@ -189,7 +197,7 @@ def _check_learning(cue: Cue, model: Any, frame: Frame) -> None:
 
 
 def _check_saving(cue: Cue, model: Any, frame: Frame) -> None:
-    """Check that a model survives being saved."""
+    """Check that a model can be saved and read again."""
     read = msgspec.convert(msgspec.msgpack.decode(_packed(model)), type(model), dec_hook=unpack)
     fresh = cue.learn(frame, TARGET._replace(x=WIDTH / 2, y=HEIGHT / 2))
     try:
@@ -211,7 +219,7 @@ def _check_tracking(cue: Cue) -> None:
 
 
 def _distances(cue: Cue, model: Any, frame: Frame, ellipses: Floats) -> Floats:
-    """Return distances, checked for what always holds."""
+    """Return distances, after checks that hold for every cue and model."""
     before = ellipses.copy()
     found = cue.distances(model, frame, ellipses)
     assert np.array_equal(ellipses, before, equal_nan=True), "distances changes the ellipses"

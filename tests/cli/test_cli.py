@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import errno
 import importlib
 import json
 import os
@@ -21,20 +20,17 @@ from pathlib import Path
 from typing import Any
 
 import av
-import numba
 import numpy as np
 import pytest
-from numba.core import event
 from PIL import Image
 
-from motes import Tracker, kernels, open_source
-from motes.cli import main, messages
+from motes import Tracker, open_source
+from motes.cli import main
 from motes.cli.app import app
 from motes.cli.track_loop import follow, on_region
 from motes.core.errors import SourceError
 from motes.core.track import Status
 from motes.evaluation import synthetic
-from motes.kernels import keeping
 from motes.output.figures import FIGURES
 from motes.output.track_rows import COLUMNS
 from motes.video.prefetch import prefetch
@@ -55,7 +51,6 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
         for frame, _ in clip:
             writer.write(frame.pixels, frame.time)
     box = clip[0][1][0].ellipse.box
-    Tracker("nummiaro", seed=0).init(clip[0][0], box)  # compiles, so no command has to say it does
     return str(path), ",".join(f"{value:.1f}" for value in box)
 
 
@@ -237,6 +232,7 @@ def test_figure_seven_gets_the_times_of_mean_shift(go: Go, monkeypatch: pytest.M
     assert all(ours > 0 and shift > 0 for ours, shift in times[1:])
 
 
+@pytest.mark.slow
 def test_nothing_is_overwritten_unasked(go: Go) -> None:
     Path("r.csv").write_text("precious")
     Path("o.mp4").write_text("precious")
@@ -615,8 +611,7 @@ def test_interrupted_by_the_keyboard(slow_film: str, film: tuple[str, str], tmp_
         process.send_signal(signal.SIGINT)
         _, error = process.communicate()
     assert process.returncode == 130
-    last = error.splitlines()[-1]  # kernels may have been compiled first
-    assert re.match(r"motes: interrupted after \d+ frames, .*wrote .*o\.mp4", last)
+    assert re.match(r"motes: interrupted after \d+ frames, .*wrote .*o\.mp4", error)
     assert rows.read_bytes().endswith(b"\n")
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == len(table(str(rows)))
@@ -679,10 +674,11 @@ def test_progress_on_a_terminal(slow_film: str, film: tuple[str, str], tmp_path:
     assert re.search(r"motes: 400 frames, .* wrote \S+r\.csv\.", shown)
 
 
+@pytest.mark.slow
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; from motes.cli import main; main(sys.argv[1:]); "
-        "print([name for name in ('numpy', 'numba', 'av', 'PIL') if name in sys.modules])"
+        "print([name for name in ('numpy', 'av', 'PIL') if name in sys.modules])"
     )
     for words in (["--help"], ["track", "--help"], ["histogram", "--help"], ["--version"]):
         out = subprocess.check_output([sys.executable, "-c", code, *words], text=True)
@@ -707,34 +703,6 @@ def test_flags_look_alike_in_all_commands(go: Go) -> None:
         assert "[default: False]" not in out
 
 
-def test_compiling_is_announced_once(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.undo()  # of what keeps other tests quiet
-
-    def compile_one() -> str:
-        assert numba.njit(lambda x: x + 1)(1) == 2
-        return capfd.readouterr().err
-
-    assert compile_one() == ""
-    messages.announce_compiling()
-    assert capfd.readouterr().err == ""
-    assert compile_one() == (
-        "motes: Compiling kernels, once for this machine; later starts are quick.\n"
-    )
-    assert compile_one() == ""
-    full = OSError(errno.ENOSPC, "No space left on device")
-    event.start_event(keeping.UNKEPT, full)  # type: ignore[no-untyped-call]
-    assert "cannot keep them: No space left on device; make room" in capfd.readouterr().err
-    with monkeypatch.context() as read_only:
-        read_only.setattr("os.access", lambda *_: False)
-        messages.announce_compiling()
-    assert "there is no folder to keep them in" in compile_one()
-    monkeypatch.setattr(kernels.compiling, "FOLDER", None)
-    messages.announce_compiling()
-    assert "there is no folder to keep them in" in compile_one()
-
-
 def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -750,7 +718,7 @@ def test_rows_go_to_a_file_where_standard_output_is_a_terminal(
 def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     code, out, _ = go("doctor")
     assert (code, "PROBLEM" in out) == (0, False)
-    for what in ("motes", "python", "cores", "kernels", "numba", "libavcodec", "H.264 writing"):
+    for what in ("motes", "python", "cores", "kernels", "libavcodec", "H.264 writing"):
         assert re.search(f"^ *{what} +\\S", out, re.MULTILINE), what
 
     monkeypatch.setattr(metadata, "version", lambda wheel: "5.0")

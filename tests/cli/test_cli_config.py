@@ -55,7 +55,7 @@ def test_every_choice_is_listed_with_its_keys(go: Go) -> None:
         section = out.partition(f'\nmotion.type = "{tag}": ')[2].partition("\n\n")[0]
         assert f"  {key} = " in section
     assert "\norientation (not used; to add it, set one of its keys): Histogram" in out
-    assert "\n  orientation.bins = 36  [integer, 4 to 180]\n      Over" in out
+    assert "\n  orientation.bins = 36  [integer, 4 to 180]\n      Number of bins" in out
 
 
 def test_only_a_key_and_those_inside(go: Go) -> None:

@@ -79,6 +79,7 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -104,6 +105,7 @@ def test_numbers_that_are_too_large(go: Go, line: str) -> None:
     assert "defect" not in error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", ["0", "1", "2", "5", "junk", "-3", "9" * 30])
 def test_help_at_any_width(columns: str) -> None:
     environment = {**os.environ, "COLUMNS": columns, "TERM": "dumb"}

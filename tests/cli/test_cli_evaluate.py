@@ -16,7 +16,6 @@ import pytest
 
 import arena
 from arena import Go, at_home, evaluating, table, tracks, wait_for
-from motes import Tracker
 from motes.cli import main
 from motes.evaluation.scores import COLUMNS
 
@@ -37,8 +36,6 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "empty").mkdir()
     (folder / "mine.py").write_text(arena.TRACKERS)
     (folder / "my.toml").write_text("particles = 30\n")
-    frame, truths = clip[0]
-    Tracker("nummiaro").init(frame, truths[0].ellipse)  # compiles, so no command says it does
     with at_home(folder, "mine"):
         yield folder
 
@@ -79,6 +76,7 @@ def test_results(whole: str, go: Go) -> None:
         assert "mine:Seeded" in Path(whole, name).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume")
     assert code == 0
@@ -111,6 +109,7 @@ def test_resuming_adds_what_is_missing(whole: str, go: Go) -> None:
     assert {name: found[name] for name in tracks(Path(whole))} == tracks(Path(whole))
 
 
+@pytest.mark.slow
 def test_a_changed_configuration_is_not_resumed(whole: str, go: Go, home: Path) -> None:
     text = (home / "my.toml").read_text()
     (home / "my.toml").write_text("particles = 31\n")

@@ -102,6 +102,7 @@ def test_results(whole: str) -> None:
         assert "crowds_of:Seeded" in Path(whole, name).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_said(whole: str, go: Go) -> None:
     """And tracks that are there are not made again."""
     before = {path: path.read_bytes() for path in Path(whole).glob("tracks/*/*/*")}
@@ -116,6 +117,7 @@ def test_what_is_said(whole: str, go: Go) -> None:
     assert len(before) == 12
 
 
+@pytest.mark.slow
 def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     line = "worse --tracker crowds_of:Echo --tracker crowds_of:Raises --tracker nix --workers 1"
     code, out, error = go(f"{line} --out failing")
@@ -131,6 +133,7 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert [line["sequence"] for line in table("failing")] == ["a", "a", "COMBINED"]
 
 
+@pytest.mark.slow
 def test_other_detections_or_another_detector_are_not_resumed(whole: str, go: Go) -> None:
     code, out, error = go(f"data {WHOLE} --out whole --resume --detector crowds_of:Nothing")
     assert (code, out) == (5, "")
@@ -150,6 +153,7 @@ def test_a_detector(go: Go) -> None:
     assert [row["false_negatives"] for row in table("seen")] == ["24", "24"]
 
 
+@pytest.mark.slow
 def test_a_frame_is_missing(home: Path, go: Go) -> None:
     shutil.copytree("data/a", "short/a")
     Path("short/a/img1/0011.png").write_text("nothing")
@@ -159,6 +163,7 @@ def test_a_frame_is_missing(home: Path, go: Go) -> None:
     assert "0011.png cannot be read" in error
 
 
+@pytest.mark.slow
 def test_overwriting_leaves_what_others_put_there(whole: str, go: Go) -> None:
     shutil.copytree(whole, "again")
     Path("again/mine.txt").touch()

@@ -37,6 +37,7 @@ def test_it_writes_all_files_and_no_others(folder: Path) -> None:
     assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "width"), [("demo.mp4", 640), ("track.mp4", 1920)])
 def test_the_videos_have_every_frame(folder: Path, name: str, width: int) -> None:
     with open_source(folder / name) as source:
@@ -46,6 +47,7 @@ def test_the_videos_have_every_frame(folder: Path, name: str, width: int) -> Non
     assert [frame.time for frame in frames] == pytest.approx([i / 25 for i in range(FRAMES)])
 
 
+@pytest.mark.slow
 def test_the_film_shows_the_clip(folder: Path) -> None:
     with open_source(folder / "demo.mp4") as source:
         for frame, (right, _) in zip(source, synthetic.demo(frames=FRAMES), strict=True):
@@ -53,6 +55,7 @@ def test_the_film_shows_the_clip(folder: Path) -> None:
             assert off.mean() < 6  # the grain that compression takes away
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["default.csv", "nummiaro.csv", "mean_shift.csv"])
 def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> None:
     found, truths = rows(folder / name), rows(folder / "truth.csv")
@@ -68,6 +71,7 @@ def test_the_rows_are_complete_and_near_the_truth(folder: Path, name: str) -> No
         )
 
 
+@pytest.mark.slow
 def test_the_truth_is_that_of_the_clip(folder: Path) -> None:
     for row, (frame, (truth,)) in zip(
         rows(folder / "truth.csv"), synthetic.demo(frames=FRAMES), strict=True
@@ -77,6 +81,7 @@ def test_the_truth_is_that_of_the_clip(folder: Path) -> None:
         assert numbers == pytest.approx(right, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_the_overlay_shows_all_estimates_and_particles_but_of_mean_shift(folder: Path) -> None:
     with open_source(folder / "demo.mp4") as film, open_source(folder / "track.mp4") as track:
         plain = list(film)[-1].pixels.astype(int)
@@ -91,6 +96,7 @@ def test_the_overlay_shows_all_estimates_and_particles_but_of_mean_shift(folder:
     assert min(pink[:2]) > 1.5 * pink[2]  # which has outlines in these colors alone
 
 
+@pytest.mark.slow
 def test_a_short_clip_still_has_a_strip(folder: Path) -> None:
     with Image.open(folder / "strip.png") as image:
         assert image.size == (300, 240)
@@ -109,6 +115,7 @@ def test_it_says_how_the_trackers_did_and_what_is_next(
     assert err == ""  # no progress where there is no terminal
 
 
+@pytest.mark.slow
 def test_it_overwrites_only_on_demand(folder: Path) -> None:
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     with pytest.raises(FormatError, match="--overwrite"):

@@ -61,6 +61,7 @@ def go(
     return run
 
 
+@pytest.mark.slow
 def test_one_walks_by(go: Go) -> None:
     """With no setting but the source and where results go."""
     code, out, error = go(
@@ -101,6 +102,7 @@ def test_who_stays_in_a_zone(go: Go) -> None:
     assert "stays hall 1" in error
 
 
+@pytest.mark.slow
 def test_rows_as_the_motchallenge_has_them(go: Go) -> None:
     assert go("FILM -o r.txt --detector gaussian")[0] == 0
     assert go("FILM -o r.jsonl --detector gaussian")[0] == 0

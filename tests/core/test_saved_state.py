@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 import broken_states
 from broken_states import CONFIGS, PLAIN, changed, check, example, part, places
 from motes.core.errors import FormatError
-from motes.sot.tracker import Tracker
+from motes.sot.tracker import FORMAT, Tracker
 from oracles import region, scene
 
 HERE = Path(__file__).parents[1]
@@ -156,7 +156,7 @@ def test_values_that_cannot_be_are_refused(
     "data",
     [
         b"\x91" * 100_000,
-        msgspec.msgpack.encode({"motes": 3, "config": {}, "seed": 0}),
+        msgspec.msgpack.encode({"motes": FORMAT, "config": {}, "seed": 0}),
         msgspec.msgpack.encode([2]),
         changed(example("nummiaro", "started"), ("random",), "[" * 100_000),
         changed(example("nummiaro", "started"), ("random",), "{}"),

@@ -16,7 +16,11 @@ from motes import kernels
 from motes.core.frame import as_rgb
 from motes.core.geometry import Ellipse
 from motes.cues.color import Color, ColorModel
+from motes.cues.edge_histogram import Edges
+from motes.cues.hog import Hog
 from motes.cues.sampling import DENSE, Checkerboard, EveryPixel, Lattice, Profile, sunflower
+from motes.cues.structure_tensor import Orientation
+from motes.kernels.structures import ColorBins
 from oracles import (
     Bins,
     between_pixels,
@@ -64,7 +68,7 @@ def test_hsv_bins_are_exact(bins: tuple[int, int, int]) -> None:
     levels = np.append(np.arange(0, 255, 3), [127, 254, 255])
     r, g, b = (part.ravel() for part in np.meshgrid(levels, levels, levels))
     found = (r + 256 * g + 65536 * b).astype(np.uint32)
-    kernels.color.to_bins(found, found.size, kernels.color.HSV, *bins)
+    kernels.color.to_bins(found, ColorBins(kernels.color.HSV, *bins))
     high = np.maximum(np.maximum(r, g), b)
     spread = high - np.minimum(np.minimum(r, g), b)
     hue = np.select(
@@ -404,3 +408,13 @@ def test_absurd_ellipses_read_nothing_that_is_not_there(values: tuple[float, ...
     for cue in (Color(), Color(space="hsv", bins=HSV8, kernel="uniform")):
         total = cue.histograms(frame(pixels), np.array([values], float)).sum()
         assert total == 0 or total == pytest.approx(1)
+
+
+def test_whole_numbers_are_read_as_any() -> None:
+    picture, region = frame(mosaic(0, 60, 80)), Ellipse(40, 30, 9, 7, 0)
+    for cue in (Color(), Edges(), Hog(), Orientation()):
+        model: Any = cue.learn(picture, region)
+        whole, real = (
+            cue.distances(model, picture, np.array([region], kind)) for kind in (int, float)
+        )
+        np.testing.assert_array_equal(whole, real)

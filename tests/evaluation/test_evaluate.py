@@ -402,6 +402,7 @@ def test_a_changed_callable_is_another_configuration(home: Path) -> None:
 REGION = Ellipse(30.0, 20.0, 5.0, 4.0, 0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "ellipse", "confidence", "lost"),
     [
@@ -442,6 +443,7 @@ def test_covariances(covariance: Any, position: tuple[float, ...], home: Path) -
     np.testing.assert_equal(_odd((1, 2, 3, 4)).covariance, (np.nan,) * 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "value",
     [
@@ -455,6 +457,7 @@ def test_what_callables_must_not_return(value: Any, home: Path) -> None:
         _odd(value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("region", "confidence", "error"),
     [
@@ -501,6 +504,7 @@ def test_callables_must_make_trackers(home: Path) -> None:
 # OpenCV's
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PEERS)
 def test_peers_follow(name: str) -> None:
     pytest.importorskip("cv2")
@@ -562,6 +566,7 @@ def test_peers_get_whole_pixels_and_bgr(
 # Programs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [1, 2, 3, 4])
 def test_programs(version: int, home: Path) -> None:
     said = answers(trax(version), frames=4)
@@ -577,6 +582,7 @@ def test_a_program_that_is_lost(home: Path) -> None:
     assert said[2].ellipse is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("version", "fault", "error"),
     [
@@ -792,6 +798,7 @@ def test_failures_have_their_reasons(
         assert not item.path(out).exists()
 
 
+@pytest.mark.slow
 def test_what_hangs_is_ended_with_all_that_it_started(
     bad_day: tuple[Path, dict[str, dict[Pass, str]]],
 ) -> None:
@@ -803,6 +810,7 @@ def test_what_hangs_is_ended_with_all_that_it_started(
     arena.wait_for(lambda: arena.all_gone(processes))
 
 
+@pytest.mark.slow
 def test_the_others_finish(bad_day: tuple[Path, dict[str, dict[Pass, str]]]) -> None:
     out, errors = bad_day
     for name in ("mine:Still on a", "mine:Still on video-20", "mine:Seeded on a"):

@@ -409,6 +409,7 @@ def test_tracks_that_cannot_be_written(tmp_path: Path) -> None:
 # Runs
 
 
+@pytest.mark.slow
 def test_a_run(home: Path, crowd: MotSequence) -> None:
     entries, _ = resolve(["many:Shifted", "many:Raises"], mot_tracker_spec)
     jobs, problems = plan(entries, [crowd], ["mot"], 2)

@@ -172,6 +172,7 @@ def test_what_counts_is_as_in_trackeval(truth: Rows, results: Rows) -> None:
         assert_equal(found, theirs(truth, results, FRAMES, benchmark))
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(st.lists(st.tuples(PLAIN, PLAIN), min_size=1, max_size=3))
 def test_combined_as_trackeval(pairs: list[tuple[Rows, Rows]]) -> None:

@@ -216,6 +216,7 @@ def test_numbers_in_the_report(tmp_path: Path) -> None:
     assert "| 1.000 ± 0.000 | 1.000 ± 0.000 | 1.000 ± 0.000 |" in text
 
 
+@pytest.mark.slow
 def test_sorting_has_what_it_needs(tmp_path: Path) -> None:
     """The script sorts by data-value, and never touches the last rows, the means."""
     page, _ = report(tmp_path / "out", full(tmp_path))
@@ -419,6 +420,7 @@ def test_reports_of_odd_runs(
         assert one.item.sequence in page.words
 
 
+@pytest.mark.slow
 def test_protocols_have_their_own_parts(tmp_path: Path) -> None:
     book = sequence()
     page, summary = report(

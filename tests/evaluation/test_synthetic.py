@@ -175,6 +175,7 @@ def test_demo_begins_again_or_ends_early() -> None:
     assert np.array_equal(synthetic.demo(frames=7).targets[0].states, states[:7])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("leap", [1.3, 3.0])
 def test_jumping_leaves_its_region_and_flies_evenly(leap: float) -> None:
     clip = synthetic.jumping(leap=leap, frames=160)

@@ -182,7 +182,6 @@ def test_bad_input_is_answered_in_one_line(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("motes.kernels.compiling.when_compiling", lambda _: None)
     for name in "ab":
         write_crowd(tmp_path / name)
     (tmp_path / "empty" / "gt").mkdir(parents=True)

@@ -40,9 +40,8 @@ KINDS = (
     Kind("track-rows", detections.seeds, evaluations.check_track_rows),
     Kind("speeds", tables.seeds, tables.check),
     Kind("trax", conversations.seeds, conversations.check, block=20),
-    # Kernels may have to be compiled in it.
-    Kind("options", options.seeds, options.check, block=20, limit=120.0),
-    Kind("states", states.seeds, states.check, block=20, limit=120.0, mutate=states.mutate),
+    Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
+    Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),
     *films.KINDS,
 )
 """In the order of a round."""

@@ -1,113 +1,151 @@
-"""What is kept of compiled kernels, until when, and what harm its files may come to."""
+"""The compiled extensions: what Python may call, what they refuse, and that all give the same."""
 
 from __future__ import annotations
 
+import ast
 import importlib
-import shutil
+import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from motes.kernels import compiling
+from motes import kernels
+from motes.cues.hog import DERIVATIVE, SMOOTH
+from motes.cues.sampling import sunflower
+from motes.cues.search_window import sectors
+from motes.kernels.structures import ColorBins, Grid, Reading
+from oracles import mosaic
 
-LOW = "from {0}.compiling import kernel\n\n\n@kernel\ndef low(x):\n    return {1}\n"
-HIGH = (
-    "from {0}.compiling import kernel\nfrom {0}.low import low\n\n\n"
-    "@kernel\ndef high(x):\n    return 10 * low(x)\n"
-)
-Start = Callable[..., Any]
-"""Writes what `low` returns, and gives `high` as a program finds it that starts afresh."""
-
-
-@pytest.fixture
-def kept(tmp_path: Path) -> Path:
-    return tmp_path / "kept"
+STUBS = sorted(Path(kernels.__file__).parent.glob("*.pyi"))
+PIXELS = mosaic(0, 60, 80)
+ELLIPSES = np.array([[40.0, 30, 9, 14, 0.3], [3, 2, 8, 5, 1.0], [79, 59, 20, 20, 0]])
+LATTICE = Reading(sunflower(100), Grid(1, 1), kernels.sampling.GAUSSIAN)
+SLOTS = np.arange(512, dtype=np.uint32)
 
 
-@pytest.fixture
-def start(tmp_path: Path, kept: Path, monkeypatch: pytest.MonkeyPatch) -> Start:
-    package = tmp_path / "few_kernels"
-    package.mkdir()
-    (package / "__init__.py").touch()
-    source = Path(compiling.__file__).read_text(encoding="utf-8")
-    (package / "compiling.py").write_text(source, encoding="utf-8")
-    (package / "high.py").write_text(HIGH.format(package.name), encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(kept))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # which is by the second
-
-    def started(returned: str = "x") -> Any:
-        (package / "low.py").write_text(LOW.format(package.name, returned), encoding="utf-8")
-        importlib.invalidate_caches()
-        for name in [name for name in sys.modules if name.startswith(package.name)]:
-            monkeypatch.delitem(sys.modules, name)
-        return importlib.import_module(f"{package.name}.high").high
-
-    return started
+def extension(name: str) -> Any:
+    return importlib.import_module(f"motes.kernels._{name}")
 
 
-def found(high: Any) -> int:
-    """Return how many kernels were found compiled."""
-    return sum(high.stats.cache_hits.values())
+@pytest.mark.parametrize("stub", STUBS, ids=[stub.stem for stub in STUBS])
+def test_a_stub_has_what_the_extension_has(stub: Path) -> None:
+    """Functions with the number of their arguments, and constants."""
+    module = getattr(kernels, stub.stem)
+    nodes = ast.parse(stub.read_text(encoding="utf-8")).body
+    functions = {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
+    numbers = {node.target.id for node in nodes if isinstance(node, ast.AnnAssign)}  # type: ignore[union-attr]
+    assert {*functions, *numbers} == {name for name in vars(module) if not name.startswith("__")}
+    for name, node in functions.items():
+        count = len(node.args.args)
+        with pytest.raises(TypeError, match=f"^{name} takes {count} arguments, not {count + 1}$"):
+            getattr(module, name)(*[None] * (count + 1))
 
 
-def test_a_kernel_is_compiled_anew_when_one_that_it_calls_has_changed(start: Start) -> None:
-    """The code of the kernel that is called last is within that of the first."""
-    results = []
-    for returned in "1121":
-        high = start(returned)
-        results.append((high(0), found(high)))
-    assert results == [(10, 0), (10, 1), (20, 0), (10, 1)]
+def calls(compiled: Any) -> dict[str, Any]:
+    """Return what kernels of an extension compute; those with most vector code."""
+    found: dict[str, Any] = {}
+    for space in (kernels.color.RGB, kernels.color.HSV, kernels.color.HSV_V):
+        bins = ColorBins(space, 8, 8, 8)
+        out = found[f"color {space}"] = np.empty((len(ELLIPSES), 512))
+        compiled.color.histograms(PIXELS, ELLIPSES, LATTICE, SLOTS, bins, out)
+        roots = np.sqrt(out[0][:37])
+        distances = found[f"distances {space}"] = np.empty(len(ELLIPSES))
+        compiled.color.distances(PIXELS, ELLIPSES, LATTICE, SLOTS % 38, roots, bins, distances)
+    edges = found["sobel"] = np.empty((60, 80), np.uint8)
+    compiled.sobel.sobel(PIXELS, 0, 0, 100.0, 8, edges)
+    certainty, orientation = np.empty((60, 80), np.float32), np.empty((60, 80), np.uint8)
+    compiled.structure_tensor.structure_tensor(
+        PIXELS, 0, 0, 1, SMOOTH, DERIVATIVE, SMOOTH, certainty, orientation, 18
+    )
+    found["certainty"], found["orientation"] = certainty, orientation
+    hog = found["hog"] = np.empty((len(ELLIPSES), 72))
+    compiled.hog.histograms_at(
+        PIXELS, ELLIPSES, LATTICE.lattice, LATTICE.profile, 3, True, SMOOTH, DERIVATIVE, hog
+    )
+    samples = found["cut"] = np.empty((3, 24, 32), np.float32)
+    compiled.search_window.cut(PIXELS, (3.0, 4.0), (1.7, 0.0), (0.0, 0.6), samples)
+    cells = found["cells"] = np.empty((30, 6, 8), np.float32)
+    compiled.search_window.gradient_cells(samples, 4, sectors(), cells)
+    spectra = (samples[:2] + 1j * samples[1:]).reshape(2, -1).astype(np.complex64)
+    learned, power = np.zeros_like(spectra), np.ones(spectra.shape[1], np.float32)
+    compiled.fourier_ridge.teach(spectra, spectra[0], 0.3, learned, power)
+    response = found["response"] = np.empty_like(spectra[0])
+    compiled.fourier_ridge.correlate(learned, power, spectra, response)
+    return found
 
 
-def test_each_kind_of_arguments_has_a_file_of_its_own(start: Start) -> None:
-    first, second = start(), start()
-    assert (first(2), second(2.5)) == (20, 25.0)
-    both = start()
-    assert (both(2), both(2.5), found(both)) == (20, 25.0, 2)
+def test_all_processors_compute_the_same_bits() -> None:
+    if not extension("baseline").has_avx2():
+        pytest.skip("only one extension is of use here")
+    one, other = calls(extension("baseline")), calls(extension("avx2"))
+    for name, values in one.items():
+        np.testing.assert_array_equal(other[name], values, err_msg=name, strict=True)
+        assert np.ptp(np.abs(values)) > 0, name
 
 
+def test_the_extension_fits_the_processor() -> None:
+    best = "AVX2" if extension("baseline").has_avx2() else "any processor"
+    assert best == kernels.INSTRUCTIONS
+
+
+OUT, LOCKED = np.ones(3), np.ones(3)
+LOCKED.setflags(write=False)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "damage",
+    ("place", "value", "needed"),
     [
-        lambda content: b"",
-        lambda content: content[: len(content) // 2],
-        lambda content: bytes(len(content)),
-        lambda content: content[:-1000] + bytes([content[-1000] ^ 1]) + content[-999:],
+        (1, PIXELS[:, :, :2].copy(), "a picture, height x width x 3"),
+        (1, PIXELS[:, ::2], "an array of uint8 with 3 axes in C order"),
+        (1, PIXELS.astype(np.int8), "an array of uint8 with 3 axes in C order"),
+        (2, ELLIPSES[0], "an array of float64 with 2 axes in C order"),
+        (2, ELLIPSES.astype(np.float32), "an array of float64 with 2 axes in C order"),
+        (2, ELLIPSES.astype(">f8"), "an array of float64 with 2 axes in C order"),
+        (2, ELLIPSES[:, ::-1], "a table whose rows lie in one piece each"),
+        (2, ELLIPSES.tolist(), "an array of float64 with 2 axes in C order"),
+        (3, LATTICE[:2], "a tuple of 3"),
+        (3, [*LATTICE], "a tuple of 3"),
+        (3, (*LATTICE[:2], "gaussian"), "an integer"),
+        (5, OUT[::2], "an array of float64 with 1 axis in C order"),
+        (6, (0, 8, 8), "a tuple of 4"),
+        (
+            7,
+            LOCKED,
+            "an array of float64 with 1 axis in C order, to be written",
+        ),
     ],
-    ids=["empty", "half", "zeros", "a bit"],
 )
-def test_a_damaged_file_is_compiled_again(
-    start: Start, kept: Path, damage: Callable[[bytes], bytes]
-) -> None:
-    start()(2)
-    files = [*kept.rglob("*.nbc")]
-    assert len(files) == 2
-    for file in files:
-        file.write_bytes(damage(file.read_bytes()))
-    for hits in 0, 1:
-        high = start()
-        assert (high(2), found(high)) == (20, hits)
-    assert {*files} == {file for file in kept.rglob("*") if file.is_file()}
+def test_what_a_kernel_cannot_read_is_refused(place: int, value: Any, needed: str) -> None:
+    slots, bins = SLOTS % (len(OUT) + 1), ColorBins(0, 8, 8, 8)
+    arguments: list[Any] = [PIXELS, ELLIPSES, LATTICE, slots, OUT, bins, OUT.copy()]
+    kernels.color.distances(*arguments)
+    arguments[place - 1] = value
+    with pytest.raises(TypeError) as refused:
+        kernels.color.distances(*arguments)
+    assert str(refused.value) == f"argument {place} of distances must be {needed}"
 
 
-def test_kernels_work_and_it_is_told_when_they_cannot_be_written(start: Start, kept: Path) -> None:
-    high, errors = start(), list[OSError]()
-    compiling.when_unkept(errors.append)
-    shutil.rmtree(kept)
-    assert high(2) == 20
-    assert [type(error) for error in errors] == [FileNotFoundError]  # of the two, the first
+def test_a_number_must_be_one() -> None:
+    with pytest.raises(TypeError, match=r"^argument 3 of pool must be a number$"):
+        kernels.bilinear.pool(np.ones((3, 3)), (1, 1), "1", np.ones((1, 2)), OUT)  # type: ignore[arg-type]
 
 
-def test_there_may_be_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "file"))
-    assert compiling._folder() is None
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    folder = compiling._folder()
-    assert folder is not None
-    assert folder.parent == tmp_path / "motes" / "numba"
+def test_first_columns_of_a_table_are_read_in_place() -> None:
+    wide = np.hstack([ELLIPSES, np.full((3, 4), np.nan)])
+    assert kernels.sampling.bounds(wide[:, :5]) == kernels.sampling.bounds(ELLIPSES)
+
+
+def test_an_installation_without_kernels_says_what_to_do() -> None:
+    code = (
+        "import sys; sys.modules['motes.kernels._baseline'] = None\n"
+        "from motes.cli import main; sys.exit(main(['doctor']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("kernels"))
+    assert "motes' kernels are not compiled (" in line
+    assert "run `pip install --editable .` where its sources are" in line

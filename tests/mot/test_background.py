@@ -140,6 +140,7 @@ def patch(config: BackgroundConfig, gain: float, frames: int = 1) -> int:
     return len(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("change", "gain", "found"),

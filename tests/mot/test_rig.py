@@ -132,6 +132,7 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
     assert {(row[0], row[3]) for row in rows} == {("hall", "1")}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "line", "code", "words"),
     [

@@ -418,6 +418,7 @@ def walks() -> Iterator[Frame]:
         yield Frame(i, i / 25, pixels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["gaussian", "mog2"])
 def test_what_is_found_ahead_changes_nothing(method: Method) -> None:
     if method != "gaussian":

@@ -100,6 +100,7 @@ def test_a_camera_that_begins_to_move_makes_no_crowd(method: Method, speed: floa
     assert len(scene.warnings) == 1 + ("light" in scene.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_after_a_camera_has_moved_it_must_stand_still(method: Method) -> None:
     """For ten frames; what it shows until then may be the edges of things that stand."""

@@ -189,6 +189,7 @@ def test_a_target_that_leaps_is_found_in_the_frame_or_soon_after(gray: bool) -> 
     assert Status.SEARCHING not in {track.status for track in tracks}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_target_that_leaves_and_returns_elsewhere(seed: int) -> None:
     out = [(300.0 + 8 * index, 60.0) for index in range(8)]
@@ -307,6 +308,38 @@ def test_the_shares_follow_the_color_contrast() -> None:
     plain, _ = follow(colorless(frames), boxes[0])
     assert sum(colored.info.cue_weights.values()) == pytest.approx(1)
     assert colored.info.cue_weights["posterior"] >= plain.info.cue_weights["posterior"]
+
+
+@pytest.mark.parametrize("first", [0.0, -0.2, 0.1, 0.5])
+def test_color_counts_in_the_certainty_as_the_target_stood_out_first(first: float) -> None:
+    frames, boxes = film([(160.0, 100.0)], (30, 40), wall(240, 320))
+    config, rng = Discriminative(), np.random.default_rng(0)
+    state, _ = config.init(rng, frames[0], Ellipse.from_box(boxes[0]))
+    state, localizer = replace(state, first_contrast=first), config.localizer
+    whole = localizer.certainty(state, 0.4, first)
+    half = localizer.certainty(state, 0.4, first / 2)
+    weight = max(first, 0) / (1 + max(first, 0))
+    assert whole == pytest.approx(0.4 ** (1 - weight))
+    assert half == pytest.approx(whole * 0.5**weight)
+    assert localizer.certainty(state, 0.4, 2 * abs(first)) == pytest.approx(whole)
+    assert (localizer.certainty(state, 0.4, -0.1) == 0) == (first > 0)
+
+
+def test_a_target_with_the_colors_of_its_surroundings_is_tracked_with_certainty() -> None:
+    rng = np.random.default_rng(1)
+    ground, target = (
+        np.kron(rng.integers(60, 200, shape), np.ones((4, 4))) for shape in ((60, 80), (10, 8))
+    )
+    frames, boxes = [], []
+    for index in range(12):
+        scene, x, y = ground.copy(), 100 + 3 * index, 80 + 2 * index
+        scene[y : y + 40, x : x + 32] = target
+        pixels = np.repeat(scene[..., None], 3, axis=2).astype(np.uint8)
+        frames.append(Frame(index, index * FRAME_INTERVAL, pixels))
+        boxes.append(Box(x, y, 32, 40))
+    _, tracks = follow(frames, boxes[0])
+    assert iou(tracks[-1].box, boxes[-1]) > 0.6
+    assert min(track.confidence for track in tracks) > 0.8
 
 
 def test_without_color_the_filter_alone_decides() -> None:

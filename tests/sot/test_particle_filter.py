@@ -272,6 +272,7 @@ def test_without_selection_weights_accumulate() -> None:
     np.testing.assert_allclose(info.weights, np.exp(expected) / np.exp(expected).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_search_keeps_a_fair_half(scheme: Any) -> None:
     """Half of the particles go on in proportion to their weights, whatever order they are in."""

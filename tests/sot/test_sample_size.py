@@ -75,7 +75,7 @@ def test_pace() -> None:
     pace = SpeedBudget(100)
     for _ in range(5):
         pace.add(0.02, 200)
-    pace.add(5.0, 200)  # compiling
+    pace.add(5.0, 200)  # the machine was busy
     assert pace.max_particles == 100
     for _ in range(20):
         pace.add(0.005, 100)

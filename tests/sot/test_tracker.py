@@ -600,6 +600,7 @@ def test_behind_a_stem(name: str) -> None:
     assert np.mean(searching) >= 0.75
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["nummiaro", "nummiaro:adaptive"])
 def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
     """The target turns, grows, hides, jumps and leaves; what is seen surely is seen rightly."""
@@ -619,6 +620,7 @@ def test_the_demo_is_followed_nearly_throughout(name: str) -> None:
 # A turning target
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "follows"), [("maggio", True), ("maggio:O-ROH", True), ("maggio:O-FOH", False)]
 )
@@ -648,6 +650,7 @@ def known(name: str) -> Target:
 BOTH = (Place(name="door", box=(0, 20, 20, 30)), Place(border=8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "places", "background"),
     [
@@ -690,6 +693,7 @@ def test_a_known_target_that_is_there_already(name: str) -> None:
     assert iou(track.box, region(path(15)).box) > 0.45
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SEARCHERS)
 def test_a_target_that_never_comes_is_never_tracked(name: str) -> None:
     tracker = Tracker(CONFIGS[name], 2)

@@ -14,7 +14,6 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_output import Output, ResultOptions, show
 from motes.cli.input_checks import check_counts, read_text
-from motes.cli.messages import announce_compiling
 from motes.cli.options import FLAG, OUTPUT, RUN
 from motes.core.errors import ConfigError
 from motes.core.frame import FRAME_INTERVAL
@@ -72,7 +71,6 @@ def bench(
     tables = (*TABLES, *["against"] * (stored is not None))
     folder = results.out or (Path("bench") if plot else None)
     output = Output("bench", tables, folder, results.overwrite, plot=plot)
-    announce_compiling()
     return show(_measured(frames, rounds, stored, plot), output)
 
 

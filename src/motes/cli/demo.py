@@ -18,7 +18,7 @@ from rich.table import Table
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, prepare_folder
-from motes.cli.messages import announce_compiling, log
+from motes.cli.messages import log
 from motes.cli.options import OUTPUT, RUN, Overwrite
 from motes.core import interrupts
 from motes.core.errors import ConfigError, FormatError
@@ -83,7 +83,6 @@ def demo(
     _, colors, shift = runs
     recorder = Recorder(colors.tracker.config)
     prepare_folder(out, FILES, overwrite)
-    announce_compiling()
 
     moments = [moment for moment in MOMENTS if moment < frames] or [0]
     truths, strip = [TRUTH_COLUMNS], []

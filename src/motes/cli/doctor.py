@@ -13,7 +13,7 @@ from typing import NamedTuple
 from motes import __version__
 from motes.cli.exit_codes import DONE, FAULT
 
-CORE = ("numpy", "numba", "PIL", "msgspec", "rich")
+CORE = ("numpy", "PIL", "msgspec", "rich")
 OPTIONAL = {
     "cv2": "opencv",
     "dlib": "faces",
@@ -39,7 +39,7 @@ class Finding(NamedTuple):
 
 
 def doctor() -> int:
-    """Check the installation: versions, codecs, the cache of compiled kernels, cores.
+    """Check the installation: versions, codecs, compiled kernels, cores.
 
     The exit code is 0 if all required parts work, else 1.
     """
@@ -55,7 +55,7 @@ def findings() -> Iterator[Finding]:
     yield Finding("motes", f"{__version__} in {Path(__file__).parents[1]}")
     yield Finding("python", f"{platform.python_version()} on {platform.platform()}")
     yield Finding("cores", str(os.cpu_count()))
-    yield from _cache()
+    yield _kernels()
     for name in CORE:
         yield _module(name)
     yield from _video()
@@ -94,22 +94,13 @@ def _video() -> Iterator[Finding]:
             yield Finding(f"H.264 {use}", "works")
 
 
-def _cache() -> Iterator[Finding]:
-    """Yield the state of the folder of compiled kernels; without one, every start is slow."""
+def _kernels() -> Finding:
+    """Look for the compiled kernels, and which set of them this processor runs."""
     try:
         from motes import kernels
-    except Exception as error:
-        yield Finding("kernels", f"{error}; install motes anew", good=False)
-        return
-    folder = kernels.compiling.FOLDER
-    if folder is None:
-        found = "nowhere: every start compiles; set NUMBA_CACHE_DIR to a folder you may write to"
-    else:
-        kept = len(list(folder.rglob("*.nbc")))
-        found = f"kept in {folder} ({kept} compiled)"
-        if not os.access(folder, os.W_OK):
-            found += "; it is read-only: every start compiles what is not there"
-    yield Finding("kernels", found)
+    except ImportError as error:
+        return Finding("kernels", str(error), good=False)
+    return Finding("kernels", f"compiled for {kernels.INSTRUCTIONS}")
 
 
 def _opencv_wheels() -> Iterator[Finding]:

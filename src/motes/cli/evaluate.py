@@ -17,10 +17,8 @@ from motes.cli.evaluate_options import (
 )
 from motes.cli.evaluate_run import run_jobs, write_crowds, write_single
 from motes.cli.input_checks import first_pixels, worker_count
-from motes.cli.messages import announce_compiling
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.evaluation import runner
-from motes.evaluation.adapters.mot import SCENE
 from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes.evaluation.adapters.sot import MotesAdapter
 from motes.evaluation.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
@@ -102,8 +100,6 @@ def evaluate(
     now = record(dataset, jobs, entries, protocols, run.seeds, run.time_limit, run.max_frames)
     prepare(report.out, now, resume=report.resume, overwrite=report.overwrite)
 
-    if any(entry.make.func is MotesAdapter or entry.name == SCENE for entry in entries):
-        announce_compiling()
     errors: dict[Pass, str] = {}
     interrupted: KeyboardInterrupt | None = None
     try:

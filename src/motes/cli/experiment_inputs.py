@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_output import Output, show
 from motes.cli.input_checks import check_counts, first_pixels, numbers_of
-from motes.cli.messages import announce_compiling
 from motes.cli.options import RUN
 from motes.core.errors import ConfigError, SourceError
 
@@ -42,7 +41,6 @@ def on_clips(
 ) -> int:
     """Run an experiment on rendered clips, each with its own scenery; return the exit code."""
     check_counts(seeds=seeds, clips=clips)
-    announce_compiling()
     return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
 
 
@@ -52,7 +50,6 @@ def films_of(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Fil
 
     films, problems = load_dataset(dataset, first_pixels(first_pixel or []))
     refuse_none(dataset, films, problems)
-    announce_compiling()
     return films, problems
 
 

@@ -9,7 +9,6 @@ from cyclopts import Parameter
 from motes.cli.experiment_inputs import region_of
 from motes.cli.experiment_output import ResultOptions, show
 from motes.cli.input_checks import check_counts
-from motes.cli.messages import announce_compiling
 from motes.cli.options import RUN, Region
 
 
@@ -37,7 +36,6 @@ def ng_delp_table1(
 
     from motes.evaluation.papers import ng_delp_table1, sample_regions
 
-    announce_compiling()
     found = (
         sample_regions.followed(source, box, preset, seeds)
         if source and box

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 from motes.cli.experiment_inputs import Clips, on_clips, region_of
 from motes.cli.experiment_output import ResultOptions, show
 from motes.cli.input_checks import check_counts
-from motes.cli.messages import announce_compiling
 from motes.cli.options import RUN, Region, Seeds
 
 
@@ -47,7 +46,6 @@ def two_rooms(
 
     from motes.evaluation.papers import two_rooms as rooms
 
-    announce_compiling()
     return show(rooms.two_rooms(seeds, frames), output)
 
 
@@ -70,7 +68,6 @@ def nummiaro_figure9(
 
     from motes.evaluation.papers import nummiaro_figure9, sample_regions
 
-    announce_compiling()
     found = (
         sample_regions.followed(source, box, "nummiaro", 1)
         if source and box

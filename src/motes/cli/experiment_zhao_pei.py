@@ -10,7 +10,6 @@ from cyclopts import Parameter
 from motes.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
 from motes.cli.experiment_output import ResultOptions, show
 from motes.cli.input_checks import check_counts
-from motes.cli.messages import announce_compiling
 from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
 from motes.core.errors import ConfigError, SourceError
 
@@ -70,7 +69,6 @@ def zhao_figure9(
     if has_mot_sequences(sequence):
         crowds, problems = load_mot_dataset(sequence)
         refuse_none(sequence, crowds, problems)
-        announce_compiling()
     else:
         films, problems = films_of(sequence, first_pixel)
         crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
@@ -111,5 +109,4 @@ def occlusions(
 
     from motes.evaluation.papers import occlusions as experiment
 
-    announce_compiling()
     return show(experiment.occlusions(lengths, counts, least), output)

@@ -10,7 +10,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source, point_out_leftovers, region_of
 from motes.cli.load_config import tracker_config
-from motes.cli.messages import announce_compiling, log
+from motes.cli.messages import log
 from motes.cli.options import (
     FRAMES,
     HYPHEN,
@@ -81,7 +81,6 @@ def histogram(
     with open_source(source, start=frame, end=frame + 1) as film:
         picture = next(film)
     place = region_within(region, picture.width, picture.height)
-    announce_compiling()
     target = Target.learn(color, picture, place)
     target.save(output)
     log(

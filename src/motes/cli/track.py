@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import tracker_config
-from motes.cli.messages import announce_compiling, log
+from motes.cli.messages import log
 from motes.cli.options import (
     CONFIGURATION,
     FLAG,
@@ -212,7 +212,6 @@ def _run(
     from motes.cli.track_loop import follow
     from motes.sot.particle_filter import ParticleFilter
 
-    announce_compiling()
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     tally = RunStatistics(budget=chooses)
     steps = partial(follow, tracker, begin)

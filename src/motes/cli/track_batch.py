@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import run, summarize
-from motes.cli.messages import announce_compiling, counted
+from motes.cli.messages import counted
 from motes.cli.watch_outputs import FrameResult, Output
 from motes.core import interrupts
 from motes.core.errors import MotesError
@@ -25,7 +25,6 @@ def track_several(
     outputs: Sequence[Output],
 ) -> int:
     """Track the objects in regions of the first frame; their identities count from 1."""
-    announce_compiling()
     tally = Tally(len(regions))
 
     def moments(frames: Iterator[Frame]) -> Generator[FrameResult, None, None]:

@@ -18,7 +18,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.messages import announce_compiling, counted, log
+from motes.cli.messages import counted, log
 from motes.cli.options import (
     HYPHEN,
     OUTPUT,
@@ -189,7 +189,6 @@ def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Ou
     from motes.cli.frame_loop import run, summarize
     from motes.cli.watch_outputs import FrameResult
 
-    announce_compiling()
     frames, printed = 0, set[str]()
 
     def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:

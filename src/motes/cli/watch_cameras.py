@@ -11,7 +11,7 @@ import msgspec
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context
-from motes.cli.messages import announce_compiling, counted, log
+from motes.cli.messages import counted, log
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
@@ -66,7 +66,6 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
         for source in (file, *(camera.source for camera in rig.camera)):
             check_not_source(source, Path(output))
     rows = RigRows(output, overwrite)
-    announce_compiling()
     frames = dict.fromkeys((camera.name for camera in rig.camera), 0)
     dropped, found, failures = 0, set[int](), list[str]()
     interrupted: KeyboardInterrupt | None = None

@@ -1,1 +1,1 @@
-"""What all parts share: frames, tracks, geometry, configuration, errors."""
+"""The parts that all packages use: frames, tracks, geometry, configuration, errors."""

@@ -25,20 +25,20 @@ Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NonNegative = Annotated[float, Meta(ge=0, le=1e9)]
 Share = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1, le=2**31 - 1)]
-"""What fits into an `int` of C, in which libraries count."""
+"""A count, which fits into an `int` of C: some libraries count with it."""
 Particles = Annotated[int, Meta(ge=1, le=1_000_000)]
-"""More of them would take more memory than machines have."""
+"""A number of particles. More would need more memory than machines have."""
 
 DEEPEST = 100
-"""Parts of a dotted key in TOML."""
+"""Largest number of parts of a dotted key in TOML."""
 _DEEP = re.compile(rf"(?<![\w\"'-])(?:[\w\"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of all configuration: frozen, and checked on construction.
 
-    A field's type says what it accepts; anything else, NaN and infinity included, raises a
-    `ConfigError` that names the field. Subclasses with a `tag` are told apart by the key `type`.
+    A field accepts the values of its type. Any other value, NaN and infinity included, raises a
+    `ConfigError` that names the field. The key `type` names one of several subclasses by its `tag`.
     A field whose type has a registry takes every implementation in it.
     """
 
@@ -50,13 +50,13 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
             if type(value) is not bool and isinstance(value, numbers.Real):
-                # numpy's numbers are as good as Python's
+                # numpy's numbers are accepted like Python's
                 value = int(value) if isinstance(value, numbers.Integral) else float(value)
             try:
                 for number in value if isinstance(value, list | tuple) else (value,):
                     if isinstance(number, float) and not math.isfinite(number):
                         raise ConfigError(f"Expected a finite number, got {number}")
-                # Keeps what was meant: a list becomes a tuple, a mapping a configuration.
+                # Keeps the converted value: a list becomes a tuple, a mapping a configuration.
                 converted = decode(value, field.type)
                 msgspec.structs.force_setattr(self, field.name, converted)
             except (msgspec.ValidationError, ConfigError) as error:
@@ -85,7 +85,7 @@ def _spread(value: Any, plain: Any) -> Any:
 def merge(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return `base` with `changes` laid over it, nested mappings key by key.
 
-    Where a change names another `type`, the base's values there belong to something else and are
+    If a change names another `type`, the base's values there belong to the old type. They are
     dropped, so that the new type starts from its own defaults.
     """
     if "type" in changes and changes["type"] != base.get("type"):
@@ -107,7 +107,7 @@ def from_dict(values: Mapping[str, Any], kind: type[C] | Any) -> Any:
     ConfigError
         For an unknown key, with the nearest known one, or a value that does not fit.
     PluginError
-        If a value is of another package, which cannot be used.
+        If a value belongs to another package that cannot be used.
     """
     try:
         return decode(values, kind)
@@ -157,15 +157,15 @@ def _choices(kind: Any, path: list[str]) -> list[str]:
 
 
 def _item(values: Any, key: str) -> Any:
-    """Return an item of a mapping or list, or what is there instead."""
+    """Return an item of a mapping or list; a mapping without it, or any other value, itself."""
     if isinstance(values, Mapping):
         return values.get(key, values)
     return values[int(key)] if isinstance(values, list | tuple) else values
 
 
 def from_toml(text: str, name: str) -> dict[str, Any]:
-    """Return the values in a TOML text; `name` is what an error calls it."""
-    if _DEEP.search(text):  # whose reading takes time and memory with the square of its length
+    """Return the values in a TOML text; `name` names the text in errors."""
+    if _DEEP.search(text):  # to read it takes time and memory with the square of its length
         raise ConfigError(f"{name} has a key of more than {DEEPEST} parts.")
     try:
         return tomllib.loads(text)
@@ -186,7 +186,7 @@ def from_json(data: bytes) -> Any:
 def to_toml(config: Config) -> str:
     """Return a configuration as TOML text that `from_toml` reads back.
 
-    TOML knows no null: what is None, always its default, is left out.
+    TOML has no null, so fields that are None are left out; None is always their default.
     """
     return msgspec.toml.encode(_without_none(to_dict(config))).decode()
 
@@ -202,7 +202,7 @@ def _without_none(values: dict[str, Any]) -> dict[str, Any]:
 def from_flag(key: str, text: str) -> dict[str, Any]:
     """Return `{"motion": {"noise": 0.2}}` for the flag `--motion.noise 0.2`.
 
-    The text is read as a TOML value; `8,8,8` is a list, and what is no TOML value is a string.
+    The text is read as a TOML value; `8,8,8` is a list, and any other text is a string.
     """
     value: Any = text
     with contextlib.suppress(ValueError, RecursionError):

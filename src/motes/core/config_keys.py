@@ -20,7 +20,7 @@ from motes.core.registry import open_registry, registry_of
 from motes.core.type_words import words
 
 NAME = "NAME"
-"""Stands in a path for a key that users choose, such as the name of a cue."""
+"""The placeholder in a path for a key that users choose, such as the name of a cue."""
 _ATTRIBUTES = re.compile(r"^Attributes\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*)\n((?:(?: +.*)?(?:\n|\Z))+)", re.M)
 
@@ -32,7 +32,7 @@ class Choice:
     Attributes
     ----------
     tag
-        Value of the key `type`; None where there is one class only.
+        Value of the key `type`; None if there is only one class.
     meaning
         First sentence of the class's docstring.
     keys
@@ -56,15 +56,15 @@ class Key:
     path
         Its name, after the names of the keys around it: `motion.noise.position`.
     type
-        The values that it takes, in words; empty where it takes keys.
+        The values that it takes, in words; empty if it takes keys.
     value
-        The value, or the default, as TOML; None where nothing is set.
+        The value, or the default, as TOML; None if no value is set.
     required
         Whether there is no default.
     meaning
         The meaning of the value.
     choices
-        The classes that it takes; empty where it takes a plain value.
+        The classes that it takes; empty if it takes a plain value.
     """
 
     path: str

@@ -14,7 +14,7 @@ from motes.core.registry import open_registry, registry_of, tag_of
 
 
 def decode(values: Any, kind: Any) -> Any:
-    """Return plain values, or a value that fits already, as a type says.
+    """Return plain values, or a value that fits already, converted to a type.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def decode(values: Any, kind: Any) -> Any:
     UnicodeEncodeError
         For a text that is no UTF-8.
     PluginError
-        If a value is of another package, which cannot be used.
+        If a value belongs to another package that cannot be used.
     """
     return msgspec.convert(_gathered(values, kind), kind, dec_hook=_implementation)
 
@@ -55,7 +55,7 @@ def _implementation(kind: Any, values: Any) -> Any:
 
 
 def _gathered(values: Any, kind: Any) -> Any:
-    """Return plain values with those of other packages under the open field that holds them."""
+    """Return plain values; those of other packages are moved into the open field for them."""
     union = get_origin(kind) in (Union, UnionType)
     kinds = [
         part

@@ -1,4 +1,4 @@
-"""What any detector gives: boxes that objects may be in, and how sure that is."""
+"""Detections, and the interface of detectors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from motes.core.geometry import Box
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """An object found in a frame: its box, and a score, larger for surer."""
+    """An object found in a frame: its box and a score. A larger score is more certain."""
 
     box: Box
     score: float = 1.0
@@ -28,17 +28,17 @@ class Detector(Protocol):
 
 
 class DetectorConfig:
-    """The interface of what sets a detector, which is also a `Config` with a tag."""
+    """The interface of the settings of a detector. They are also a `Config` with a tag."""
 
     __slots__ = ()
 
     @abstractmethod
     def detector(self) -> Detector:
-        """Return a detector that is set so."""
+        """Return a detector with these settings."""
 
 
 def best(detections: Sequence[Detection], frame: Frame) -> Detection | None:
-    """Return the surest detection that can start a tracker, or None.
+    """Return the detection with the highest score that can start a tracker, or None.
 
     Its center lies in the frame, it is no larger than the frame, and at least two pixels wide and
     high.

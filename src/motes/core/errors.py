@@ -1,13 +1,13 @@
 """The errors that motes raises; every message says what is wrong and what to do."""
 
 LONGEST = 1200
-"""Characters of a message."""
+"""Largest number of characters of a message."""
 
 
 def clear(text: str) -> str:
-    """Return a message as a line for people, whatever it quotes of a damaged file.
+    """Return a message as one printable line, whatever it quotes from a damaged file.
 
-    What cannot be shown is escaped; what is too long is cut in the middle.
+    Unprintable characters are escaped. Long messages are cut in the middle.
     """
     if not text.isprintable():
         text = "".join(map(_shown, text))
@@ -38,11 +38,11 @@ class FormatError(MotesError):
 
 
 class ConfigError(MotesError, ValueError):
-    """A configuration, an option or a region makes no sense."""
+    """A configuration, an option or a region cannot be used."""
 
 
 class MissingDependencyError(MotesError):
-    """An optional part is not installed."""
+    """An optional package is not installed."""
 
 
 class PluginError(MotesError):

@@ -1,9 +1,9 @@
-"""Files that are whole or not there: a file gets its name when all of it is written.
+"""Files that are complete or absent: a file gets its name when all of it is written.
 
-Until then it is beside the target under a name of its own: the target's, a random part, and an
-ending by which players know it, as in `out.mp4.partial-3f9c1a7be2d05846.mp4`. It is made anew, so
-that it replaces no file and follows no link, and only the run that made it removes it. What a
-killed run leaves therefore stays; `leftovers` finds it, and the command line names it when the
+Until then a partial file stands beside the target. Its name is the target's, a random part, and an
+ending that video players know, as in `out.mp4.partial-3f9c1a7be2d05846.mp4`. It is always a new
+file: it replaces no file and follows no link, and only the run that made it removes it. So the
+partial file of a killed run stays. `leftovers` finds it, and the command line names it when the
 same target is written again.
 """
 
@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
-"""Pattern of what follows the target's name in a partial file's."""
+"""Pattern of the part of a partial file's name that follows the target's name."""
 
 
 def leftovers(target: str | Path) -> list[Path]:
-    """Return the partial files of a target, of runs that were killed or still go on."""
+    """Return the partial files of a target, from runs that were killed or have not ended yet."""
     path = _followed(target)
     return sorted(path.parent.glob(glob.escape(path.name) + PARTIAL + "*"))
 
@@ -33,7 +33,7 @@ def _followed(path: str | Path) -> Path:
 
 
 def same_file(one: str | Path, other: str | Path) -> bool:
-    """Return whether two names mean the same file, also by a link; they need not be there."""
+    """Return whether two names mean the same file, also by a link. The file may be missing."""
     try:
         return os.path.samefile(one, other)
     except OSError:
@@ -41,14 +41,14 @@ def same_file(one: str | Path, other: str | Path) -> bool:
 
 
 def is_special(path: str | Path) -> bool:
-    """Return whether a pipe, a device or the like is there, which must not be replaced."""
+    """Return whether a path is a pipe, a device or similar, which must not be replaced."""
     return os.path.exists(path) and not os.path.isfile(path)
 
 
 def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     """Open a file that grows row by row, unbuffered; raise an OSError if it appeared meanwhile.
 
-    A link's target may be missing, as may any file; with `overwrite`, what is there is emptied.
+    The file, or the target of a link, may be missing. With `overwrite`, an old file is emptied.
     """
     if is_special(path):
         return open(path, "wb", buffering=0)
@@ -63,9 +63,9 @@ def write_all(file: BinaryIO, data: bytes | memoryview) -> None:
 
 
 def write_whole(path: str | Path, data: bytes | Iterable[bytes]) -> None:
-    """Write a file, or leave what was there before if that fails, as on a full disk.
+    """Write a file. If that fails, as on a full disk, the old file stays.
 
-    Of pieces, no more than one megabyte is in memory at a time.
+    Pieces are written as they come; about one megabyte of them is in memory at a time.
     """
     pieces = [data] if isinstance(data, bytes) else data
     if is_special(path):
@@ -90,15 +90,15 @@ def write_whole(path: str | Path, data: bytes | Iterable[bytes]) -> None:
 class PartialFile:
     """A new file beside its target, which becomes the target in the end.
 
-    Whatever is appended is in it at once. Changes of what is already there wait for the end, so
-    that a program killed at any moment leaves a file that only lacks its end.
+    Appended data is in the file at once. Changes of older data wait for the end. So a program that
+    is killed at any moment leaves a file that only lacks its end.
 
     Parameters
     ----------
     target
-        Name of the file in the end; of a link, what it leads to is meant.
+        The final name of the file. If it is a link, the file behind the link is meant.
     ending
-        What the partial file's name ends with.
+        The ending of the partial file's name.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class PartialFile:
         self._changes: list[tuple[int, bytes]] = []
 
     def write(self, data: bytes | bytearray | memoryview) -> int:
-        """Write all of `data` where `seek` went; what fails to be appended leaves no trace."""
+        """Write all of `data` at the current place; a failed append leaves no trace."""
         view = memoryview(data)
         old = max(self._size - self._place, 0)
         if old:
@@ -153,7 +153,7 @@ class PartialFile:
         return self._place
 
     def settle(self) -> None:
-        """Make the changes that waited."""
+        """Write the changes that have waited."""
         for place, data in self._changes:
             self._put(place, data)
         self._changes.clear()
@@ -163,15 +163,15 @@ class PartialFile:
         self._file.close()
 
     def finish(self, *, overwrite: bool) -> None:
-        """Make the changes that waited, and the file the target.
+        """Write the changes that have waited, and give the file the target's name.
 
         Raises
         ------
         FileExistsError
-            If there is one that must not be overwritten.
+            If the target exists and must not be overwritten.
         """
         self.settle()
-        os.fsync(self._file.fileno())  # some file systems say only then that they are full
+        os.fsync(self._file.fileno())  # some file systems report only then that they are full
         self.close()
         if not overwrite and self._target.exists():
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(self._target))

@@ -13,15 +13,15 @@ from motes.core.errors import SourceError
 from motes.core.types import Bytes
 
 FRAME_INTERVAL = 1 / 25
-"""Seconds between frames where a source does not say (PAL; the papers' cameras)."""
+"""Seconds between frames if a source does not give them (PAL; the papers' cameras)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
-    Pixels may be given in any form that `as_rgb` takes. `cache` holds what cues have computed from
-    them, each under a key of its own, for as long as the frame lives.
+    Pixels may be given in any form that `as_rgb` takes. `cache` holds features that cues have
+    computed from them, each under its own key.
 
     Raises
     ------
@@ -43,12 +43,12 @@ class Frame:
 
     @property
     def width(self) -> int:
-        """Columns."""
+        """Number of columns."""
         return int(self.pixels.shape[1])
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows."""
         return int(self.pixels.shape[0])
 
     def __repr__(self) -> str:
@@ -69,7 +69,7 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     image = np.asarray(pixels)
     rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
     if rgb and image.size and image.flags.carray:
-        return image  # as almost always, and quickly
+        return image  # the usual case, and fast
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or image.shape[2] not in (1, 3, 4) or image.size == 0:
@@ -89,5 +89,5 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
             f"An image is uint8, uint16, bool or float in [0, 1]; got {image.dtype}. Convert it."
         )
     image = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else image[:, :, :3]
-    # Kernels are compiled for writable contiguous arrays; anything else would compile them anew.
+    # Kernels read memory in C order.
     return np.require(image, np.uint8, ["C", "W"])

@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError
 from motes.core.types import Floats
 
 FARTHEST = 1e15
-"""No coordinate or size that anybody writes down is larger; whole numbers up to it are exact."""
+"""Largest coordinate or size that files may hold. Whole numbers up to it are exact."""
 
 
 class Box(NamedTuple):
@@ -71,18 +71,18 @@ class Ellipse(NamedTuple):
 def clipped(corners: Floats, width: float, height: float) -> Floats:
     """Return the part of a convex polygon between 0, 0 and width, height.
 
-    Corners (n, 2) are in order, here and there; there are none if no part is. After Sutherland and
-    Hodgman, Reentrant polygon clipping, 1974.
+    Corners (n, 2) are in order, in the argument and in the result. The result is empty if no part
+    lies there. After Sutherland and Hodgman, Reentrant polygon clipping, 1974.
     """
     if len(corners) and (corners.min(0) >= 0).all() and (corners.max(0) <= (width, height)).all():
-        return corners  # as almost always, and quickly
+        return corners  # the usual case, and fast
     for axis, sign, limit in ((0, 1, 0.0), (0, -1, width), (1, 1, 0.0), (1, -1, height)):
         depth = sign * (corners[:, axis] - limit)
         following = np.roll(depth, -1)
         crosses = (depth < 0) != (following < 0)
         share = np.divide(depth, depth - following, out=np.zeros_like(depth), where=crosses)
         cuts = corners + share[:, None] * (np.roll(corners, -1, axis=0) - corners)
-        cuts[:, axis] = limit  # but for rounding, it is
+        cuts[:, axis] = limit  # it is already, except for rounding
         corners = np.stack([corners, cuts], axis=1)[np.stack([depth >= 0, crosses], axis=1)]
     return corners
 
@@ -129,7 +129,7 @@ def region_within(region: Sequence[float], width: int, height: int) -> Ellipse:
     Raises
     ------
     ConfigError
-        Saying which of these the region breaks.
+        If the region breaks one of these rules; the message names the rule.
     """
     ellipse = as_ellipse(region)
     box = ellipse.box

@@ -1,9 +1,9 @@
 """Signals that ask a program to end: each raises an `Interrupt`, as Ctrl-C does in every program.
 
-The exception must not be raised where it is lost. What is raised inside LLVM, which calls back from
-C, or in a destructor, Python drops; what is raised in an import, some libraries turn into another
-error. There the signal is sent again a moment later. What a library has caught all the same, loops
-raise again with `check`.
+The exception must not be raised in places where it would be lost. Python drops exceptions from a
+destructor. Some libraries turn an exception from an import into another error. In these places the
+signal is sent again a moment later. If a library has caught the exception nevertheless, loops raise
+it again with `check`.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ SIGNALS = tuple(
 )
 """All signals that ask a program to end."""
 AGAIN = 0.01
-"""Seconds after which a signal is sent again that came at a wrong moment."""
-FRAGILE = ("importlib._bootstrap", "llvmlite.")
-"""Beginnings of the modules in which nothing must be raised."""
+"""Seconds after which a signal that came at a wrong moment is sent again."""
+FRAGILE = "importlib._bootstrap"
+"""Beginning of the names of modules in which no interrupt must be raised."""
 
 
 class Interrupt(KeyboardInterrupt):
@@ -40,12 +40,12 @@ class Interrupt(KeyboardInterrupt):
 
 
 def code(interrupt: KeyboardInterrupt) -> int:
-    """Return the exit code of a program that an interrupt ends: 128 and the signal's number."""
+    """Return the exit code after an interrupt: 128 plus the signal's number."""
     return 128 + int(getattr(interrupt, "number", signal.SIGINT))
 
 
 def word(interrupt: KeyboardInterrupt | None) -> str:
-    """Return how the summary of a run begins that an interrupt ended; nothing for None."""
+    """Return the first words of the summary of an interrupted run; empty for None."""
     if interrupt is None:
         return ""
     by_hand = code(interrupt) == 128 + signal.SIGINT
@@ -53,25 +53,25 @@ def word(interrupt: KeyboardInterrupt | None) -> str:
 
 
 class _State:
-    """What the handler knows. Python calls it in the main thread alone."""
+    """The state of the signal handler. Python calls the handler in the main thread only."""
 
     def __init__(self, base: FrameType | None = None) -> None:
         self.base = base
         """The frame in which signals began to raise interrupts."""
         self.hook = sys.unraisablehook
-        """What takes note of all other exceptions that Python drops."""
+        """The hook for all other exceptions that Python drops."""
         self.held = 0
         """Depth of `deferred`."""
         self.waiting: int | None = None
-        """A signal that came meanwhile."""
+        """A signal that came while interrupts were deferred."""
         self.sent: Interrupt | None = None
         """The interrupt that was raised last."""
         self.timer: threading.Timer | None = None
 
     def handle(self, number: int, frame: FrameType | None) -> None:
         """Raise an interrupt, now or later."""
-        # A terminal that is closed, or a service's manager, may send its signal twice and means
-        # one: only Ctrl-C, pressed again, cuts short what is done at the end.
+        # A closed terminal or a service manager may send its signal twice. After an interrupt,
+        # only a second Ctrl-C interrupts the work at the end of the run.
         if self.sent is not None and number != signal.SIGINT:
             return
         if self.held:
@@ -86,7 +86,7 @@ class _State:
         while frame is not None and frame is not self.base:
             if frame.f_globals.get("__name__", "").startswith(FRAGILE):
                 return True
-            # What is sent again may come before the timer that sends it has wholly begun.
+            # A repeated signal may come before the start of its timer has returned.
             if frame.f_code is _State.send_again.__code__:
                 return True
             frame = frame.f_back
@@ -99,7 +99,7 @@ class _State:
         self.timer.start()
 
     def unraisable(self, dropped: UnraisableHookArgs) -> None:
-        """Take note of an exception that Python drops."""
+        """Send the signal of a dropped interrupt again; pass other exceptions to the old hook."""
         if isinstance(dropped.exc_value, Interrupt):
             self.sent = None
             self.send_again(dropped.exc_value.number)
@@ -111,7 +111,7 @@ _state = _State()
 
 
 def _send(number: int) -> None:
-    if hasattr(signal, "pthread_kill"):  # which also wakes a thread that waits for something
+    if hasattr(signal, "pthread_kill"):  # it also wakes a thread that waits
         signal.pthread_kill(threading.main_thread().ident, number)  # type: ignore[arg-type]
     else:
         signal.raise_signal(number)
@@ -121,11 +121,11 @@ def _send(number: int) -> None:
 def raised() -> Iterator[None]:
     """Raise an `Interrupt` in the main thread for each of `SIGNALS` that comes.
 
-    Those that are ignored stay so, as behind nohup.
+    Signals that are ignored stay ignored, as under nohup.
     """
     global _state
     if threading.current_thread() is not threading.main_thread():
-        yield  # no other thread may set handlers
+        yield  # only the main thread may set handlers
         return
     handlers: dict[int, Any] = {number: signal.getsignal(number) for number in SIGNALS}
     for number in [key for key, handler in handlers.items() if handler in (signal.SIG_IGN, None)]:
@@ -146,14 +146,14 @@ def raised() -> Iterator[None]:
 
 
 def check() -> None:
-    """Raise an interrupt again that some library has caught; call it where none has come."""
+    """Raise the last interrupt again if a library has caught it; else do nothing."""
     if _state.sent is not None:
         raise _state.sent
 
 
 @contextlib.contextmanager
 def deferred() -> Iterator[None]:
-    """Let interrupts wait until what is being done is whole."""
+    """Let interrupts wait until the end of the block."""
     state = _state
     state.held += 1
     try:

@@ -32,7 +32,7 @@ class Registry(Generic[T]):
     Parameters
     ----------
     kind
-        The interface in the words of an error: `cue`.
+        The name of the interface in errors: `cue`.
     group
         The group of entry points: `motes.cues`.
     base
@@ -163,7 +163,7 @@ def tag_of(kind: type) -> str | int | None:
 
 @cache
 def _entry_points(group: str) -> tuple[EntryPoint, ...]:
-    from importlib.metadata import entry_points  # which takes time to load
+    from importlib.metadata import entry_points  # it takes time to load
 
     return tuple(entry_points(group=group))
 

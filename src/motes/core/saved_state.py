@@ -1,9 +1,9 @@
-"""What a tracker's state must be like, whoever wrote it: kernels index with it, unchecked.
+"""Checks of a tracker's saved state: kernels use its numbers as indices, without checks.
 
-A configuration makes a fresh state for the frame that was saved; the saved one must have its form:
-the same types and keys, arrays of the same types and shapes. What its numbers may be, beside finite
-and no larger than `LARGEST`, is said where the fields are declared: `Annotated` with an `Array` or
-with `SAME`.
+A configuration makes a fresh state for the saved frame. The saved state must have the same types
+and keys, and arrays of the same types and shapes. Its numbers must be finite and no larger than
+`LARGEST`. Other limits stand at the declarations of the fields: `Annotated` with an `Array` or with
+`SAME`.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles
 
 LARGEST = 1e12
-"""Of any number: nothing overflows with it that is squared, multiplied or made a whole number."""
+"""Largest number in a state: its square, its products and its rounding do not overflow."""
 LEAST_HALF = 0.5
-"""Half-axis of an ellipse, in pixels; motion models and regions ask for one, but for rounding."""
+"""Least half-axis of an ellipse, in pixels; that of motion models and regions is 1, rounded."""
 
 
 ROUNDING = 1e-6
-"""Of a sum."""
+"""Largest error of a sum by rounding."""
 
 
 class Array(NamedTuple):
-    """What the numbers of an array are.
+    """The limits of an array's numbers.
 
     Attributes
     ----------
     least
-        Of all, or in each column.
+        Least number: of the whole array, or of each column.
     total
-        Their sum, if that is said.
+        The sum of all numbers; None for any sum.
     """
 
     least: float | tuple[float, ...] = -LARGEST
@@ -47,9 +47,9 @@ class Array(NamedTuple):
 
 
 SAME: Final = "same"
-"""Marks what follows from the rest of a state, and is what a fresh one has."""
+"""Marks a number that follows from the rest of a state: it must be that of the fresh state."""
 ELLIPSES = Array(least=(-LARGEST, -LARGEST, LEAST_HALF, LEAST_HALF, -LARGEST))
-"""Marks (N, 5): x, y, a, b, theta."""
+"""Marks ellipses (N, 5): x, y, a, b, theta."""
 NotNegative = Annotated[Floats, Array(least=0.0)]
 NotNegativeSingles = Annotated[Singles, Array(least=0.0)]
 
@@ -74,7 +74,7 @@ def unpack(kind: Any, value: Any) -> Any:
 def in_types_of(fresh: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
     """Return plain values in the types of fresh ones with the same keys; others stay plain.
 
-    `name` is what an error calls them.
+    `name` names them in errors.
     """
     typed = dict(values)
     for key in filter(fresh.__contains__, values):
@@ -94,17 +94,17 @@ def check(value: Any, fresh: Any, name: str, mark: object = None) -> None:
     value, fresh
         The part, and the same one of a fresh state.
     name
-        What an error calls it.
+        Its name in errors.
     mark
-        What its field is annotated with.
+        The annotation of its field.
 
     Raises
     ------
     ValueError
-        If it is not like the fresh one, with the name of what is not.
+        If it is not like the fresh one; the message names the part that is not.
     """
     if value is None or isinstance(value, bool | enum.Enum):
-        return  # of the right type, as all plain values
+        return  # the type of plain values is right already
     if isinstance(value, int | float):
         if mark == SAME and value != fresh:
             raise ValueError(f"{name} is {value:g}; {fresh:g} follows from the rest")
@@ -136,7 +136,7 @@ def check(value: Any, fresh: Any, name: str, mark: object = None) -> None:
 
 
 def check_numbers(array: NDArray[Any], name: str, numbers: Array) -> None:
-    """Raise a ValueError if numbers are not what they should be; see `check`."""
+    """Raise a ValueError if numbers are outside their limits."""
     parts = array.ravel().view(array.real.dtype) if np.iscomplexobj(array) else array
     wrong = ~((parts >= np.array(numbers.least)) & (parts <= LARGEST))  # NaN is wrong
     if wrong.any():
@@ -146,12 +146,12 @@ def check_numbers(array: NDArray[Any], name: str, numbers: Array) -> None:
 
 
 def rows(row: ArrayLike, like: NDArray[Any]) -> Floats:
-    """Return as many equal rows as an array has, at least one, which need no memory."""
+    """Return equal rows, as many as `like` has and at least one; they need no memory."""
     return np.broadcast_to(row, (max(len(like), 1), *np.shape(row)))
 
 
 def middle_of(frame: Frame, a: float, b: float) -> Ellipse:
-    """Return an ellipse in the middle of a frame, to make a fresh state of.
+    """Return an ellipse in the middle of a frame, for a fresh state.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a seed of random numbers may be."""
+"""The check of a seed of random numbers."""
 
 from __future__ import annotations
 

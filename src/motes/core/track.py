@@ -1,4 +1,4 @@
-"""Where a target is in one frame."""
+"""A track: where a target is in one frame."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from motes.core.types import Floats
 
 
 class Status(StrEnum):
-    """Where a tracker is: searching → tracking → lost → searching."""
+    """The status of a tracker: searching → tracking → lost → searching."""
 
     SEARCHING = "searching"
-    """The target is looked for; the ellipse is the best guess, not a finding."""
+    """The target is searched for; the ellipse is only the best guess."""
     TRACKING = "tracking"
     """The target is followed."""
     OCCLUDED = "occluded"
-    """Something hides the target; the ellipse is where it should be. Only a `Scene` says so."""
+    """The target is hidden; the ellipse is its predicted place. Only a `Scene` reports it."""
     LOST = "lost"
     """This frame ended the tracking; from the next one on the target is searched for."""
 
@@ -95,5 +95,5 @@ class Track(msgspec.Struct, frozen=True, eq=False):
 
 
 def finite(value: float) -> float | None:
-    """Return a number as JSON knows it: a Python float, or None if it is not finite."""
+    """Return a number for JSON: a Python float, or None if it is not finite."""
     return float(value) if math.isfinite(value) else None

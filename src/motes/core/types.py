@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
-"""Ellipses, histograms, distances, weights: all that is computed with."""
+"""Ellipses, histograms, distances, weights and all other numbers in double precision."""
 Singles: TypeAlias = NDArray[np.float32]
-"""What is read from pixels: samples, features, strengths."""
+"""Values that are read from pixels: samples, features, strengths."""
 Spectra: TypeAlias = NDArray[np.complex64]
 """Fourier transforms of `Singles`."""
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Processes that work for this one: they hear of no signal that asks to end, and end with it."""
+"""Worker processes: they receive no signal that asks to end, and end with this process."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from motes.core.interrupts import SIGNALS
 
 @contextlib.contextmanager
 def blocked_signals() -> Iterator[None]:
-    """Let signals that ask to end wait; a process that is started here never hears of them."""
+    """Block signals that ask to end; a process that is started meanwhile never receives them."""
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     try:
-        resource_tracker.ensure_running()  # which every process starts first: it lets signals in
+        resource_tracker.ensure_running()  # every process starts it first, and it unblocks signals
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         yield
     finally:

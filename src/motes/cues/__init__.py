@@ -1,4 +1,4 @@
-"""Cues: what the pixels of an ellipse show of a target.
+"""Cues: how far the pixels of an ellipse are from a target model.
 
 >>> from motes.cues import Color, Edges, Lattice
 >>> tracker = motes.ParticleFilter(
@@ -8,13 +8,14 @@
 
 from __future__ import annotations
 
-from motes.cues.base import AdaptableCue, Cue
+from motes.cues.base import AdaptableCue, Cue, visible
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
+from motes.cues.histogram_cue import HistogramCue
 from motes.cues.hog import Hog
-from motes.cues.sampling import Checkerboard, EveryPixel, Lattice
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, sunflower
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.structure_tensor import Orientation
 
@@ -26,9 +27,12 @@ __all__ = [
     "Cue",
     "Edges",
     "EveryPixel",
+    "HistogramCue",
     "Hog",
     "Lattice",
     "Orientation",
     "Posterior",
     "ScaleFilter",
+    "sunflower",
+    "visible",
 ]

@@ -15,13 +15,13 @@ from motes.core.types import Floats
 
 
 class Cue:
-    """What pixels say about an ellipse: how far a region is from a target model.
+    """The interface of a cue: how far regions of a frame are from a target model.
 
     A cue is also a `Config`: `class Hue(Cue, Config, frozen=True)`. Its model is any frozen
-    `msgspec.Struct`; what the model holds is the cue's own affair. Methods change neither the model
-    nor the frame, and several threads may call them at the same time.
+    `msgspec.Struct`; only the cue itself reads the model. Methods change neither the model nor the
+    frame, and several threads may call them at the same time.
 
-    The model of a cue that is no `AdaptableCue` changes in `update_reading`, if at all.
+    If a cue is no `AdaptableCue`, only `update_reading` changes its model.
     """
 
     __slots__ = ()
@@ -34,23 +34,22 @@ class Cue:
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
         """Return how far each ellipse (N, 5) is from the model, shape (N,).
 
-        0 is the same and 1 is as different as can be. The square of a distance is one minus a
-        coefficient of similarity, rho, over which the appearance rule and the fusion of cues take
-        means. An ellipse has distance 1 where it lies outside the frame, holds a NaN or an
-        infinity, or has a half-axis that is not positive. The distance of one ellipse does not
-        depend on the other ellipses.
+        0 is the same, 1 is the largest difference. The similarity rho is one minus the square of a
+        distance; the appearance rule and the fusion of cues average rho. The distance is 1 for an
+        ellipse outside the frame, with NaN or infinity, or with a half-axis that is not positive.
+        The distance of one ellipse does not depend on the other ellipses.
         """
 
     def update_reading(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the model for the next frame, after the target was found in `ellipse`.
 
-        It is called only while the tracker is sure. By default, the model stays.
+        It is called only in frames in which the target is present. By default, the model stays.
         """
         return model
 
 
 class AdaptableCue(Cue):
-    """A cue that compares histograms, and leaves to the model update how these change.
+    """The interface of a cue that compares histograms; a model update changes its models.
 
     Its models have two fields: `histogram` (m,), which the cue compares, and `anchor` (m,), the
     histogram of the first frame.
@@ -60,15 +59,15 @@ class AdaptableCue(Cue):
 
     @abstractmethod
     def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram (m,), sum 1, read as the model's was.
+        """Return the region's histogram (m,), sum 1, read in the same way as the model's.
 
-        It holds zeros where nothing is seen, as outside the frame.
+        It is zero if no pixel is read, as outside the frame.
         """
 
 
 def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:
-    """Return which ellipses (N, 5) may see a pixel: finite, of a size, not outside the frame."""
-    with np.errstate(invalid="ignore", over="ignore"):  # of those that are none
+    """Return which ellipses (N, 5) may cover a pixel: finite, of positive size, in the frame."""
+    with np.errstate(invalid="ignore", over="ignore"):  # of ellipses with NaN or infinity
         x, y, a, b, theta = ellipses.T
         wide = np.hypot(a * np.cos(theta), b * np.sin(theta))
         high = np.hypot(a * np.sin(theta), b * np.cos(theta))

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Floats, Singles
+from motes.core.types import Floats
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import ColorBins, Reading
 
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
@@ -31,12 +32,12 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
 
     @cached_property
     def roots(self) -> Floats:
-        """Square roots of the occupied bins, in order; the others add nothing to equation 6."""
+        """Square roots of the occupied bins, in order; empty bins add nothing to equation 6."""
         return np.sqrt(self.histogram[self.histogram > 0])
 
     @cached_property
     def slots(self) -> NDArray[np.uint32]:
-        """For each bin, its place among the occupied ones, or their number where it is empty."""
+        """For each bin, its index among the occupied bins; their number if it is empty."""
         occupied = self.histogram > 0
         count = np.count_nonzero(occupied)
         slots = np.full(occupied.size, count, np.uint32)
@@ -45,21 +46,24 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
 
 
 class Color(HistogramCue, frozen=True):
-    """Weighted color histogram of an ellipse (equations 2 to 7).
+    """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7.
 
     Attributes
     ----------
     space
-        `rgb` or `hsv`; or `hsv+v`, where a pixel with color falls into a bin of hue and saturation,
-        and one without into one of value alone: Zhao and Pei, section 2.1. They do not say when a
-        pixel has color; Perez et al. (ECCV 2002), from whom they have it: where saturation is above
-        0.1 and value above 0.2.
+        Color space of the histogram. With `rgb` and `hsv` it has three dimensions. With `hsv+v`, a
+        pixel with color falls into a bin of hue and saturation, any other into a bin of value alone
+        (Zhao and Pei, section 2.1). A pixel has color if its saturation is above 0.1 and its value
+        above 0.2 (Perez et al., ECCV 2002).
     bins
-        Number of bins in each channel: 8x8x8 for RGB, 8x8x4 for HSV, 8x8+8 for `hsv+v`.
+        Number of bins of each channel: 8x8x8 for `rgb`, 8x8x4 for `hsv`, 8x8 + 8 for `hsv+v`. More
+        bins separate more colors, but the histogram changes more with the light.
     kernel
-        How pixels are weighted: `radial` is equation 2; see `sampling.Profile`.
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `radial` is equation 2 of
+        Nummiaro et al.
     sampling
-        Which pixels are read.
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     space: Literal["rgb", "hsv", "hsv+v"] = "rgb"
@@ -88,56 +92,57 @@ class Color(HistogramCue, frozen=True):
         -------
         (N, m); each row sums to 1, or is zero where the ellipse lies outside the frame.
         """
-        m = self.size
+        m, ellipses = self.size, np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), m))
+        slots = np.arange(m, dtype=np.uint32)
         kernels.color.histograms(
-            frame.pixels, ellipses, *self._reading, np.arange(m, dtype=np.uint32),
-            *self._space, histograms,
-        )  # fmt: skip
+            frame.pixels, ellipses, self._reading, slots, self._bins, histograms
+        )
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ColorModel:
-        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return ColorModel(histogram, histogram)
 
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
-        distances = np.empty(len(ellipses))
+        distances, ellipses = np.empty(len(ellipses)), np.asarray(ellipses, float)
         kernels.color.distances(
             frame.pixels,
             ellipses,
-            *self._reading,
+            self._reading,
             model.slots,
             model.roots,
-            *self._space,
+            self._bins,
             distances,
         )
         return distances
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
-        """Return where one mean-shift iteration moves the ellipse's center.
+        """Return the ellipse's center after one mean-shift iteration.
 
-        The mean of its pixels, each weighted by sqrt(q / p) of its bin, q the model's and p the
-        region's histogram; exact for the Epanechnikov kernel. Comaniciu, Ramesh and Meer, Real-time
+        It is the mean of the ellipse's pixels. The weight of a pixel is sqrt(q / p) of its bin,
+        with the model's histogram q and the region's p. This is exact for the Epanechnikov kernel.
+        Comaniciu, Ramesh and Meer, Real-time
         tracking of non-rigid objects using mean shift, CVPR 2000, equations 10 and 11.
         """
-        region = np.array(ellipse)
+        region = np.array(ellipse, float)
         seen = self.histograms(frame, region[None])[0][model.histogram > 0]
         ratios = np.zeros(seen.size + 1)
         np.divide(model.roots, np.sqrt(seen), out=ratios[:-1], where=seen > 0)
         center = region[:2].copy()
         kernels.color.mean_shift(
             frame.pixels, region, self.sampling.lattice, self.sampling.grid, model.slots, ratios,
-            *self._space, center,
+            self._bins, center,
         )  # fmt: skip
         return float(center[0]), float(center[1])
 
     @property
-    def _reading(self) -> tuple[Singles, tuple[int, int], int]:
-        return self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]
+    def _reading(self) -> Reading:
+        return Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel])
 
     @property
-    def _space(self) -> tuple[int, int, int, int]:
-        return (SPACES[self.space], *self.bins)
+    def _bins(self) -> ColorBins:
+        return ColorBins(SPACES[self.space], *self.bins)

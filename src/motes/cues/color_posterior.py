@@ -1,4 +1,4 @@
-"""Is a pixel the target's? Its color's share inside the target beside its share around it.
+"""The probability that a pixel belongs to the target, from its color.
 
 p(target | color) by Bayes' rule with equal priors, from histograms of the target and of its
 surroundings (Bertinetto et al., Staple, CVPR 2016, section 3.4).
@@ -23,24 +23,25 @@ from motes.cues.search_window import Grid, grid
 
 COLORS = 32**3
 CORE_FRACTION = 0.8
-"""Share of the box's sides within which every pixel counts as the target's."""
+"""Share of the box's sides: every pixel within counts as the target's."""
 BORDER = 0.3
-"""Width of the strips on both sides of the border, as a share of the half sides."""
+"""Width of the strips inside and outside of the border, as a share of the half sides."""
 SURROUNDINGS = 1.4
-"""The contrast is that to the part between the box and one so many times as large."""
+"""Size of the outer box of the contrast, relative to the target's box."""
 
 
 class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
-    """Shares of colors.
+    """The learned colors of a target and of its surroundings.
 
     Attributes
     ----------
     inside, outside
-        (32768,) in the target and around it; each sums to 1.
+        (32768,), shares of the colors in the target and around it; each sums to 1.
     a, b
         Half-axes of the target's first region, from which the grid follows.
     place
-        Where the target was when the model was last settled: where `distances` looks first.
+        The target's last place, where the model was updated. `distances` reads the window there
+        first.
     """
 
     inside: NotNegativeSingles
@@ -51,17 +52,21 @@ class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
 
     @property
     def grid(self) -> Grid:
-        """The samples that are read."""
+        """The samples of the window around the target."""
         return grid(self.a, self.b)
 
 
 class Posterior(Cue, Config, frozen=True):
-    """The cue: 1 - mean of p(target | color) over an ellipse's box, learned as the target goes on.
+    """Posterior of the target's colors against its surroundings, updated while it is present.
+
+    The distance is 1 - mean of p(target | color) over an ellipse's box.
 
     Attributes
     ----------
     learning_rate
-        Share of a frame in what is learned: more than of other cues, as colors change with light.
+        Share of the current frame in the updated color histograms. With a larger value they follow
+        changes faster; 0 keeps them fixed. The default is higher than that of other cues, since
+        colors change with the light.
     """
 
     learning_rate: Share = 0.04
@@ -85,14 +90,14 @@ class Posterior(Cue, Config, frozen=True):
     def update_reading(
         self, model: PosteriorModel, frame: Frame, ellipse: Ellipse
     ) -> PosteriorModel:
-        """Return the model with what is learned of a target in `ellipse`."""
+        """Return the model updated with the colors of a target in `ellipse`."""
         window = model.grid.sample_window(frame, ellipse)
         return replace(self.updated(model, window, self.learning_rate), place=ellipse)
 
     def updated(
         self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
     ) -> PosteriorModel:
-        """Return the model with a share `learning_rate` of what a window (3, H, W) shows.
+        """Return the model moved by a share `rate` towards the colors of a window (3, H, W).
 
         The target is x, y samples off the window's center.
         """
@@ -107,7 +112,7 @@ class Posterior(Cue, Config, frozen=True):
         return replace(model, inside=inside, outside=outside)
 
     def integral(self, model: PosteriorModel, window: Singles) -> Floats:
-        """Return the posterior of a window (3, H, W), summed up, (H + 1, W + 1)."""
+        """Return the integral image of a window's posterior, (H + 1, W + 1); window: (3, H, W)."""
         out = np.empty((window.shape[1] + 1, window.shape[2] + 1))
         kernels.color_posterior.color_integral(window, model.inside, model.outside, out)
         return out
@@ -119,9 +124,9 @@ def means(integral: Floats, boxes: Floats) -> Floats:
     Parameters
     ----------
     integral
-        (H + 1, W + 1), as `Posterior.integral` has it.
+        (H + 1, W + 1), the result of `Posterior.integral`.
     boxes
-        (N, 4) x and y off the window's center, half width and half height, in samples.
+        (N, 4): x and y off the window's center, half width and half height, in samples.
     """
     out = np.empty(len(boxes))
     kernels.bilinear.box_means(integral, boxes, out)
@@ -129,12 +134,12 @@ def means(integral: Floats, boxes: Floats) -> Floats:
 
 
 def scaled(boxes: Floats, scale: float) -> Floats:
-    """Return boxes (N, 4) with other sides."""
+    """Return boxes (N, 4) with their sides multiplied by `scale`."""
     return boxes * (1.0, 1.0, scale, scale)
 
 
 def borders(integral: Floats, boxes: Floats) -> Floats:
-    """Return the mean posterior just inside and just outside of boxes, (N, 2); as for `means`."""
+    """Return the mean posterior just inside and just outside of boxes (see `means`), (N, 2)."""
     sizes = [scaled(boxes, scale) for scale in (1 - BORDER, 1.0, 1 + BORDER)]
     low, one, high = means(integral, np.concatenate(sizes)).reshape(3, -1)
     less, more = (1 - BORDER) ** 2, (1 + BORDER) ** 2
@@ -142,7 +147,7 @@ def borders(integral: Floats, boxes: Floats) -> Floats:
 
 
 def contrast(integral: Floats, box: Floats) -> float:
-    """Return by how much the posterior in a target's box (4,) is above that around it, -1 to 1."""
+    """Return the mean posterior in a target's box (4,) minus that around it, -1 to 1."""
     sizes = [scaled(box, scale) for scale in (CORE_FRACTION, 1.0, SURROUNDINGS)]
     core, one, wide = means(integral, np.array(sizes)).tolist()
     area = SURROUNDINGS**2

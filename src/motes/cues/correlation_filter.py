@@ -1,4 +1,4 @@
-"""Where is what was learned: a correlation filter over cells of gradients and colors.
+"""The place of the target: a correlation filter over cells of gradients and colors.
 
 Ridge regression from the window around the target onto a Gaussian at its center, for all shifts of
 the window at once, in the Fourier domain (Bolme et al., CVPR 2010; Danelljan et al., Accurate scale
@@ -13,7 +13,6 @@ from typing import Annotated
 import msgspec
 import numpy as np
 from msgspec.structs import replace
-from scipy import fft
 
 from motes import kernels
 from motes.core.config import Config, Positive, Share
@@ -26,11 +25,11 @@ from motes.cues.fourier_ridge import filtered, gaussian, updated
 from motes.cues.search_window import CELL_SIZE, Grid, features, grid
 
 UPSAMPLING = 2
-"""Values of a response to the side of a cell."""
+"""Number of a response's values per side of a cell."""
 
 
 class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation"):
-    """A learned filter, numerator over power, and the one of the first frame.
+    """A learned filter, numerator over power, and the filter of the first frame.
 
     Attributes
     ----------
@@ -41,7 +40,8 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
     a, b
         Half-axes of the target's first region, from which the grid follows.
     place
-        Where the target was when the model was last settled: where `distances` looks first.
+        The target's last place, where the model was updated. `distances` reads the window there
+        first.
     """
 
     numerator: Spectra
@@ -59,18 +59,24 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
 
 
 class Correlation(Cue, Config, frozen=True):
-    """The cue: 1 - response of the filter, which learns where the target is found.
+    """Correlation filter over gradients and colors, updated while the target is present.
+
+    The distance is 1 - response of the filter.
 
     Attributes
     ----------
     sharpness
-        Standard deviation of the label, as a share of the target's mean side.
+        Width of the response's peak: standard deviation of the Gaussian that the filter learns, as
+        a share of the target's mean side. A larger value gives a wider peak.
     ridge
-        Energy below which a frequency has little say.
+        Regularization: energy that is added to every frequency. With a larger value, frequencies of
+        low energy have less influence.
     anchor
-        Share of the first frame's filter in the response, whatever was learned since.
+        Share of the first frame's filter in the response; the rest is that of the learned filter.
+        With a larger value the target's first appearance counts more.
     learning_rate
-        Share of a frame in what is learned.
+        Share of the current frame in the updated filter. With a larger value the filter follows
+        changes faster; 0 keeps it fixed.
     """
 
     sharpness: Positive = 1 / 6
@@ -100,12 +106,14 @@ class Correlation(Cue, Config, frozen=True):
     def update_reading(
         self, model: CorrelationModel, frame: Frame, ellipse: Ellipse
     ) -> CorrelationModel:
-        """Return the filter with what is learned of a target in `ellipse`."""
+        """Return the filter updated with a target in `ellipse`."""
         spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
         return replace(self.updated(model, spectra, self.learning_rate), place=ellipse)
 
     def spectra(self, samples: Grid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
+        from scipy import fft  # takes a third of a second to import
+
         cells = features(window)
         cells *= samples.taper
         out: Spectra = fft.rfft2(cells)
@@ -114,7 +122,7 @@ class Correlation(Cue, Config, frozen=True):
     def updated(
         self, model: CorrelationModel, spectra: Spectra, rate: float, x: float = 0.0, y: float = 0.0
     ) -> CorrelationModel:
-        """Return the filter with a share `learning_rate` of what a window says.
+        """Return the filter moved by a share `rate` towards a window, given by its spectra.
 
         The target is x, y samples off the window's center.
         """
@@ -130,10 +138,13 @@ class Correlation(Cue, Config, frozen=True):
     def responses(self, model: CorrelationModel, spectra: Spectra) -> tuple[Singles, Singles]:
         """Return the filter's response and that of the first frame's filter, around the middle.
 
-        The label's peak is 1. In the filter's response (FINE h, FINE w), of which the first one has
-        its share, there are FINE values to a cell, by an inverse transform padded with zeros; in
-        the other one (h, w) there is one.
+        The label's peak is 1. The first frame's filter has the share `anchor` in the filter's
+        response. That response has shape (UPSAMPLING h, UPSAMPLING w): there are UPSAMPLING values
+        to a cell's side, by an inverse transform padded with zeros. The second response (h, w) has
+        one value to a cell.
         """
+        from scipy import fft
+
         first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
         mixed = filtered(model.numerator, model.power + self.ridge, spectra)
         mixed = (1 - self.anchor) * mixed + self.anchor * first
@@ -143,7 +154,7 @@ class Correlation(Cue, Config, frozen=True):
         padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
         padded[UPSAMPLING * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
         plane = fft.irfft2(UPSAMPLING**2 * padded, (UPSAMPLING * rows, UPSAMPLING * columns))
-        return fft.fftshift(plane), fft.fftshift(fft.irfft2(first, (rows, columns)))
+        return np.fft.fftshift(plane), np.fft.fftshift(fft.irfft2(first, (rows, columns)))
 
 
 def sample_response(plane: Singles, points: Floats) -> Floats:
@@ -154,7 +165,7 @@ def sample_response(plane: Singles, points: Floats) -> Floats:
 
 
 def peak_near(first: Singles, x: float, y: float) -> float:
-    """Return the first filter's response, best within a cell of x, y samples off the center."""
+    """Return the first filter's largest response within a cell of x, y samples off the center."""
     row, column = (
         size // 2 + round(off / CELL_SIZE) for size, off in zip(first.shape, (y, x), strict=True)
     )

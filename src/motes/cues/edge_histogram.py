@@ -18,9 +18,10 @@ from motes.core.types import Floats
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 AT_POINTS = 3
-"""Sobel's operator costs so many times as much at scattered points as all over a region."""
+"""Cost of Sobel's operator at a scattered point, relative to a pixel of a whole region."""
 
 
 class EdgesModel(HistogramModel, frozen=True, eq=False, tag="edges"):
@@ -28,28 +29,31 @@ class EdgesModel(HistogramModel, frozen=True, eq=False, tag="edges"):
 
 
 class Edges(HistogramCue, frozen=True):
-    """Histogram of the orientation of strong edges in an ellipse (equations 10 to 15, 18 and 19).
+    """Histogram of the orientation of strong edges in an ellipse: Ng and Delp, sections 3.2 to 3.4.
 
-    A pixel whose edge is no stronger than the threshold is left out; equation 14 would count it as
-    angle 0. Every other one counts as much as the kernel says, however strong. Equation 15 divides
-    by the number of bins where that of pixels is meant; here, by the sum of weights (equation 19).
+    Equations 10 to 15, 18 and 19. A pixel whose edge is no stronger than the threshold is left out;
+    equation 14 would count it as angle 0. Any other pixel counts with its weight under the kernel,
+    whatever its strength. Equation 15 divides by the number of bins, where the number of pixels is
+    meant; here the sum of weights divides (equation 19).
 
-    Two regions without any strong edge are alike, and as far as can be from any region with one.
+    Two regions without any strong edge have distance 0. Such a region has distance 1 from any
+    region with a strong edge.
 
     Attributes
     ----------
     threshold
-        Of strength (equation 12), on gray values from 0 to 255: a straight edge between two gray
-        values has four times their difference.
+        Strength above which an edge counts (Ng and Delp, equation 12). A straight edge between two
+        gray values, 0 to 255, has four times their difference. A larger value counts fewer edges.
     bins
-        k, over half a turn, as the arctangent of equation 13: opposite directions count as one.
-        The paper gives no number. The first is centered on horizontal edges, and with an even
-        number one is centered on vertical edges, so that noise does not move those two, the
-        commonest, to and fro between bins.
+        Number k of bins over half a turn (equation 13): opposite directions count as one. More bins
+        separate smaller angles. The paper gives no number. The first bin is centered on horizontal
+        edges, and one of an even number on vertical edges: noise then rarely moves these two, the
+        most frequent ones, to another bin.
     kernel
-        How pixels are weighted, by their place in the ellipse.
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all.
     sampling
-        Which of them are read.
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     threshold: Annotated[float, Meta(ge=0, le=1e4)] = 100.0
@@ -63,6 +67,7 @@ class Edges(HistogramCue, frozen=True):
         Each row sums to 1, or is zero where the ellipse lies outside the frame; its last place is 1
         where there is no strong edge.
         """
+        ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.bins + 1))
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
@@ -84,15 +89,13 @@ class Edges(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             histograms,
         )
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> EdgesModel:
-        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return EdgesModel(histogram, histogram)

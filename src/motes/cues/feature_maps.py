@@ -1,4 +1,4 @@
-"""Dense results: computed over the part of a frame that ellipses cover, once, and kept there."""
+"""Dense features over the part of a frame that ellipses cover, computed once for each frame."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ class Plane:
     Attributes
     ----------
     column, row
-        Of the first block.
+        Column and row of the first block.
     step
         Side of a block in pixels.
     bins
-        (H, W), number of the bin in which the orientation falls.
+        (H, W), number of each block's bin of orientation.
     """
 
     column: int
@@ -38,7 +38,7 @@ class Plane:
         return out
 
     def covers(self, part: tuple[int, int, int, int]) -> bool:
-        """Tell whether blocks `part` (first column and row, and those after the last) are in it."""
+        """Return whether it has the blocks `part`, as `blocks` returns them."""
         left, top, right, bottom = part
         height, width = self.bins.shape
         return (
@@ -58,9 +58,9 @@ def plane_over(
     key: Hashable,
     compute: Callable[[int, int, tuple[int, int]], P],
 ) -> P:
-    """Return a plane that covers a part, as `blocks` returns it; the frame keeps it under `key`.
+    """Return a plane that covers a part (see `blocks`); the frame keeps the plane under `key`.
 
-    `compute` takes the first column and row of the blocks to be computed, and the shape.
+    `compute` makes a plane from the first column and row of its blocks, and its shape.
     """
     plane: P | None = frame.cache.get(key)
     if plane is None or not plane.covers(part):

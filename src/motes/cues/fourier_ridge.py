@@ -2,7 +2,7 @@
 
 Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010; Danelljan et
 al., Accurate scale estimation for robust visual tracking, BMVC 2014, equations 3 to 5. The filter
-is kept as its numerator and its power, which are running means.
+is stored as its numerator and its power, which are running means.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from motes.core.types import Singles, Spectra
 def gaussian(
     frequencies: NDArray[np.floating], sigma: float, shift: float = 0.0
 ) -> NDArray[np.complex128]:
-    """Return a Gaussian label's conjugate transform; its peak, 1, is at a shift."""
+    """Return the conjugate transform of a Gaussian label; its peak is 1 and lies at `shift`."""
     spread = np.pi * sigma * frequencies
     out: NDArray[np.complex128] = np.exp(2 * (1j * np.pi * shift * frequencies - spread**2))
     return math.sqrt(2 * np.pi) * sigma * out
@@ -31,9 +31,9 @@ def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
     Parameters
     ----------
     numerator, spectra
-        (K, ...) of the filter, and of K signals.
+        (K, ...), of the filter and of K signals.
     power
-        (...) of the filter, the ridge added.
+        (...), of the filter, with the ridge added.
     """
     out = np.empty(power.shape, np.complex64)
     flat = len(numerator), -1
@@ -46,7 +46,7 @@ def filtered(numerator: Spectra, power: Singles, spectra: Spectra) -> Spectra:
 def updated(
     numerator: Spectra, power: Singles, spectra: Spectra, label: NDArray[np.complex128], rate: float
 ) -> tuple[Spectra, Singles]:
-    """Return numerator and power with a share `rate` of a lesson: signals and their label (...)."""
+    """Return numerator and power moved by a share `rate` towards signals and their label (...)."""
     numerator, power, flat = numerator.copy(), power.copy(), (len(numerator), -1)
     kernels.fourier_ridge.teach(
         spectra.reshape(flat),

@@ -1,4 +1,4 @@
-"""What cues that compare histograms have in common."""
+"""The base of cues that compare histograms."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
     Attributes
     ----------
     histogram
-        (m,), sums to 1; zeros where nothing was seen.
+        (m,), sums to 1; zeros if no pixel was read.
     anchor
-        (m,), the histogram of the first frame, from which the model update may not stray too far.
+        (m,), the histogram of the first frame. The model update keeps the model near it.
     """
 
     histogram: NotNegative
@@ -33,18 +33,18 @@ class HistogramModel(msgspec.Struct, frozen=True, eq=False, tag="histogram"):
 
 
 class HistogramCue(AdaptableCue, Config, frozen=True):
-    """A cue that reads all histograms the same way; `histograms` is all that another one needs."""
+    """The base of a cue that compares histograms; a subclass needs the method `histograms` only."""
 
     @abstractmethod
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, m).
 
-        Each row sums to 1, or is zero where nothing is seen, as outside the frame or for NaN.
+        Each row sums to 1, or is zero if no pixel is read, as outside the frame or for NaN.
         """
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> Any:
         """Return the target model of the region in `ellipse`."""
-        histogram = self.histograms(frame, np.array([ellipse]))[0]
+        histogram = self.histograms(frame, np.array([ellipse], float))[0]
         return HistogramModel(histogram, histogram)
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
@@ -52,16 +52,16 @@ class HistogramCue(AdaptableCue, Config, frozen=True):
         return bhattacharyya(self.histograms(frame, ellipses), model.histogram)
 
     def observe(self, model: Any, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram, (m,); zeros where nothing is seen."""
-        histogram: Floats = self.histograms(frame, np.array([ellipse]))[0]
+        """Return the region's histogram, (m,); zeros if no pixel is read."""
+        histogram: Floats = self.histograms(frame, np.array([ellipse], float))[0]
         return histogram
 
 
 def bhattacharyya(histograms: Floats, model: Floats) -> Floats:
     """Return the distances sqrt(1 - rho) of histograms (N, m) to a model's (m,), shape (N,).
 
-    Nummiaro et al., equations 6 and 7. A histogram of zeros, of a region where nothing is seen, is
-    at distance 1.
+    Nummiaro et al., equations 6 and 7. A histogram of zeros, from a region without pixels, has
+    distance 1.
     """
     distances = np.empty(len(histograms))
     kernels.histograms.bhattacharyya(histograms, np.sqrt(model), distances)

@@ -19,18 +19,22 @@ from motes.core.types import Floats, Singles
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 SMOOTH = np.array([0.75, 0.125, 0], np.float32)
-"""Taps at 0, 1 and 2, to both sides: of variance 0.25, delta = 0.5 of section 4, and exact in
-single precision, so that a gradient is the same whichever part it is computed with."""
+"""Smoothing filter: taps at 0, 1 and 2, to both sides.
+
+Its variance is 0.25, delta = 0.5 of section 4. The taps are exact in single precision, so that a
+gradient is the same in whatever part of the frame it is computed.
+"""
 DERIVATIVE = np.array([0, 0.375, 0.0625], np.float32)
-"""Those of half the difference of the neighbors, smoothed; negative on the other side."""
+"""Smoothed derivative filter: taps at 0, 1 and 2; those on the other side are negative."""
 AT_POINTS = 5
-"""Gradients cost so many times as much at scattered points as all over a region."""
+"""Cost of a gradient at a scattered point, relative to a pixel of a whole region."""
 
 
 class HogModel(HistogramModel, frozen=True, eq=False, tag="hog"):
-    """A target's histogram of oriented gradients, cell by cell; zeros without any gradient."""
+    """A target's histogram of oriented gradients, cell by cell; zeros if there is no gradient."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,30 +45,33 @@ class GradientPlane(Plane):
 
 
 class Hog(HistogramCue, frozen=True):
-    """Histogram of the directions of gradients in an ellipse, turned to the strongest one (2).
+    """Histogram of the directions of gradients in an ellipse: Zhao and Pei, section 2.1.
 
     As in SIFT (Lowe, IJCV 2004), which the paper follows, a pixel counts by the strength of its
-    gradient: equation 2 as printed has the weights of equation 1 alone, by which the noise of a
-    smooth surface would count as much as an edge; but it calls its result a magnitude. Directions
-    cover a whole turn, so that dark on bright is not bright on dark.
+    gradient. The printed equation 2 has the weights of equation 1 alone, but calls its result a
+    magnitude; with these weights the noise of a smooth surface would count as much as an edge.
+    Directions cover a whole turn, so that dark on bright differs from bright on dark.
 
     Attributes
     ----------
     cells
-        Rows, and columns, of cells, each with a histogram of its own; all are turned alike. 1 gives
-        the 8 bins of the paper's experiments; 3 the 72 by which it tells targets of one color
-        apart. Cells divide the box around the ellipse, and turn with it, not with the strongest
-        direction, which may change from frame to frame.
+        Number of rows, and of columns, of cells. Each cell has its own histogram; all are rotated
+        by the same angle. More cells separate targets better, but are more sensitive to
+        deformation. The paper's experiments have 1 cell with 8 bins; its 72 bins are 3x3 cells.
+        Cells divide the box around the ellipse and turn with it, not with the strongest direction,
+        which may change between frames.
     bins
-        Over a whole turn, in each cell.
+        Number of bins over a whole turn, in each cell. More bins separate smaller angles.
     rotation_normalized
-        Whether a histogram is turned so that its strongest direction comes first, the others
-        following around the circle: a target that turns then keeps its histogram, to half a bin.
-        Without, one that stays upright is told better from others.
+        If true, a histogram is rotated so that its strongest direction comes first: a target that
+        turns keeps its histogram, up to half a bin. If false, a target that stays upright is
+        separated better from others.
     kernel
-        How pixels are weighted, by their place in the ellipse; `gaussian` is equation 1.
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all. `gaussian` is equation 1 of
+        Zhao and Pei.
     sampling
-        Which of them are read.
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     cells: Annotated[int, Meta(ge=1, le=4)] = 1
@@ -76,8 +83,9 @@ class Hog(HistogramCue, frozen=True):
     def histograms(self, frame: Frame, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse (N, 5), shape (N, cells² bins).
 
-        Each row sums to 1, or is zero where the ellipse sees no gradient.
+        Each row sums to 1, or is zero if there is no gradient in the ellipse.
         """
+        ellipses = np.asarray(ellipses, float)
         histograms = np.empty((len(ellipses), self.cells**2 * self.bins))
         lattice, profile = self.sampling.lattice, PROFILES[self.kernel]
         part = left, top, right, bottom = blocks(frame, ellipses, 1)
@@ -104,9 +112,7 @@ class Hog(HistogramCue, frozen=True):
             plane.column,
             plane.row,
             ellipses,
-            lattice,
-            self.sampling.grid,
-            profile,
+            Reading(lattice, self.sampling.grid, profile),
             self.cells,
             self.rotation_normalized,
             histograms,
@@ -114,7 +120,7 @@ class Hog(HistogramCue, frozen=True):
         return histograms
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> HogModel:
-        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         cue = replace(self, sampling=self.sampling.dense)
-        histogram = cue.histograms(frame, np.array([ellipse]))[0]
+        histogram = cue.histograms(frame, np.array([ellipse], float))[0]
         return HogModel(histogram, histogram)

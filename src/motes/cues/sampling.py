@@ -11,15 +11,16 @@ from msgspec import Meta
 from motes import kernels
 from motes.core.config import Config
 from motes.core.types import Singles
+from motes.kernels.structures import Grid
 
 Profile = Literal["epanechnikov", "radial", "uniform", "gaussian"]
 """How a pixel's weight falls with its distance from the center.
 
 `radial`: Nummiaro et al., equation 2, 1 - r² with r the distance over sqrt(a² + b²); only pixels
 inside the ellipse count. `epanechnikov`: 1 - r² with r measured in the ellipse's own half-axes, so
-that weights fall to zero at its border. `uniform`: all the same. `gaussian`: Zhao and Pei,
-equation 1, exp(-r² / (2 delta²)) with r in half-axes too and delta = 1 (section 4); in pixels, a
-delta of 1 would leave nothing but the center.
+that weights fall to zero at its border. `uniform`: equal weights. `gaussian`: Zhao and
+Pei, equation 1, exp(-r² / (2 delta²)) with r in half-axes too and delta = 1 (section 4). A delta of
+1 pixel would give the center all the weight.
 """
 
 PROFILES: dict[str, int] = {
@@ -31,15 +32,15 @@ PROFILES: dict[str, int] = {
 
 
 DENSE = 4096
-"""Points of the lattice that reads a target model."""
+"""Number of points of the lattice that reads a target model."""
 
 
 class EveryPixel(Config, frozen=True, tag="every_pixel"):
-    """Every pixel whose center lies inside the ellipse: the reference; cost grows with area."""
+    """Every pixel whose center lies inside the ellipse; the cost grows with the ellipse's area."""
 
     @property
     def dense(self) -> EveryPixel:
-        """What a target model is read with: the same."""
+        """The sampling that reads a target model: the same."""
         return self
 
     @property
@@ -48,29 +49,29 @@ class EveryPixel(Config, frozen=True, tag="every_pixel"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> tuple[int, int]:
-        """All of them."""
-        return 1, 1
+    def grid(self) -> Grid:
+        """Steps of rows and columns of the pixels that are read: every one."""
+        return Grid(1, 1)
 
 
 class Checkerboard(Config, frozen=True, tag="checkerboard"):
-    """A part of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
+    """Half or a quarter of the pixels inside the ellipse: Ng and Delp, section 3.5 and figure 2.
 
-    They are fixed in the image, not in the ellipse: all candidates read the same pixels, each those
-    inside it.
+    They are fixed in the image, not in the ellipse: where two ellipses overlap, they read the same
+    pixels.
 
     Attributes
     ----------
     share
-        `half`: pixels whose row and column have an even sum; `quarter`: those whose row and column
-        are both even, every second pixel of every second row.
+        `half` reads the pixels whose row and column have an even sum; `quarter` reads those whose
+        row and column are both even.
     """
 
     share: Literal["half", "quarter"] = "half"
 
     @property
     def dense(self) -> Checkerboard:
-        """What a target model is read with: the same, so that it is compared with its like."""
+        """The sampling that reads a target model: the same, so that both are comparable."""
         return self
 
     @property
@@ -79,29 +80,30 @@ class Checkerboard(Config, frozen=True, tag="checkerboard"):
         return np.empty((2, 0), np.float32)
 
     @property
-    def grid(self) -> tuple[int, int]:
-        """Row and column have an even sum; and the row is even, for a quarter."""
-        return 2, 1 if self.share == "half" else 2
+    def grid(self) -> Grid:
+        """The sum of row and column is even; for a quarter, the row is even too."""
+        return Grid(2, 1 if self.share == "half" else 2)
 
 
 class Lattice(Config, frozen=True, tag="lattice"):
     """A fixed set of points spread evenly over the unit disk, mapped by each ellipse.
 
-    A candidate costs the same whatever its size, and its region's histogram is an unbiased
-    estimate of the one over every pixel. What all candidates are compared with, the target model,
-    is read once, and by a denser lattice.
+    An ellipse costs the same whatever its size, and its histogram is an unbiased estimate of the
+    one over every pixel. The target model, with which all ellipses are compared, is read once, by a
+    denser lattice.
 
     Attributes
     ----------
     points
-        How many pixels of an ellipse are read.
+        Number of pixels of an ellipse that are read, whatever its size. More pixels are more exact
+        and slower.
     """
 
     points: Annotated[int, Meta(ge=8, le=65536)] = 256
 
     @property
     def dense(self) -> Lattice:
-        """What a target model is read with: `DENSE` points, or more."""
+        """The sampling that reads a target model: `DENSE` points, or more."""
         return Lattice(points=max(self.points, DENSE))
 
     @property
@@ -110,9 +112,9 @@ class Lattice(Config, frozen=True, tag="lattice"):
         return sunflower(self.points)
 
     @property
-    def grid(self) -> tuple[int, int]:
-        """Of no account beside a lattice."""
-        return 1, 1
+    def grid(self) -> Grid:
+        """It has no effect: the lattice is read."""
+        return Grid(1, 1)
 
 
 Sampling = EveryPixel | Checkerboard | Lattice
@@ -122,8 +124,8 @@ Sampling = EveryPixel | Checkerboard | Lattice
 def sunflower(points: int) -> Singles:
     """Return points (2, n) that cover the unit disk with equal area for each: rows u and v.
 
-    Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle; ordered in rows of
-    the disk, so that pixels read one after the other lie near each other in memory.
+    Vogel's spiral: radius sqrt((i + 1/2) / n), angle i times the golden angle. Points are ordered
+    in rows of the disk, so that successive pixels are near each other in memory.
     """
     i = np.arange(points)
     radius = np.sqrt((i + 0.5) / points)

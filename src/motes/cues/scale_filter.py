@@ -1,4 +1,4 @@
-"""How large is the target? A correlation filter over sizes instead of places.
+"""The size of the target: a correlation filter over sizes instead of places.
 
 Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 2014, section 3.
 """
@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
-from scipy import fft
 
 from motes.core.config import Config, NonNegative, Positive, Share
 from motes.core.frame import Frame
@@ -23,11 +22,11 @@ from motes.cues.fourier_ridge import filtered, gaussian, updated
 from motes.cues.search_window import CELL_SIZE, cut, features
 
 SIDE = 32
-"""Mean side of a target in samples; a smaller one has as many as it has pixels."""
+"""Mean side of a target in samples; a target with fewer pixels has one sample to a pixel."""
 
 
 class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
-    """A learned filter.
+    """A learned filter over sizes.
 
     Attributes
     ----------
@@ -36,7 +35,7 @@ class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
     power
         (n // 2 + 1,): energy of the features.
     rows, columns
-        Of the target's cells.
+        Number of rows and of columns of the target's cells.
     """
 
     numerator: Spectra
@@ -46,18 +45,23 @@ class ScaleModel(msgspec.Struct, frozen=True, eq=False, tag="sizes"):
 
 
 class ScaleFilter(Config, frozen=True):
-    """The target at several sizes around the last one.
+    """Correlation filter over several sizes around the last one.
 
     Attributes
     ----------
-    count, step
-        How many sizes, and the factor from one to the next. Finer steps miss fast growth.
+    count
+        Number of sizes that are compared. More sizes follow faster growth and take more time.
+    step
+        Factor from one size to the next. A larger value follows faster growth, in coarser steps.
     sharpness
-        Standard deviation of the label, in steps.
+        Width of the response's peak: standard deviation of the Gaussian that the filter learns, in
+        steps from one size to the next. A larger value gives a wider peak.
     ridge
-        Energy below which a frequency has little say.
+        Regularization: energy that is added to every frequency. With a larger value, frequencies of
+        low energy have less influence.
     learning_rate
-        Share of a frame in what is learned.
+        Share of the current frame in the updated filter. With a larger value the filter follows
+        changes faster; 0 keeps it fixed.
     """
 
     count: Annotated[int, Meta(ge=1, le=33)] = 13
@@ -68,7 +72,7 @@ class ScaleFilter(Config, frozen=True):
 
     @property
     def factors(self) -> Floats:
-        """(count,), the sizes as factors of the last one."""
+        """(count,), the compared sizes as factors of the last one."""
         out: Floats = np.power(self.step, np.arange(self.count, dtype=np.float64) - self.count // 2)
         return out
 
@@ -84,6 +88,8 @@ class ScaleFilter(Config, frozen=True):
 
     def spectra(self, model: ScaleModel, frame: Frame, ellipse: Ellipse) -> Spectra:
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
+        from scipy import fft  # takes a third of a second to import
+
         shape = model.rows * CELL_SIZE, model.columns * CELL_SIZE
         out = np.empty((len(model.numerator), self.count), np.float32)
         tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
@@ -95,13 +101,15 @@ class ScaleFilter(Config, frozen=True):
 
     def response(self, model: ScaleModel, spectra: Spectra) -> Singles:
         """Return the filter's response at each size, (count,)."""
+        from scipy import fft
+
         learned = filtered(model.numerator, model.power + self.ridge, spectra)
-        # The label's peak is at the first size; the middle one is meant.
+        # The label's peak is at the first size; it belongs to the middle one.
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
 
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
-        """Return the filter with a share `rate` of a target as it was seen at all sizes."""
+        """Return the filter moved by a share `rate` towards a target, given by its spectra."""
         label = gaussian(np.fft.rfftfreq(self.count), self.sharpness)
         numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)

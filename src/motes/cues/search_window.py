@@ -1,7 +1,7 @@
 """A window around the target, sampled once: a fixed number of samples, whatever the target's size.
 
-What is learned from a window can be compared with another one sample by sample, and costs the same
-for a target of 8 pixels and of half the frame.
+Two windows can be compared sample by sample. A window costs the same for a target of 8 pixels and
+for one of half the frame.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import next_fast_len
 
 from motes import kernels
 from motes.core.frame import Frame
@@ -22,32 +21,34 @@ from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
 
 CELL_SIZE = 4
-"""Samples to the side of a cell (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
+"""Side of a cell in samples (Felzenszwalb et al., PAMI 2010, have 8; DSST and others 4)."""
 SAMPLES = 128
 """Mean side of a window in samples."""
 WIDEST = 2.5
-"""The taper is no wider than so many of the target's sides: what is learned of a thin target would
-be its surroundings else."""
+"""Largest width of the taper, in sides of the target.
+
+A wider taper would learn little but the surroundings of a thin target.
+"""
 FINEST = 2
-"""No more samples than this to a pixel, which would show nothing new."""
+"""Largest number of samples per pixel, in x and in y; more would add no information."""
 LARGER = 1.3
-"""From the size of one window of several to that of the next."""
+"""Ratio of the sizes of neighboring windows, if several are needed."""
 TURN = 0.5
-"""From the turn of one to that of the next, in radians."""
+"""Difference of the angles of neighboring windows, in radians."""
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """The samples around a target whose first region had a certain size.
+    """The samples around a target; their number follows from the size of its first region.
 
-    The window is the target with half of its mean side around it.
+    The window is the target with a margin of half of its mean side.
 
     Attributes
     ----------
     rows, columns
-        Of cells.
+        Number of rows and of columns of cells.
     width, height
-        The target's, in samples.
+        The target's width and height, in samples.
     """
 
     rows: int
@@ -57,7 +58,7 @@ class Grid:
 
     @cached_property
     def taper(self) -> Singles:
-        """(rows, columns) Hann's window, which spares the transform the borders' jump."""
+        """Hann's window (rows, columns): features fall to 0 at the borders of the transform."""
         down, across = _hann(self.rows, self.height), _hann(self.columns, self.width)
         return np.outer(down, across).astype(np.float32)
 
@@ -76,14 +77,14 @@ class Grid:
         return 2 * ellipse.a / self.width, 2 * ellipse.b / self.height
 
     def offsets(self, ellipse: Ellipse, points: Floats) -> Floats:
-        """Return how many samples (N, 2) pixels lie off the center of a target's window."""
+        """Return the offsets (N, 2) of pixels (N, 2) from a window's center, in samples."""
         cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
         turned = (points - ellipse[:2]) @ np.array([[cosine, -sine], [sine, cosine]])
         out: Floats = turned / self.step(ellipse)
         return out
 
     def points(self, ellipse: Ellipse, offsets: Floats) -> Floats:
-        """Return the pixels (N, 2) that lie so many samples off that center."""
+        """Return the pixels (N, 2) at offsets (N, 2) from a window's center, in samples."""
         cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
         steps = offsets * self.step(ellipse)
         out: Floats = steps @ np.array([[cosine, sine], [-sine, cosine]]) + ellipse[:2]
@@ -98,12 +99,12 @@ class Grid:
     def tile_windows(
         self, frame: Frame, place: Ellipse, ellipses: Floats
     ) -> Iterator[tuple[Ellipse, NDArray[np.intp]]]:
-        """Yield windows that together see some ellipses (N, 5), each with the rows that it sees.
+        """Yield windows that together cover ellipses (N, 5), each with the rows that it covers.
 
-        Windows lie a target's side apart, and differ in size and turn by steps, all counted from
-        `place`. So what is seen of an ellipse does not depend on the others, and where all are near
-        to the target's last place, one window will do. No window sees an ellipse outside the frame,
-        or one that is none.
+        Windows lie a target's side apart, and differ in size and angle by fixed steps. All are
+        counted from `place`, so that the window of an ellipse does not depend on the other
+        ellipses. One window is enough if all ellipses are near the target's last place. No window
+        covers an ellipse outside the frame, or with NaN.
         """
         rows = np.flatnonzero(visible(frame, ellipses))
         if not rows.size:
@@ -127,7 +128,7 @@ class Grid:
 
 
 def _hann(cells: int, side: float) -> Floats:
-    """Return Hann's window of a row of cells, for a target with a side of so many samples."""
+    """Return Hann's window of a row of cells; `side` is the target's side in samples."""
     offsets = np.arange(cells) - (cells - 1) / 2
     width = min(cells + 1, WIDEST * side / CELL_SIZE)
     return np.where(np.abs(offsets) < width / 2, 0.5 + 0.5 * np.cos(2 * np.pi * offsets / width), 0)
@@ -136,7 +137,7 @@ def _hann(cells: int, side: float) -> Floats:
 def cut(
     frame: Frame, ellipse: Ellipse, step: tuple[float, float], shape: tuple[int, int]
 ) -> Singles:
-    """Return samples (3, H, W) around an ellipse, as it is turned, `step` pixels apart each way."""
+    """Return samples (3, H, W) around an ellipse, in its directions, `step` pixels apart."""
     cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
     across, down = (step[0] * cosine, step[0] * sine), (-step[1] * sine, step[1] * cosine)
     right, low = (shape[1] - 1) / 2, (shape[0] - 1) / 2
@@ -151,7 +152,7 @@ def cut(
 
 @cache
 def sectors() -> Bytes:
-    """Return which of 18 sectors of the turn a gradient has, as `window.gradient_cells` asks."""
+    """Return the sector, of 18 of a whole turn, of each gradient (dy, dx), for `gradient_cells`."""
     dy, dx = np.mgrid[-256:256, -256:256]
     numbers = np.round(np.arctan2(dy, dx) * 9 / np.pi).astype(np.int64) % 18
     out: Bytes = numbers.astype(np.uint8)
@@ -182,5 +183,7 @@ def grid(a: float, b: float) -> Grid:
 
 
 def _fast(cells: float) -> int:
-    """Return a number of cells near to one wanted whose transform is fast."""
+    """Return the least number from `cells`, and from 6, on whose Fourier transform is fast."""
+    from scipy.fft import next_fast_len  # takes a third of a second to import
+
     return int(next_fast_len(max(round(cells), 6), real=True))

@@ -25,30 +25,31 @@ from motes.cues.base import AdaptableCue
 from motes.cues.feature_maps import Plane, blocks, plane_over
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
+from motes.kernels.structures import Reading
 
 FINEST = 0.7
-"""Pixels: a derivative of a narrower Gaussian is no longer one, sampled at pixels."""
+"""Least scale in pixels: a narrower derivative filter is too coarse when sampled at pixels."""
 COARSEST = 0.9
-"""Blocks: what `FINEST` is for pixels, where there is a choice."""
+"""Least scale in blocks, where blocks of several pixels can be chosen."""
 WIDEST = 1000.0
-"""Pixels: the filters of a wider Gaussian would need more memory than pictures do."""
+"""Largest scale in pixels: wider filters would need more memory than pictures do."""
 HYSTERESIS = 0.1
-"""The filters' scale changes when it is off by more than this share."""
+"""Share by which the target's size must change before the filters' scale follows."""
 
 
 class OrientationModel(msgspec.Struct, frozen=True, eq=False, tag="orientation"):
-    """A target's orientation histogram, and how the next frame is read.
+    """A target's orientation histogram, and the filters that read the next frame.
 
     Attributes
     ----------
     histogram
         (m,), sums to 1, in the form that the cue compares.
     anchor
-        (m,), the histogram of the first frame, from which adaptation may not stray too far.
+        (m,), the histogram of the first frame. The model update keeps the model near it.
     scale
         Standard deviation of the derivative filter, in pixels.
     threshold
-        T: certainties up to this are left out.
+        T; pixels with a certainty up to this value are left out.
     """
 
     histogram: NotNegative
@@ -63,7 +64,7 @@ class Filters(NamedTuple):
     Attributes
     ----------
     step
-        Side of a block in pixels: coarse filters need no fine grid.
+        Side of a block in pixels. Coarse filters need no fine grid.
     smooth, derivative
         A Gaussian and its first derivative.
     window
@@ -78,7 +79,7 @@ class Filters(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CertainPlane(Plane):
-    """Orientation (equation 5) with its certainty: (H, W), C of equation 4."""
+    """Orientation (equation 5) with its certainty C (equation 4), (H, W)."""
 
     certainty: Singles
 
@@ -89,24 +90,30 @@ class Orientation(AdaptableCue, Config, frozen=True):
     Attributes
     ----------
     bins
-        Over [-pi/2, pi/2): opposite directions count as one.
+        Number of bins over half a turn, [-pi/2, pi/2): opposite directions count as one. More bins
+        separate smaller angles.
     form
-        How a histogram is made independent of the target's rotation: `rotated` (ROH) shifts it by
-        the ellipse's angle, also by parts of a bin; `fourier` (FOH) compares the magnitudes of its
+        How the histogram is made independent of the target's rotation. `rotated` (ROH) shifts it by
+        the ellipse's angle, also by fractions of a bin. `fourier` (FOH) takes the magnitudes of its
         Fourier transform.
     scale
-        Standard deviation of the derivative filter, as a share of sqrt(a b).
+        Standard deviation of the derivative filter, as a share of the target's mean half-axis
+        sqrt(a b). A larger value reads coarser edges.
     window
-        Standard deviation of the averaging of the structure tensor, as a multiple of the filter's.
+        Standard deviation of the Gaussian that averages the structure tensor, as a multiple of the
+        derivative filter's. A larger value averages over more pixels.
     scale_selection
-        Whether the scale follows the target's size (SS), or stays that of the first frame. The
-        paper has the scale parameter, a variance, proportional to the target's area.
+        If true, the filter's scale follows the target's size (SS); if false, that of the first
+        frame stays. In the paper the scale parameter, a variance, is proportional to the target's
+        area.
     kept_fraction
-        Share of the target's pixels whose certainty is above the threshold T.
+        Share of the target's pixels that count: those with the highest certainty of their
+        orientation. It sets the threshold T. A larger value counts weaker edges too.
     kernel
-        How pixels are weighted, by their place in the ellipse.
+        Fall of a pixel's weight from the center of the ellipse to its border: `epanechnikov` to 0,
+        `radial` to about 0.5, `gaussian` to 0.6, `uniform` not at all.
     sampling
-        Which of them are read.
+        Which pixels of an ellipse are read: every one, a checkerboard, or a lattice of fixed size.
     """
 
     bins: Annotated[int, Meta(ge=4, le=180)] = 36
@@ -119,11 +126,11 @@ class Orientation(AdaptableCue, Config, frozen=True):
     sampling: Sampling = Lattice()
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> OrientationModel:
-        """Return the target model of the region in `ellipse`, read as `sampling.dense` says."""
+        """Return the target model of the region in `ellipse`, read with `sampling.dense`."""
         scale = self._scale(ellipse)
         threshold = self._threshold(frame, scale, ellipse)
         cue = msgspec.structs.replace(self, sampling=self.sampling.dense)
-        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse]))[0]
+        histogram = cue._histograms(frame, scale, threshold, np.array([ellipse], float))[0]
         return OrientationModel(histogram, histogram, scale, threshold)
 
     def distances(self, model: OrientationModel, frame: Frame, ellipses: Floats) -> Floats:
@@ -132,18 +139,18 @@ class Orientation(AdaptableCue, Config, frozen=True):
         return bhattacharyya(seen, model.histogram)
 
     def observe(self, model: OrientationModel, frame: Frame, ellipse: Ellipse) -> Floats:
-        """Return the region's histogram, (m,), read as the model's; zeros where nothing is seen."""
-        region = np.array([ellipse])
+        """Return the region's histogram, (m,), read as the model's; zeros if there is no edge."""
+        region = np.array([ellipse], float)
         histogram: Floats = self._histograms(frame, model.scale, model.threshold, region)[0]
         return histogram
 
     def update_reading(
         self, model: OrientationModel, frame: Frame, ellipse: Ellipse
     ) -> OrientationModel:
-        """Return the model with scale and threshold for the next frame, from where the target is.
+        """Return the model with scale and threshold for the next frame, from the target's region.
 
-        Section 3.2: T is set by the distribution of C over the target in the previous frame;
-        section 3.2.2: the scale follows the target's size, here when that matters.
+        Section 3.2: T is set by the distribution of C over the target in the previous frame.
+        Section 3.2.2: the scale follows the target's size, here in steps (`HYSTERESIS`).
         """
         scale = model.scale
         if self.scale_selection:
@@ -158,11 +165,11 @@ class Orientation(AdaptableCue, Config, frozen=True):
 
     def _threshold(self, frame: Frame, scale: float, ellipse: Ellipse) -> float:
         """Return T, above which the share `kept_fraction` of the ellipse's pixels lies."""
-        region = np.array([ellipse])
+        region = np.array([ellipse], float)
         plane = self._plane(frame, scale, region)
         seen = kernels.sampling.values_within(
             plane.certainty, plane.column, plane.row, plane.in_blocks(region)[0],
-            self.sampling.lattice, self.sampling.grid,
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES["uniform"]),
         )  # fmt: skip
         below = int((1 - self.kept_fraction) * seen.size)
         if below == 0:  # all are kept, or the ellipse lies outside the frame
@@ -171,6 +178,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
 
     def _histograms(self, frame: Frame, scale: float, threshold: float, ellipses: Floats) -> Floats:
         """Return the histogram of each ellipse, or its spectrum; zeros where there is no edge."""
+        ellipses = np.asarray(ellipses, float)
         plane = self._plane(frame, scale, ellipses)
         shifts = np.zeros(len(ellipses))
         if self.form == "rotated":
@@ -182,9 +190,7 @@ class Orientation(AdaptableCue, Config, frozen=True):
             plane.column,
             plane.row,
             plane.in_blocks(ellipses),
-            self.sampling.lattice,
-            self.sampling.grid,
-            PROFILES[self.kernel],
+            Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel]),
             threshold,
             shifts,
             histograms,

@@ -1,33 +1,69 @@
-"""Every compiled loop, and nothing else; imports numpy and numba only.
+"""Every compiled loop, and nothing else: C++ in `*.hpp`, one file for each cue or step.
 
 Each cue has its loops in a file of its own name; what several share is in `sampling`, `histograms`,
-`gradients` and `bilinear`. Kernels that read pixels release the GIL; all allocate nothing inside
-loops and know no Python objects. An ellipse is a row x, y, a, b, theta.
+`gradients` and `bilinear`. A `*.pyi` file beside it has what Python may call. Kernels that read
+pixels release the GIL; arrays must have the declared type and lie in C order. An ellipse is a row
+x, y, a, b, theta. What `setup.py` builds of them is chosen here by the processor; results are the
+same bits.
 """
 
 from __future__ import annotations
 
-from motes.kernels import (
-    bilinear,
-    color,
-    color_posterior,
-    compiling,
-    fourier_ridge,
-    gradients,
-    histograms,
-    hog,
-    particles,
-    sampling,
-    search_window,
-    sobel,
-    structure_tensor,
-)
+import importlib
+from typing import TYPE_CHECKING, Any
+
+
+def _extension() -> Any:
+    """Return the extension for this processor."""
+    try:
+        baseline = importlib.import_module("motes.kernels._baseline")
+        return importlib.import_module("motes.kernels._avx2") if baseline.has_avx2() else baseline
+    except ImportError as error:
+        raise ImportError(
+            f"motes' kernels are not compiled ({error}): run `pip install --editable .` where its "
+            "sources are, or `pip install motes` anew"
+        ) from error
+
+
+INSTRUCTIONS: str
+"""Which processors the chosen kernels are compiled for."""
+
+if TYPE_CHECKING:
+    from motes.kernels import (
+        bilinear,
+        color,
+        color_posterior,
+        fourier_ridge,
+        gradients,
+        histograms,
+        hog,
+        particles,
+        sampling,
+        search_window,
+        sobel,
+        structure_tensor,
+    )
+else:
+    _compiled = _extension()
+    INSTRUCTIONS = _compiled.INSTRUCTIONS
+    bilinear = _compiled.bilinear
+    color = _compiled.color
+    color_posterior = _compiled.color_posterior
+    fourier_ridge = _compiled.fourier_ridge
+    gradients = _compiled.gradients
+    histograms = _compiled.histograms
+    hog = _compiled.hog
+    particles = _compiled.particles
+    sampling = _compiled.sampling
+    search_window = _compiled.search_window
+    sobel = _compiled.sobel
+    structure_tensor = _compiled.structure_tensor
 
 __all__ = [
+    "INSTRUCTIONS",
     "bilinear",
     "color",
     "color_posterior",
-    "compiling",
     "fourier_ridge",
     "gradients",
     "histograms",

@@ -17,24 +17,27 @@ from motes.mot.tracked_object import TrackedObject
 
 
 class Association(Config, frozen=True):
-    """What makes a detection the same object as before.
+    """Which detection belongs to which object.
 
     Attributes
     ----------
     overlap
-        Least intersection over union of a visible object with its detection.
+        Least intersection over union of a visible object and its detection. A larger value demands
+        more overlap.
     distance
-        Largest distance between an occluded object's model and its detection, at the edge of the
-        gate.
+        Largest distance in appearance between an occluded object's model and its detection, at the
+        edge of the gate. With a larger value more detections are accepted.
     appearance
-        Weight of the distance between model and detection, beside overlap.
+        Weight of the distance in appearance in the cost of a pair; the overlap has weight 1.
     gate_radius
-        Radius of the area in which an occluded object may reappear, around its predicted place, in
-        its own mean half-axes.
+        Radius of the gate, the area around its predicted place in which an occluded object may
+        reappear, in mean half-axes of the object.
     gate_growth
-        Growth of that radius for each second without a detection.
+        Growth of the gate's radius for each second without a detection, in mean half-axes of the
+        object.
     merged_blob_ratio
-        A detection with several objects in it is more than this many times larger than each.
+        Least ratio of the size of a detection that contains several objects to the size of each of
+        them. With a larger value fewer detections count as merged.
     """
 
     overlap: Share = 0.2

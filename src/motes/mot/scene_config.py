@@ -23,10 +23,11 @@ class DetectionSelection(Config, frozen=True):
     Attributes
     ----------
     limit
-        Number of detections that are used at most: those with the highest scores.
+        Largest number of detections of a frame that are used: those with the highest scores. With a
+        smaller value more are ignored.
     duplicate_overlap
-        Of two detections, the one with the lower score is a duplicate if more than this share of
-        either lies in the other.
+        Overlap above which the one of two detections with the lower score is a duplicate: the
+        share of either box that lies in the other. With a larger value fewer are removed.
     """
 
     limit: Count = 10_000
@@ -34,14 +35,16 @@ class DetectionSelection(Config, frozen=True):
 
 
 class Smoothing(Config, frozen=True):
-    """How slowly an object follows its detections.
+    """How fast an object's velocity and size follow its detections.
 
     Attributes
     ----------
     velocity
-        Share of its old velocity that an object keeps at a detection.
+        Share of the old velocity that an object keeps at a detection. With a larger value the
+        velocity changes more slowly.
     size
-        Share of its old size that an object keeps at a detection.
+        Share of the old size that an object keeps at a detection. With a larger value the size
+        changes more slowly.
     """
 
     velocity: Share = 0.8
@@ -54,10 +57,11 @@ class Occlusion(Config, frozen=True):
     Attributes
     ----------
     overlap
-        Another object occludes it if that covers more than this share of it.
+        An object without a detection is occluded by another object that covers more than this share
+        of it. With a larger value fewer are.
     max_time_without_detection
-        Seconds for which an object may be followed by its appearance alone. After them it counts as
-        occluded.
+        Longest time without a detection, in seconds, in which an object is followed by its
+        appearance alone. After it the object counts as occluded.
     """
 
     overlap: Annotated[float, Meta(gt=0, le=1)] = 0.3
@@ -65,14 +69,16 @@ class Occlusion(Config, frozen=True):
 
 
 class Initiation(Config, frozen=True):
-    """When detections become an object.
+    """When detections start a new object.
 
     Attributes
     ----------
     min_hits
-        Number of frames in a row that have to confirm a new object.
+        Number of frames in a row in which a new object must be detected. A larger value gives fewer
+        false objects, later.
     min_score_quantile
-        Share of all detections, those with the lowest scores, that begin no objects.
+        Share of all detections, those with the lowest scores, that start no object. With a larger
+        value fewer objects start.
     """
 
     min_hits: Count = 3
@@ -88,12 +94,14 @@ class Termination(Config, frozen=True):
     Attributes
     ----------
     max_age
-        Longest time for which an occluded object is kept, in seconds; twice that where another
+        Longest time in seconds for which an occluded object is kept. It is doubled where another
         object is visible in its place.
     max_age_at_border
-        The same for an object at the border of the frame, or outside.
+        Longest time in seconds for which an occluded object is kept at the border of the frame, or
+        outside.
     min_max_age
-        Shortest time for which an occluded object is kept, in seconds.
+        Shortest time in seconds for which an occluded object is kept, however short it was visible
+        before.
     """
 
     max_age: Positive = 3.0
@@ -111,17 +119,18 @@ class SceneConfig(Config, frozen=True):
     detections
         Which detections of a frame are used.
     association
-        What makes a detection the same object as before.
+        Which detection belongs to which object.
     smoothing
-        How slowly an object follows its detections.
+        How fast an object's velocity and size follow its detections.
     occlusion
         When an object without a detection is occluded.
     initiation
-        When detections become an object.
+        When detections start a new object.
     termination
         When an object without a detection ends.
     containment
-        A box lies in another one if that covers more than this share of it.
+        A box lies in another one if that one covers more than this share of it. With a larger value
+        fewer boxes do.
     """
 
     tracker: ParticleFilter

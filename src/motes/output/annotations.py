@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
-from xml.sax.saxutils import escape, quoteattr
 
 import msgspec
 import numpy as np
@@ -110,6 +109,8 @@ def cvat(journal: Journal) -> Iterator[bytes]:
     Every box is a keyframe. In the first frame without the object, a box marked `outside` ends the
     track; otherwise CVAT would continue to draw it.
     """
+    from xml.sax.saxutils import escape  # which imports all that talks over networks
+
     head, end = journal.head, 0
     spans: dict[int, tuple[int, int]] = {}
     for offset, row in journal.rows():
@@ -144,6 +145,8 @@ def cvat(journal: Journal) -> Iterator[bytes]:
 
 def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[bytes]:
     """Yield the track of an object whose first and last rows begin at two offsets in the file."""
+    from xml.sax.saxutils import quoteattr
+
     started, hidden = False, False
     shown: Corners | None = None
     for offset, row in journal.rows(first):

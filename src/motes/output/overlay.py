@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from motes.core.errors import ConfigError
 from motes.core.frame import as_rgb
 from motes.core.track import Status, Track
+
+if TYPE_CHECKING:
+    from PIL import Image, ImageFont
 
 Color = tuple[int, int, int]
 
@@ -66,6 +69,8 @@ def draw(
     ConfigError
         If the particles, the weights or the trail have another shape.
     """
+    from PIL import Image, ImageDraw
+
     image = Image.fromarray(as_rgb(pixels))
     line = max(1.0, min(image.size) / 240)
     dots, alpha = _dots(particles, weights)
@@ -154,11 +159,15 @@ def _describe(track: Track) -> str:
 @lru_cache
 def font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
     """Return Pillow's default font in a size in pixels."""
+    from PIL import ImageFont
+
     return ImageFont.load_default(size)  # cached: loading takes longer than drawing text
 
 
 def _draw_label(image: Image.Image, text: str, confidence: float, color: Color) -> None:
     """Draw text in the upper left corner, on a dark panel above a bar of the confidence."""
+    from PIL import ImageDraw
+
     size = max(8, round(min(image.width / 40, image.height / 26)))
     typeface = font(size)
     pen = ImageDraw.Draw(image, "RGBA")

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
 
 from motes.core.frame import as_rgb
 from motes.core.track import Status
@@ -49,6 +48,8 @@ def draw_scene(
     regions
         Lines and zones of the event counter.
     """
+    from PIL import Image, ImageDraw
+
     image = Image.fromarray(as_rgb(pixels))
     pen = ImageDraw.Draw(image, "RGBA")
     line = max(1, round(min(image.size) / 240))

@@ -38,10 +38,12 @@ class Kalman(Config, frozen=True, tag="kalman"):
     Attributes
     ----------
     acceleration
-        Standard deviation of the velocity's change in one reference interval of 1/25 s, as a share
-        of the first region's mean half-axis.
+        Standard deviation of the velocity's change in 1/25 s, as a share of the mean half-axis of
+        the first region. With a larger value the prediction follows the last mean-shift results
+        more.
     measurement
-        Standard deviation of the mean-shift result, in the same unit.
+        Standard deviation of the error of the mean-shift result, as a share of the mean half-axis
+        of the first region. With a larger value the prediction is smoother.
     """
 
     acceleration: Positive = 0.5
@@ -130,21 +132,29 @@ class MeanShiftInfo(msgspec.Struct, frozen=True, eq=False):
 class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="mean_shift"):
     """A tracker with one hypothesis.
 
+    Its color cue reads every pixel, so the appearance rule measures the background at fewer
+    positions by default.
+
     Attributes
     ----------
     color
-        The color histogram; the shift reads the same pixels.
+        The target's histogram of colors. The shift reads the same pixels.
     prediction
-        The Kalman filter whose prediction is the start; without one, the last position is.
+        A Kalman filter, whose prediction is the start of the search. Without it, the last position
+        is the start.
     scale
-        The tried sizes are 1 - scale, 1 and 1 + scale times the last one; the most similar is kept.
+        Step of the size: sizes of 1 - scale, 1 and 1 + scale times the last one are compared, and
+        the most similar one is kept. A larger value follows faster growth, in coarser steps.
     iterations
-        Largest number of shifts for each size.
+        Largest number of shifts for each size. More are slower and reach farther.
     tolerance
-        A shift of fewer pixels ends the iterations.
-    presence, calibration
-        The status and confidence of the single hypothesis, as in the particle filter. The cue reads
-        every pixel, so fewer background positions are read.
+        The iterations end with a shift of fewer than this many pixels. A larger value is faster and
+        less exact.
+    presence
+        The appearance rule: whether the target is present, and when it is lost or found. The only
+        hypothesis must fulfill it.
+    calibration
+        The map from the distance between estimate and target model to the confidence.
     """
 
     state_type: ClassVar[type[ShiftState]] = ShiftState
@@ -236,13 +246,13 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         return ellipse
 
     def _distance(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> float:
-        return float(self.color.distances(model, frame, np.array([ellipse]))[0])
+        return float(self.color.distances(model, frame, np.array([ellipse], float))[0])
 
     def _observe(
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
         """Return the state and the report for the ellipse that was found."""
-        distances = self.color.distances(state.model, frame, np.array([ellipse]))
+        distances = self.color.distances(state.model, frame, np.array([ellipse], float))
         appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
         track = Track(

@@ -56,33 +56,45 @@ class ParticleFilter(
     dict=True,
     tag="particle_filter",
 ):
-    """A tracker with many hypotheses.
+    """A tracker with many hypotheses, the particles. It needs at least one cue.
 
     Attributes
     ----------
     particles
-        Number of particles N; with a budget, only at the start.
+        Number of particles. More are more exact and slower. With `budget` it is the number in the
+        first frame only.
     budget
-        The rule for the number of particles of the next frame; without one it is always N.
+        The rule for the number of particles of the next frame. Without it, the number is always
+        `particles`.
     motion
-        How the target moves.
-    color, orientation, edges, hog, correlation, posterior
-        The cues that compare ellipses with the target model. At least one.
+        The motion model: how particles move from frame to frame.
+    color
+        Cue: the target's histogram of colors.
+    orientation
+        Cue: the target's histogram of edge orientations, from the structure tensor.
+    edges
+        Cue: the target's histogram of strong Sobel edges.
+    hog
+        Cue: the target's histograms of oriented gradients.
+    correlation
+        Cue: a learned correlation filter over gradients and colors.
+    posterior
+        Cue: the posterior of the target's colors against its surroundings.
     extra_cues
-        Cues of other packages by name. In files and options they stand among the other keys.
+        Cues of other packages, by name. In files and options they stand among the other keys.
     fusion
-        How several cues become one.
+        The rule by which the likelihoods of several cues become one weight for each particle.
     likelihood
-        From a cue's distance to a log-likelihood.
+        The map from a particle's distance to the target model to its likelihood, for each cue.
     resampling
-        When and how particles are selected.
+        When particles are resampled, and by which method.
     presence
-        The rule that decides whether the target is present, lost or found.
+        The appearance rule: whether the target is present, and when it is lost or found.
     calibration
-        From the estimate's distance to its confidence.
+        The map from the distance between estimate and target model to the confidence.
     adaptation
-        How histogram models learn while the appearance rule holds. The models of the cues
-        `correlation` and `posterior` learn at the rate of the cue.
+        The update of the target models' histograms, in frames in which the target is present. The
+        cues `correlation` and `posterior` have learning rates of their own.
     """
 
     state_type: ClassVar[type[FilterState]] = FilterState

@@ -305,7 +305,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 3
+FORMAT = 4
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

@@ -19,11 +19,9 @@ from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.animation import Animation, picture_numbers, pixels_of, readable
 from motes.video.decoder import REMEDY, Decoder, Stamped, camera
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
@@ -247,6 +245,10 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
     SourceError
         If the file is missing or not an image.
     """
+    from PIL import Image
+
+    from motes.video.animation import pixels_of, readable
+
     with readable(path), Image.open(path) as image:
         return pixels_of(image)
 
@@ -272,6 +274,8 @@ def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Rea
             return source, _Images(source, glob.glob(source, recursive=True))
         raise SourceError(f"There is no file or folder {source}; check the name.")
     if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
+        from motes.video.animation import Animation
+
         return source, Animation(source)
     if os.path.isfile(source) and not os.path.getsize(source):
         raise SourceError(f"{source} is empty; {REMEDY}")
@@ -344,6 +348,10 @@ class _Images:
 
 def _first_picture(path: str, report: Report) -> NDArray[np.uint8]:
     """Read one image of a folder; count the pictures left out of a file with several."""
+    from PIL import Image
+
+    from motes.video.animation import picture_numbers, pixels_of, readable
+
     with readable(path), Image.open(path) as image:
         numbers = picture_numbers(image)
         report.left_out += len(numbers) - 1

@@ -8,12 +8,11 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from motes.core.config import Config, NonNegative
-from motes.core.detection import Detection, DetectorConfig
-from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.geometry import Box, Ellipse
+from motes import Box, Config, Detection, DetectorConfig, Ellipse, Frame
+from motes.core.config import NonNegative
+from motes.core.frame import FRAME_INTERVAL
 from motes.core.types import Floats
-from motes.sot.filtering.motion import Motion
+from motes.filtering import Motion
 
 
 class Drift(Motion, Config, frozen=True, tag="drift"):
@@ -22,9 +21,10 @@ class Drift(Motion, Config, frozen=True, tag="drift"):
     Attributes
     ----------
     flow
-        Pixels that the stream moves the target to the right in 1/25 s.
+        Motion to the right in 1/25 s, in pixels. With a larger value the target drifts faster.
     noise
         Standard deviation of x and y after 1/25 s, as a share of the first region's mean half-axis.
+        With a larger value the target drifts less straight.
     """
 
     flow: float = 0.0
@@ -52,7 +52,7 @@ class Drift(Motion, Config, frozen=True, tag="drift"):
 
 
 class BrightConfig(DetectorConfig, Config, frozen=True, tag="bright"):
-    """How a `BrightDetector` looks.
+    """Settings of a `BrightDetector`.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class BrightConfig(DetectorConfig, Config, frozen=True, tag="bright"):
     level: Annotated[float, Meta(ge=0, le=255)] = 150.0
 
     def detector(self) -> BrightDetector:
-        """Return a detector that is set so."""
+        """Return a detector with these settings."""
         return BrightDetector(self)
 
 

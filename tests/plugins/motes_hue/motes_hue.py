@@ -7,11 +7,9 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 
-from motes.core.frame import Frame
+from motes import Frame
 from motes.core.types import Floats
-from motes.cues.base import visible
-from motes.cues.histogram_cue import HistogramCue
-from motes.cues.sampling import sunflower
+from motes.cues import HistogramCue, sunflower, visible
 
 
 class Hue(HistogramCue, frozen=True):

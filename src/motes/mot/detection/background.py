@@ -40,46 +40,54 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     Attributes
     ----------
     method
-        `mog2` (a mixture of Gaussians for each pixel: Zivkovic, ICPR 2004) and `knn` (its nearest
-        samples: Zivkovic and van der Heijden, 2006) need OpenCV; `gaussian` is one Gaussian for
-        each pixel, in numpy (Wren et al., Pfinder, 1997). By default `mog2`, or `gaussian` where
-        OpenCV is missing.
+        Model of the background. `mog2` is a mixture of Gaussians for each pixel (Zivkovic, ICPR
+        2004), `knn` keeps the nearest samples of each pixel (Zivkovic and van der Heijden, 2006);
+        both need OpenCV. `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997). By
+        default `mog2`, or `gaussian` if OpenCV is missing.
     history
-        Number of frames over which a background is learned.
+        Number of frames over which the background is learned. With a larger value it changes more
+        slowly.
     rate
-        Share of each frame that enters the background. By default 1 / `history`, and more at the
-        start.
+        Share of each frame that enters the background. With a larger value it changes faster. By
+        default 1 / `history`, and more at the start.
     deviations
-        `mog2` and `gaussian`: a pixel is foreground from this many standard deviations on.
+        Number of standard deviations from the background, from which on a pixel is foreground
+        (`mog2` and `gaussian`). With a larger value fewer pixels are.
     distance
-        `knn`: a pixel is foreground at this many gray levels from its samples.
+        Distance from the background's samples in gray levels, from which on a pixel is foreground
+        (`knn`). With a larger value fewer pixels are.
     noise
-        `gaussian`: least standard deviation of a pixel, in gray levels, as cameras and compression
-        cause.
+        Least standard deviation of a background pixel in gray levels (`gaussian`), as from camera
+        noise and compression. With a larger value fewer pixels are foreground.
     shadow
-        A shadow leaves a pixel at least this share of its brightness. With 1 there are no shadows.
+        Least share of its brightness that a pixel keeps in a shadow; shadows are no foreground. A
+        smaller value removes darker shadows; with 1 none are removed.
     tint
-        `gaussian`: largest change of color by a shadow, in gray levels.
+        Largest change of a pixel's color by a shadow, in gray levels (`gaussian`). A larger value
+        removes more shadows.
     exposure
         Largest change of the camera's exposure that is corrected, as a share of the brightness.
     recent
-        Number of frames over which the usual brightness is learned.
+        Number of frames over which the usual brightness is learned. With a larger value it changes
+        more slowly.
     speck
-        Patches less wide or high than this many pixels are noise.
+        Least width and height of a patch of foreground, in pixels. Smaller patches are noise.
     gap
-        Patches closer than these shares of the frame's height and width, in y and x, are one
-        object.
-    least, most
-        Smallest and largest size of an object, as shares of the frame.
+        Largest gap between two patches of one object, in y and in x, as shares of the frame's
+        height and width. Larger values join more patches.
+    least
+        Smallest area of an object, as a share of the frame.
+    most
+        Largest area of an object, as a share of the frame.
     ghost
-        A ghost is a patch in a place that an object has left after it had become background. Its
-        outline has less than this share of the gradients of the background. With 0, ghosts count
-        as objects.
+        Limit for ghosts, patches that an object of the background leaves behind. A ghost's outline
+        has less than this share of the background's gradients there. With a larger value more
+        patches are ghosts; with 0 none are.
     limit
-        Number of objects that are used of a frame at most: the largest.
+        Largest number of objects of a frame that are used: the largest ones.
     still
-        The camera moves if almost all is foreground in this many frames in a row. After that, it
-        has to stand still for as many.
+        The camera counts as moving if almost all is foreground in this many frames in a row. Then
+        it must stand still for as many.
     """
 
     method: Method | None = None

@@ -34,16 +34,16 @@ LIMIT = 100
 
 
 class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
-    """What a `LookalikeDetector` looks for, and how.
+    """Settings of the detector of regions similar to one region of the first frame.
 
     Attributes
     ----------
     box
         The box of the object in the first frame: x, y, width, height.
     color
-        How colors are compared; by default with the histogram of Zhao and Pei.
+        The histogram of colors that is compared; by default that of Zhao and Pei.
     rule
-        How similar a region must be.
+        The appearance rule: how similar the colors of a region must be.
     """
 
     box: tuple[float, float, float, float]

@@ -17,15 +17,16 @@ from motes.core.geometry import Box
 
 
 class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
-    """How a `FaceDetector` looks for faces.
+    """Settings of the detector of faces.
 
     Attributes
     ----------
     upsample
-        How many times the image's size is doubled first. With 0, the smallest faces that are found
-        have about 80 pixels; with 1, 40.
+        Number of times that the image's size is doubled before the search. The smallest faces that
+        are found have about 80 pixels with 0 and 40 pixels with 1. A larger value is slower.
     threshold
-        Least score, the distance from the classifier's boundary.
+        Least score of a detection: its distance from the classifier's boundary. With a larger value
+        there are fewer detections.
     """
 
     upsample: Annotated[int, Meta(ge=0)] = 1
@@ -74,16 +75,19 @@ class FaceDetector:
 
 
 class PeopleConfig(DetectorConfig, Config, frozen=True, tag="people"):
-    """How a `PeopleDetector` looks for people.
+    """Settings of the detector of people.
 
     Attributes
     ----------
     threshold
-        Least score, the distance from the classifier's boundary.
+        Least score of a detection: its distance from the classifier's boundary. With a larger value
+        there are fewer detections.
     stride
-        Distance between the places that are tried, in pixels.
+        Distance between the places that are compared, in pixels. A larger value is faster and finds
+        fewer people.
     scale
-        Ratio of each size that is tried to the one before.
+        Ratio of each size that is compared to the one before. A larger value is faster and finds
+        fewer people.
     """
 
     threshold: float = 0.5
@@ -142,7 +146,7 @@ class PeopleDetector:
 
 
 class RecordedConfig(DetectorConfig, Config, frozen=True, tag="recorded"):
-    """The file of `RecordedDetections`.
+    """Detections that are read from a file.
 
     Attributes
     ----------

@@ -65,7 +65,8 @@ class ConfidenceGate(Config, frozen=True):
     relative_to_start
         Share of the certainty in the first frames that is enough for `learn`, `keep` and `follow`.
     find_relative_to_start
-        The same share for `find`.
+        Share of the certainty in the first frames that is enough for `find`. With a larger value,
+        fewer places are accepted.
     """
 
     learn: Share = 0.3

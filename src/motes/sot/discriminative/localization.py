@@ -38,11 +38,14 @@ class TargetModels(msgspec.Struct, frozen=True, eq=False):
     contrast
         Running mean of the color contrast between the target and its surroundings. It sets the
         weight of the color posterior.
+    first_contrast
+        The contrast in the first frame. It sets the weight of color in the certainty.
     """
 
     correlation: CorrelationModel
     posterior: PosteriorModel
     contrast: float
+    first_contrast: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +68,7 @@ class WindowEstimate:
     contrast
         Color contrast between the box and its surroundings.
     certainty
-        Geometric mean of the response of the first frame's filter and of the color contrast at the
-        pose, 0 to 1. Neither adapts to what the tracker follows. The response of the learned filter
-        would not do: it also rises while the filter learns a wrong object.
+        Certainty that the target is at the pose, 0 to 1; see `Localizer.certainty`.
     response
         Response of the learned filter at the pose.
     """
@@ -111,7 +112,7 @@ class Localizer:
         spectra = self.correlation.spectra(samples, window)
         plane, first = self.correlation.responses(known.correlation, spectra)
         integral = self.posterior.integral(known.posterior, window)
-        share = self.color_weight(known)
+        share = self.color_weight(known.contrast)
         core = CORE_FRACTION * samples.half[0], CORE_FRACTION * samples.half[1]
 
         def weights(points: Floats) -> Weights:
@@ -143,13 +144,34 @@ class Localizer:
         box = np.append(samples.offsets(place, np.array((x, y))), half)
         stands_out = contrast(integral, box)
         alike = min(peak_near(first, box[0], box[1]), 1.0)
-        certainty = math.sqrt(alike * max(stands_out, 0.0))
+        certainty = self.certainty(known, alike, stands_out)
         found = place._replace(x=x, y=y)
         response = float(sample_response(plane, box[None, :2])[0])
         seen, said = (window, spectra, integral), (stands_out, certainty, response)
         return WindowEstimate(place, *seen, centers, weighed, found, box, *said)
 
-    def color_weight(self, known: TargetModels) -> float:
-        """Return the weight of the color posterior in the pool; it grows with the contrast."""
-        counts = self.color_gain * max(known.contrast, 0.0)
+    def certainty(self, known: TargetModels, similarity: float, contrast: float) -> float:
+        """Return the certainty that the target is at a place, 0 to 1.
+
+        It is similarity^(1 - w) · (contrast / first contrast)^w, a weighted geometric mean. Color
+        counts relative to the first frame, and by the weight w that it has there: a target that
+        never differed in color from its surroundings is judged by its gradients alone.
+
+        Neither factor adapts to what the tracker follows. The response of the learned filter would
+        not do: it also rises while the filter learns a wrong object.
+
+        Parameters
+        ----------
+        similarity
+            Response of the first frame's filter.
+        contrast
+            Color contrast between the target's box and its surroundings.
+        """
+        weight = self.color_weight(known.first_contrast)
+        relative = min(max(contrast, 0.0) / known.first_contrast, 1.0) if weight else 1.0
+        return float(max(similarity, 0.0) ** (1 - weight) * relative**weight)
+
+    def color_weight(self, contrast: float) -> float:
+        """Return the weight of color, from 0 to 1; it grows with the color contrast."""
+        counts = self.color_gain * max(contrast, 0.0)
         return counts / (1 + counts)

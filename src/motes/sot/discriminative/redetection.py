@@ -46,8 +46,10 @@ class Redetection(Config, frozen=True):
 
     Attributes
     ----------
-    color, edges
-        The cues.
+    color
+        Cue of the search: the color histogram of the first region.
+    edges
+        Cue of the search: the edge histogram of the first region; see `edges_gain`.
     edges_gain
         Weight of the edge distance; the color distance has weight 1.
     sigma
@@ -55,7 +57,8 @@ class Redetection(Config, frozen=True):
     speed
         The largest distance that the target moves in a frame, in mean sides of the target.
     growth
-        Standard deviation of the logarithm of the size.
+        Standard deviation of the logarithm of the size of a particle that starts anew. With a larger
+        value, more sizes are searched.
     turn_sigma
         The weight of an angle is exp(-distance / turn_sigma), with the distance between the
         directions in the frame and the model turned by this angle.

@@ -61,21 +61,25 @@ class Discriminative(
     Attributes
     ----------
     particles
-        How many particles are spread over a window; as many search for a missed target.
+        Number of particles that are spread over a window. As many search for a missed target.
     budget
-        How many of them go on from there: fewer if there are fewer places to choose from.
-    correlation, posterior
-        The cues for the place.
+        Number of particles after the first of three rounds: fewer where fewer places are likely.
+    correlation
+        Cue for the place: the correlation filter.
+    posterior
+        Cue for the place: the color posterior.
     color_gain
-        How much the color contrast counts in the pool of these cues.
+        Weight of color, relative to the color contrast of the target. With 0, gradients alone
+        count, for the place and for the certainty.
     sigma
-        Temperature of the pool: particles weigh exp(pool / sigma).
+        The weight of a particle is exp(pool / sigma), where the pool joins both cues. With a larger
+        value, the estimate is a mean over a larger area.
     resampling
         How particles are selected.
     scale
-        The cue for the size.
+        Cue for the size: the scale filter.
     redetection
-        How a target is searched for.
+        How a missed target is searched for.
     border_gain
         Weight of the posterior at the border in the estimate of the size; the scale filter has
         weight 1.
@@ -131,6 +135,7 @@ class Discriminative(
         posterior = self.posterior.learn(frame, box)
         integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
+        first_contrast = contrast(integral, middle)
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
@@ -139,7 +144,8 @@ class Discriminative(
             posterior=posterior,
             scale=self.scale.learn(frame, box),
             appearance=self.redetection.learn(frame, box),
-            contrast=contrast(integral, middle),
+            contrast=first_contrast,
+            first_contrast=first_contrast,
             border=borders(integral, middle[None])[0],
             search_particles=NO_PARTICLES,
             scale_due=True,
@@ -349,7 +355,7 @@ class Discriminative(
             distance=1 - certainty,
             effective_sample_size=weights.effective_sample_size,
         )
-        share = self.localizer.color_weight(state)
+        share = self.localizer.color_weight(state.contrast)
         return DiscriminativeInfo(
             track,
             shaped[:count],

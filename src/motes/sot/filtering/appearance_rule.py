@@ -1,4 +1,7 @@
-"""Is the target present? The appearance rule of Nummiaro et al., section V, equations 11 to 13."""
+"""The appearance rule: whether the target is present.
+
+Nummiaro et al., section V, equations 11 to 13.
+"""
 
 from __future__ import annotations
 
@@ -24,35 +27,44 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class BackgroundStatistics:
-    """How well the background resembles a target: mean and standard deviation of rho."""
+    """Mean and standard deviation of the background's similarity rho to a target."""
 
     mean: float
     deviation: float
 
 
 class AppearanceRule(Config, frozen=True):
-    """A particle shows the target where rho > mu + 2 sigma of the background (equation 13).
+    """A particle shows the target if its rho is above mu + 2 sigma of the background.
+
+    Equation 13: rho is the similarity to the target model, mu and sigma are the mean and the
+    standard deviation of the background's rho.
 
     Attributes
     ----------
     fraction
-        The target is present if more than this share f of the particles fulfills the rule.
+        Share f of the particles: the target is present if more than this share fulfills the rule.
+        With a larger value it counts as lost sooner.
     frames
-        A tracked target is lost after this many frames in a row without: "a couple of frames".
+        A tracked target is lost after this many frames in a row in which it is not present. The
+        paper has "a couple of frames".
     deviations
-        Number of standard deviations above the mean of the background.
+        The threshold lies this many standard deviations above the mean similarity rho of the
+        background. With a larger value a particle must be more similar to the target.
     margin
-        The threshold is also at least this share of the way from mu to a perfect match, 1. mu + 2
-        sigma describes random places, but particles gather where the background is most similar to
-        the target. 0 is the paper's rule.
+        Least height of the threshold: share of the way from the background's mean similarity to a
+        perfect match, 1. With a larger value a particle must be more similar to the target; 0 is
+        the paper's rule. Mean and deviations describe random places, but particles gather where the
+        background is most similar to the target.
     max_threshold
-        Largest threshold of rho. In gray or dim videos the background is similar to the target, and
-        mu + 2 sigma may lie above 1, which no target could reach.
+        Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
+        background is similar to the target, and the threshold would otherwise be above 1, which no
+        target reaches.
     stride
-        Distance in pixels, in x and y, of the positions that are read in the background; 1 is every
-        pixel.
+        Distance in pixels, in x and y, between the positions at which the background is measured; 1
+        is every pixel. A larger value is faster and less exact.
     max_positions
-        Largest number of positions in the background; in a larger frame `stride` grows.
+        Largest number of positions at which the background is measured. A smaller value is faster
+        and less exact: `stride` grows in frames with more positions.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -77,8 +89,8 @@ class AppearanceRule(Config, frozen=True):
         region
             The target's region; a region of this size is moved over the frame.
         target_in_frame
-            Whether the frame shows the target in `region`; pixels where the moved region would
-            overlap it are then left out, unless there are no others.
+            Whether the frame shows the target in `region`. Pixels where the moved region would
+            overlap it are then left out, unless no others are left.
         """
         step = max(
             self.stride, math.ceil(math.sqrt(frame.width * frame.height / self.max_positions))
@@ -122,7 +134,7 @@ class AppearanceRule(Config, frozen=True):
 
 
 class Calibration(Config, frozen=True):
-    """From the estimate's distance to the probability that it covers the target.
+    """The confidence: probability that the estimate covers the target, from its distance.
 
     confidence = 1 / (1 + exp((d - middle) / width)): a logistic fit, over frames of 24 real
     sequences, of "the estimate's box overlaps the true one by more than half". docs/results.md has
@@ -131,9 +143,10 @@ class Calibration(Config, frozen=True):
     Attributes
     ----------
     middle
-        Distance at which the probability is one half.
+        Distance at which the confidence is one half. A larger value gives higher confidences.
     width
-        Distance over which the probability falls; smaller is steeper.
+        Width of the fall of the confidence around `middle`, as a distance. A larger value makes the
+        fall less steep.
     """
 
     middle: Share = 0.33

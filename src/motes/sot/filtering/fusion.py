@@ -1,4 +1,4 @@
-"""Several cues, one weight for each particle: a mixture or the product of the cues' likelihoods."""
+"""Fusion: from the likelihoods of several cues to one weight for each particle."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Mixture(Config, frozen=True):
     """A sum of the cues' likelihoods, weighted by their shares.
 
     Maggio et al., section 4.2: p(z | x) is proportional to the sum of w_j l_j(x) over the cues j,
-    with weights w_j that sum to 1 (equation 10). "Suppose that each feature has a comparable
-    measure": here each l_j is divided by its sum over the particles, since the distances of one cue
-    may all be larger than those of another, which would leave the first one without any say.
+    with weights w_j that sum to 1 (equation 10). The paper supposes "that each feature has a
+    comparable measure". Here each l_j is divided by its sum over the particles: if all distances of
+    one cue were larger than those of another, the first cue would have no influence otherwise.
     """
 
     @abstractmethod
@@ -39,11 +39,11 @@ class Mixture(Config, frozen=True):
         Parameters
         ----------
         names
-            Of the cues.
+            The names of the cues.
         likelihoods
-            (J, N) by cue, each normalized over the particles.
+            (J, N), a row for each cue, normalized over the particles.
         ellipses
-            (N, 5) the particles.
+            (N, 5), the particles.
         first
             The target's first region.
         """
@@ -56,27 +56,28 @@ class Mixture(Config, frozen=True):
         Parameters
         ----------
         names, ellipses, first
-            As `shares` has them.
+            The same as for `shares`.
         prior
-            (N,) log-weights of the particles before this frame.
+            (N,), log-weights of the particles before this frame.
         logs
-            (J, N) log-likelihoods by cue.
+            (J, N), log-likelihoods, a row for each cue.
         """
         if len(names) == 1:
             return Weights.from_log(prior + logs[0]), np.ones(1)
         likelihoods = np.array([Weights.from_log(prior + log).values for log in logs])
         shares = self.shares(names, likelihoods, ellipses, first)
-        with np.errstate(divide="ignore"):  # no likelihood at all is -inf
+        with np.errstate(divide="ignore"):  # the logarithm of 0 is -inf
             return Weights.from_log(np.log(shares @ likelihoods)), shares
 
 
 class Fixed(Mixture, frozen=True, tag="fixed"):
-    """The same weights in every frame.
+    """Fixed weights: the same for each cue in every frame.
 
     Attributes
     ----------
     weights
-        By cue; they need not sum to 1, and a cue that is not named has 1.
+        The weight of one cue: NAME is the cue's name, such as color. A cue with a larger weight has
+        more influence. Weights need not sum to 1; a cue that is not named has weight 1.
     """
 
     weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
@@ -91,13 +92,15 @@ class Fixed(Mixture, frozen=True, tag="fixed"):
 
 
 class Adaptive(Mixture, frozen=True, tag="adaptive"):
-    """Weights inversely proportional to each cue's uncertainty (equations 8 to 10).
+    """Weights inversely proportional to each cue's uncertainty: Maggio et al., equations 8 to 10.
 
     Attributes
     ----------
     floor
-        Standard deviation that every dimension has in addition: differences below it do not matter.
-        Without it, a cue that gives one particle all the weight would have no uncertainty at all.
+        Standard deviation that is added to every dimension of a cue's uncertainty, in mean
+        half-axes of the first region, or radians. With a larger value, the cues get more similar
+        weights. Without it, a cue that gives one particle all the weight would have no uncertainty
+        at all.
     """
 
     floor: Floor = 0.5
@@ -108,8 +111,8 @@ class Adaptive(Mixture, frozen=True, tag="adaptive"):
         """Return each cue's weight (J,); sum 1.
 
         A cue's uncertainty is the determinant of the particles' covariance under its likelihood
-        (equation 9). The paper has it over unlike units; here positions count in mean half-axes of
-        the first region, half-axes relative to that region's, the angle in radians.
+        (equation 9). The paper mixes units. Here positions count in mean half-axes of the first
+        region, half-axes relative to that region's, the angle in radians.
         """
         mean = math.sqrt(first.a * first.b)
         units = np.array([mean, mean, first.a, first.b, 1.0])
@@ -127,9 +130,9 @@ class Adaptive(Mixture, frozen=True, tag="adaptive"):
 class Product(Config, frozen=True, tag="product"):
     """The product of the cues' likelihoods, as if each were independent of the others.
 
-    Ng and Delp do not say how color and edges become one. A product has no weights: all shares are
-    the same, and only say how the cues' coefficients are averaged where one number is wanted, as
-    for the appearance rule and the confidence. A cue has the more to say, the smaller its sigma.
+    Ng and Delp do not give the rule by which they fuse color and edges. A product has no weights:
+    all shares are equal. They only serve to average the cues' coefficients into one number, for the
+    appearance rule and the confidence. A cue with a smaller sigma has more influence.
     """
 
     def fuse(
@@ -143,7 +146,10 @@ Fusion = Adaptive | Fixed | Product
 
 
 def fuse_distances(distances: Floats, shares: Floats) -> Floats:
-    """Return the distances (N,) over all cues, of (J, N): 1 - d² is the mean of the cues' rho."""
+    """Return one distance per particle (N,) from those of the cues (J, N).
+
+    1 - d² is the mean of the cues' rho, weighted by their shares.
+    """
     out = np.empty(distances.shape[1])
     kernels.particles.combine(distances, shares, out)
     return out

@@ -1,4 +1,4 @@
-"""From distances to log-likelihoods."""
+"""Likelihoods: the map from distances to log-likelihoods."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Sigma = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
 
 class Likelihood:
-    """The interface of a likelihood, which is also a `Config` with a tag."""
+    """The interface of a likelihood. A likelihood is also a `Config` with a tag."""
 
     __slots__ = ()
 
@@ -27,26 +27,31 @@ class Likelihood:
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods (J, N) of distances (J, N) by cues of these names.
 
-        They are known up to a constant for each cue, and fall as the distance grows.
+        They fall as the distance grows. Each cue's may lack a constant.
         """
 
 
 class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
-    """log pi = log(exp(-d² / (2 sigma²)) + epsilon) + constant.
+    """Gaussian likelihood of the distance d, with the same sigma in all frames.
+
+    log pi = log(exp(-d² / (2 sigma²)) + epsilon) + constant.
 
     Nummiaro et al., equation 10, where "variance sigma" means the standard deviation; with
-    d² = 1 - rho. The factor 1 / (sqrt(2 pi) sigma) is the same for all particles and falls out.
-    Maggio et al., equation 6, has exp(-(d / s)²): sigma is s / sqrt(2). Ng and Delp, equation 22,
-    and 23 with epsilon.
+    d² = 1 - rho. The factor 1 / (sqrt(2 pi) sigma) is the same for all particles and cancels out.
+    Maggio et al., equation 6, has exp(-(d / s)²): sigma is s / sqrt(2). Ng and Delp have it as
+    equation 22, and with epsilon as equation 23.
 
     Attributes
     ----------
     sigma
-        Standard deviation of the distance; the papers give no value.
+        Standard deviation of the distance between a particle and the target model, 0 to 1. With a
+        larger value, good and bad particles get more similar weights. The papers give no value.
     cues
-        By name, that of cues which have one of their own.
+        The sigma of one cue: NAME is the cue's name, such as color. A cue that is not named has
+        `sigma`.
     epsilon
-        What the worst particles are left with beside the 1 of a perfect match, all of them alike.
+        Constant added to the likelihood, which is 1 for a perfect match. A larger value gives bad
+        particles more weight.
     """
 
     sigma: Sigma = 0.1
@@ -62,7 +67,7 @@ class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
 
 
 class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
-    """The same with the sigma of each cue set in each frame by its best particle.
+    """Gaussian likelihood whose sigma follows the best particle of each frame, for each cue.
 
     Ng and Delp, equation 24, with log L = -1: sigma = d_min / sqrt(2), where d_min is the smallest
     of all particles' distances. The best particle then always has exp(-1) + epsilon.
@@ -70,12 +75,14 @@ class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
     Attributes
     ----------
     epsilon
-        As in `Gaussian`. "Small but non-zero": many bad particles must not outweigh a few good
-        ones, as they do with the 0.1 of figure 3, below which "weights equal sigma" means epsilon.
+        Constant added to the likelihood, which is exp(-1) for the best particle. A larger value
+        gives bad particles more weight. The paper has "small but non-zero"; with the 0.1 of its
+        figure 3, where "weights equal sigma" means epsilon, many bad particles outweigh a few good
+        ones.
     floor
-        Sigma is never less: a particle at no distance at all would leave nothing to any other. As
-        large as the distance that comes of reading half or a quarter of a region's pixels (table
-        1), below which distances mean little.
+        Least value of sigma. With a larger value, good and bad particles get more similar weights.
+        Without it, a particle at distance 0 would take all the weight. The default is as large as
+        the error of a distance when half or a quarter of a region's pixels are read (table 1).
     """
 
     epsilon: Share = 0.001
@@ -90,12 +97,15 @@ class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
 
 
 class Exponential(Likelihood, Config, frozen=True, tag="exponential"):
-    """log pi = -lambda d + constant: Zhao and Pei, section 2.3, where rho means the distance.
+    """Exponential likelihood of the distance: Zhao and Pei, section 2.3.
+
+    log pi = -lambda d + constant. The paper calls the distance rho.
 
     Attributes
     ----------
     rate
-        lambda; the paper gives no value.
+        Factor lambda of the distance. With a larger value, the best particles get more of the
+        weight. The paper gives no value.
     """
 
     rate: Annotated[float, Meta(gt=0, le=1e6)] = 20.0

@@ -1,7 +1,8 @@
-"""How a target model learns from where the target was found, for any cue that compares histograms.
+"""Model updates: how a target model learns from the region in which the target was found.
 
-A strategy is a pure function: from a model's histogram, the first frame's, the one that is seen and
-what it remembers, to the new histogram and what it remembers next.
+They serve every cue that compares histograms. A strategy is a pure function. It takes the
+histograms of the model, of the first frame and of this frame, and its memory. It returns the new
+histogram of the model and its new memory.
 """
 
 from __future__ import annotations
@@ -27,17 +28,17 @@ from motes.cues.base import AdaptableCue, Cue
 
 
 class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
-    """What `KalmanBins` remembers of one cue.
+    """The memory of `KalmanBins` for one cue.
 
     Attributes
     ----------
     squares
         The mean square of the residuals over all bins, in each of the last L frames.
     noise
-        Variance of the measurement noise, delta_v²; None until there are L frames.
+        Variance of the measurement noise, delta_v²; None before there are L frames.
     variance
-        That of the filtering error, q. One number: in equations 3 to 11 nothing tells one bin's
-        from another's.
+        Variance of the filtering error, q. It is one number: equations 3 to 11 give all bins
+        the same.
     """
 
     squares: tuple[NonNegative, ...] = ()
@@ -46,16 +47,16 @@ class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
 
 
 class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
-    """What `GaussianBins` remembers of one cue: the histograms seen from the first frame on.
+    """The memory of `GaussianBins` for one cue, from all histograms since the first frame.
 
     Attributes
     ----------
     frames
-        How many.
+        The number of histograms.
     mean
         (m,), mu of each bin.
     squares
-        (m,), the sum of squared deviations from it.
+        (m,), the sum of squared deviations from the mean.
     """
 
     frames: int
@@ -64,7 +65,7 @@ class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
 
 
 UpdaterState: TypeAlias = Any
-"""What a strategy remembers of one cue: a frozen `msgspec.Struct` of its own, or None."""
+"""The memory of a strategy for one cue: a frozen `msgspec.Struct` of its own, or None."""
 
 
 class UpdateDiagnostics(NamedTuple):
@@ -95,7 +96,7 @@ class UpdateResult(NamedTuple):
 
 
 class Adaptation:
-    """The interface of all that says how models learn: one strategy, or one for each cue."""
+    """The interface of a model update: one strategy for all cues, or one for each."""
 
     __slots__ = ()
 
@@ -105,7 +106,7 @@ class Adaptation:
 
 
 class Strategy(Adaptation):
-    """The interface of a way of learning, which is also a `Config` with a tag."""
+    """The interface of a rule by which a model learns. It is also a `Config` with a tag."""
 
     __slots__ = ()
 
@@ -122,27 +123,31 @@ class Strategy(Adaptation):
     def learn(
         self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
-        """Return what becomes of a model.
+        """Return the new histogram of a model, and the new memory.
 
         Parameters
         ----------
         memory
-            What was remembered last; None in the beginning.
+            The memory after the last frame; None in the beginning.
         histogram, first, seen
-            (m,) each: the model's, the first frame's and this frame's, in which something is seen.
+            (m,) each: the histogram of the model, of the first frame and of this frame. The last
+            one is not empty.
         """
 
 
 class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
-    """The model moves by a fixed share; Nummiaro et al. name such models in sections IV and VIII.
+    """Exponential forgetting: the model moves by a fixed share in each frame.
+
+    Nummiaro et al. name such models in sections IV and VIII.
 
     Attributes
     ----------
     learning_rate
-        Share of each frame's estimate that enters the model; 0 keeps the model fixed.
+        Share of the current frame in the updated model. With a larger value the model follows
+        changes faster; 0 keeps it fixed.
     anchor
-        Share of the first frame's model that is kept for good: what enters is taken from it by this
-        share.
+        Share of the first frame's histogram in what the model moves towards; the rest is the
+        current frame's. With a larger value the model stays nearer to the first frame's.
     """
 
     learning_rate: Share = 0.0
@@ -156,31 +161,34 @@ class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
     def learn(
         self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
     ) -> UpdateResult:
-        """Return the model moved towards what is seen; remembers nothing."""
+        """Return the model moved towards this frame's histogram; there is no memory."""
         entering = self.anchor * first + (1 - self.anchor) * seen
         return UpdateResult((1 - self.learning_rate) * histogram + self.learning_rate * entering)
 
 
 class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
-    """A Kalman filter for each bin, and a t test that refuses it: Zhao and Pei, equations 3 to 15.
+    """A Kalman filter for each bin, and a t test of frames: Zhao and Pei, equations 3 to 15.
 
-    The first L frames, in which the model stays, give the noise (equation 11); from then on the
-    gain follows from the residuals of the last L. Three readings are not the print's:
+    The first L frames, in which the model stays fixed, give the noise (equation 11). After them the
+    gain follows from the residuals of the last L frames. Three details differ from the printed
+    equations:
 
-    - Equation 7 has q^(i-1) for the predicted variance, and (10) may fall below zero, which is no
-      variance: it is then 0.
-    - The test (12 to 14) asks whether this frame's residuals are larger than those of the last L.
-      Its samples are their squares, one for each bin, as those are what (9) is the mean of: signed
-      residuals sum to 0, their sizes have a mean that is hardly ever above the root of (9), and the
-      test would refuse nothing.
+    - Equation 7 has q^(i-1) for the predicted variance. Equation 10 may be negative, which a
+      variance cannot be; it is then 0.
+    - The test (12 to 14) is whether this frame's residuals are larger than those of the last L
+      frames. Its samples are the squared residuals, one for each bin, since (9) is their mean.
+      Signed residuals sum to 0, and the mean of their absolute values is hardly ever above the root
+      of (9): with either, the test would refuse nothing.
     - s in (12) is the standard deviation of the samples.
 
     Attributes
     ----------
     frames
-        L, of which the paper gives no number.
+        Number L of frames from whose residuals the noise and the gain are estimated. In the first L
+        the model stays fixed. A larger value reacts more slowly. The paper gives no number.
     alpha
-        Significance level: the chance to refuse a frame like any other.
+        Significance level of the t test: the probability that it refuses a usual frame. With a
+        larger value more frames are refused.
     """
 
     frames: Count = 10
@@ -206,18 +214,18 @@ class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
                 histogram, KalmanMemory(squares), UpdateDiagnostics(residuals, 0.0, 1.0)
             )
         predicted = variance + drift  # 4
-        if self._refuses(samples, mean - usual):  # the model stays (15): nothing was measured
+        if self._refuses(samples, mean - usual):  # the model stays (15), as without a measurement
             memory = KalmanMemory(squares, noise, predicted)
             return UpdateResult(histogram, memory, UpdateDiagnostics(residuals, 0.0, 0.0))
         total = predicted + noise
-        gain = predicted / total if total > 0 else 0.0  # 5; without any residual there is no noise
+        gain = predicted / total if total > 0 else 0.0  # 5; there may be no noise at all
         memory = KalmanMemory(squares, noise, (1 - gain) * predicted)  # 7
         return UpdateResult(
             histogram + gain * residuals, memory, UpdateDiagnostics(residuals, gain, 1.0)
         )  # 6
 
     def _refuses(self, samples: Floats, excess: float) -> bool:
-        """Tell whether samples whose mean is so far above the usual one are too large (14)."""
+        """Return whether samples are too large (14); `excess`: their mean minus the usual one."""
         if excess <= 0:
             return False
         error = float(samples.std(ddof=1)) / math.sqrt(samples.size)
@@ -225,19 +233,21 @@ class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
 
 
 class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
-    """Each bin moves towards the mean of all that was seen: Zhao and Pei, equation 16.
+    """Each bin moves towards its mean over all frames so far: Zhao and Pei, equation 16.
 
-    mu and delta of each bin are taken over all frames so far. The print compares B_i with 3 delta
-    where its distance from mu is meant. B_i is the model's bin on both sides: so beta is a rate of
-    learning, as the text calls it. Were it the frame's, the model would be nearly replaced by every
-    frame. Histograms are scaled to sum to 1 again.
+    mu is a bin's mean over all frames so far, delta its standard deviation. The printed equation
+    compares B_i with 3 delta; its distance from mu is meant. B_i is the model's bin on both sides,
+    so beta is a learning rate, as the text calls it. If B_i were the frame's bin, every frame would
+    nearly replace the model. Histograms are scaled to sum to 1 again.
 
     Attributes
     ----------
     beta
-        Share of the way to mu that a bin goes.
+        Share of the way to its mean mu that a bin moves in each frame. With a larger value the
+        model follows faster.
     deviations
-        A bin that is more than so many delta away from mu becomes mu.
+        A bin that is more than this many standard deviations delta away from its mean mu becomes mu
+        at once. With a larger value this is rarer.
     """
 
     beta: Share = 0.1
@@ -260,18 +270,19 @@ class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
 
 
 class PerCue(Adaptation, Config, frozen=True, tag="per_cue"):
-    """A strategy for each cue.
+    """A model update of its own for each cue.
 
     Attributes
     ----------
     cues
-        By name; the model of a cue that is not named stays fixed.
+        The model update of one cue: NAME is the cue's name, such as color. The model of a cue that
+        is not named stays fixed.
     """
 
     cues: dict[str, Strategy] = {}  # noqa: RUF012  (msgspec copies it)
 
     def strategy(self, cue: str) -> Strategy:
-        """Return the strategy that is named; else one that keeps the model fixed."""
+        """Return the strategy of the cue with a name; by default one that keeps the model fixed."""
         return self.cues.get(cue, ExponentialForgetting())
 
 
@@ -296,9 +307,9 @@ class ModelUpdate(NamedTuple):
     models
         The models, by cue.
     memories
-        What the updates remember, for each cue whose update remembers something.
+        The memory of each cue's update, if it has one.
     diagnostics
-        What the updates report, for each cue whose update reports something.
+        The diagnostics of each cue's update, if it has any.
     """
 
     models: dict[str, Any]
@@ -336,8 +347,9 @@ def update_models(
 def critical(alpha: float, freedom: int) -> float:
     """Return t_alpha(freedom), which Student's t exceeds with probability alpha (equation 13).
 
-    In the angle whose tangent is t / sqrt(freedom), the density is cos^(freedom - 1), which is
-    summed up. Right to a share of 1e-6 up to 1,000 degrees of freedom and for alpha from 0.01.
+    Over the angle whose tangent is t / sqrt(freedom), the density is cos^(freedom - 1). It is
+    integrated numerically. The relative error is at most 1e-6 up to 1,000 degrees of freedom and
+    for alpha from 0.01 on.
     """
     angle = np.linspace(0, np.pi / 2, 20_001)
     density = np.cos(angle) ** (freedom - 1)

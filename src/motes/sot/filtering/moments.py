@@ -1,4 +1,4 @@
-"""From weighted particles to one ellipse and its uncertainty."""
+"""The estimate: one ellipse and its uncertainty, from weighted particles."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """How a target moves: p(x_t | x_{t-1}).
 
-A motion model keeps its own state columns and shows the rest of the program nothing but ellipses.
-Noise of positions and sizes is proportional to the target's first region, and all of it is given
-for one reference interval of 1/25 s: over dt seconds, positions and sizes wander with the square
-root of dt. Nummiaro et al., equations 8 and 9 and section VII.
+A motion model has its own state columns. The rest of the program sees ellipses only. The noise of
+positions and sizes is proportional to the target's first region. All noise is given for one
+reference interval of 1/25 s; over dt seconds, its standard deviation grows with the square root of
+dt. Nummiaro et al., equations 8 and 9 and section VII.
 
-Colors say little about size: a smaller ellipse inside the target has much the same histogram. So
-the two half-axes mostly grow and shrink together, and are drawn back, slowly, to their first size.
+Colors depend little on size: a smaller ellipse inside the target has almost the same histogram. So
+the two half-axes mostly grow and shrink together, and return slowly to their first size.
 """
 
 from __future__ import annotations
@@ -26,11 +26,13 @@ from motes.core.registry import Registry
 from motes.core.types import Floats
 
 Scale = Annotated[float, Meta(ge=0, le=1e6)]
-"""Large enough for any motion, small enough that nothing overflows."""
+"""A standard deviation: large enough for any motion, small enough that nothing overflows."""
 Return = Annotated[float, Meta(ge=0, lt=1)]
 
 LONGEST_INTERVAL = 1.0
-"""Seconds: a longer gap between frames counts as this, or noise would drown what is known."""
+"""Longest interval between two frames, in seconds.
+
+A longer gap counts as this one; the noise would hide the last known place otherwise."""
 
 
 class Motion:
@@ -52,7 +54,7 @@ class Motion:
         """Return new states (N, d) drawn from p(x_t | x_{t-1}), `dt` seconds later.
 
         `first` is the target's first region, to which noise may be proportional. Half-axes stay at
-        one pixel or more, and nothing happens in no time.
+        one pixel or more. With `dt` 0 the states stay the same.
         """
 
     @abstractmethod
@@ -61,20 +63,26 @@ class Motion:
 
 
 class Noise(Config, frozen=True):
-    """Standard deviations for one reference interval of 1/25 s.
+    """Random motion of a target in one reference interval of 1/25 s.
 
     Attributes
     ----------
     position
-        Of x and y, as a share of the first region's mean half-axis, sqrt(a b).
+        Noise of the center in 1/25 s: standard deviation of x and y, as a share of the mean
+        half-axis sqrt(a b) of the target's first region. A larger value follows faster targets.
     size
-        Of the logarithm of a factor common to both half-axes.
+        Noise of the size in 1/25 s: standard deviation of the natural logarithm of a factor common
+        to both half-axes. A larger value follows faster changes of the size.
     size_return
-        Share of the way, in logarithms, that half-axes go back to the first region's.
+        Pull back to the first size: share of the difference of the half-axes' logarithms that is
+        removed in 1/25 s. A larger value keeps the size nearer to the first one; 0 is no pull.
     aspect
-        Of each half-axis by itself, as a share of the first region's.
+        Noise of the proportions in 1/25 s: standard deviation of each half-axis by itself, as a
+        share of the first region's half-axis. A larger value follows faster changes of the
+        proportions.
     angle
-        Of theta, in radians.
+        Noise of the angle in 1/25 s: standard deviation of theta, in radians. A larger value
+        follows faster turns; with 0 the angle never changes.
     """
 
     position: Scale = 0.6
@@ -85,12 +93,14 @@ class Noise(Config, frozen=True):
 
 
 class RandomWalk(Motion, Config, frozen=True, tag="random_walk"):
-    """Zero order: the target stays where it was, plus noise. State: x, y, a, b, theta.
+    """Random walk: the target stays where it was, plus noise.
+
+    A model of zero order. State: x, y, a, b, theta.
 
     Attributes
     ----------
     noise
-        Of x, y, a, b and theta.
+        Noise of the center, the size, the proportions and the angle in 1/25 s.
     """
 
     noise: Noise = Noise()
@@ -111,19 +121,21 @@ class RandomWalk(Motion, Config, frozen=True, tag="random_walk"):
 
 
 class ConstantVelocity(Motion, Config, frozen=True, tag="constant_velocity"):
-    """First order (equation 8): position and half-axes change at velocities that change by noise.
+    """Constant velocity: noise changes the velocities of the center and of the half-axes.
 
-    State: x, y, a, b, theta and the changes of the first four, per reference interval.
+    A model of first order: Nummiaro et al., equation 8. State: x, y, a, b, theta and the changes of
+    the first four, per reference interval.
 
     Attributes
     ----------
     noise
-        Of x, y, a, b and theta.
+        Noise of the center, the size, the proportions and the angle in 1/25 s.
     velocity
-        Standard deviation of the changes' noise, as a share of `noise`.
+        Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
+        and of the proportions. A larger value follows faster changes of velocity.
     persistence
-        Share of a velocity that is left after one reference interval: 1 is the paper's constant
-        velocity, 0 is a random walk.
+        Share of a velocity that is left after 1/25 s. With a larger value a target keeps its motion
+        for longer: 1 is the paper's constant velocity, 0 is a random walk.
     """
 
     noise: Noise = Noise()
@@ -146,7 +158,7 @@ class ConstantVelocity(Motion, Config, frozen=True, tag="constant_velocity"):
 
 
 class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
-    """Second order: velocities change at accelerations that change by noise.
+    """Second order: accelerations change the velocities, and noise changes both.
 
     The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
     velocities and accelerations of the first four, per reference interval.
@@ -154,11 +166,16 @@ class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
     Attributes
     ----------
     noise
-        Of x, y, a, b and theta.
-    velocity, acceleration
-        Standard deviations of these changes' noise, as shares of `noise`.
+        Noise of the center, the size, the proportions and the angle in 1/25 s.
+    velocity
+        Noise of the velocities: standard deviation in 1/25 s, as a share of the noise of the center
+        and of the proportions. A larger value follows faster changes of velocity.
+    acceleration
+        Noise of the accelerations: standard deviation in 1/25 s, as a share of the noise of the
+        center and of the proportions. A larger value follows faster changes of acceleration.
     persistence
-        Share of a velocity and of an acceleration that is left after one reference interval.
+        Share of a velocity and of an acceleration that is left after 1/25 s. With a larger value a
+        target keeps its motion for longer.
     """
 
     noise: Noise = Noise()
@@ -183,21 +200,25 @@ class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
 
 
 class EllipseWalk(Motion, Config, frozen=True, tag="ellipse_walk"):
-    """Zero order in the state of Maggio et al.: x, y, h, e, theta, each plus Gaussian noise.
+    """Random walk of center, minor half-axis, eccentricity and angle: Maggio et al., section 5.
 
-    h is the half-length of the minor axis, e the eccentricity sqrt(1 - (minor / major)²), theta the
-    angle of the major axis. Section 5 gives the noise.
+    State: x, y, h, e, theta. h is the half-length of the minor axis, e the eccentricity
+    sqrt(1 - (minor / major)²), theta the angle of the major axis.
 
     Attributes
     ----------
     position
-        Standard deviation of x and y, in pixels: 5.5.
+        Noise of the center: standard deviation of x and y in 1/25 s, in pixels. A larger value
+        follows faster targets. The paper has 5.5.
     size
-        Of h, relative to h: 0.05.
+        Noise of the size: standard deviation of the minor half-axis h in 1/25 s, relative to h. A
+        larger value follows faster changes of the size. The paper has 0.05.
     eccentricity
-        Of e: 0.021.
+        Noise of the proportions: standard deviation of the eccentricity e in 1/25 s. A larger value
+        follows faster changes of the proportions. The paper has 0.021.
     angle
-        Of theta, in radians: 10 degrees.
+        Noise of the angle: standard deviation of theta in 1/25 s, in radians. A larger value
+        follows faster turns. The paper has 10 degrees.
     """
 
     position: Scale = 5.5
@@ -245,21 +266,28 @@ class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
 
         x_t - x0 = (k + p) (x_{t-1} - x0) - k p (x_{t-2} - x0) + noise
 
-    and y and s alike. The paper does not give its A. With k = 1 and p = 1 a target goes on as it
-    went before, x0 cancelling out; p below 1 lets it slow down, k below 1 draws it back to its
+    and the same for y and s. The paper does not give its A. With k = 1 and p = 1 a target keeps its
+    velocity, and x0 cancels out. p below 1 slows the target down; k below 1 pulls it back to its
     origin. Previous values are those of one reference interval ago, whatever the time between
     frames.
 
     Attributes
     ----------
     position
-        Standard deviation of x and y, as a share of the first region's mean half-axis, sqrt(a b).
+        Noise of the center: standard deviation of x and y in 1/25 s, as a share of the mean
+        half-axis sqrt(a b) of the target's first region. A larger value follows faster targets.
     size
-        Of s.
+        Noise of the size: standard deviation of the scale s in 1/25 s; 1 is the first size. A
+        larger value follows faster changes of the size.
     persistence
-        p: share of a displacement that is left after one reference interval.
-    position_return, size_return
-        1 - k: share of the way to its origin that a position goes, and a size.
+        Share p of a displacement that the target repeats in the next 1/25 s. With a larger value it
+        keeps its motion for longer; with 1 it never slows down.
+    position_return
+        Pull back to the first place: share 1 - k of the way that the target goes back in 1/25 s. A
+        larger value keeps it nearer to the first place; 0 is no pull.
+    size_return
+        Pull back to the first size: share 1 - k of the way that the scale goes back in 1/25 s. A
+        larger value keeps the size nearer to the first one; 0 is no pull.
     """
 
     position: Scale = 0.6
@@ -284,7 +312,7 @@ class Autoregressive(Motion, Config, frozen=True, tag="autoregressive"):
         kept = 1 - np.array([self.position_return, self.position_return, self.size_return])
         origin = np.ones((len(states), 3))
         origin[:, :2] = states[:, 8:10]
-        # What x_t - x0 has beyond k (x_{t-1} - x0) is left to the share p, and driven by the noise.
+        # The part of x_t - x0 beyond k (x_{t-1} - x0) shrinks to the share p, and noise is added.
         off = states[:, :3] - origin
         change = off - kept * (states[:, 3:6] - origin)
         change = self.persistence**steps * change + math.sqrt(steps) * noise
@@ -332,7 +360,7 @@ def _walked(
     """
     steps = dt / FRAME_INTERVAL
     grown = math.sqrt(steps)
-    mean = math.sqrt(first.a * first.b)  # a narrow target moves sideways as fast as any
+    mean = math.sqrt(first.a * first.b)  # a narrow target moves as fast sideways
     position, aspect = mean * noise.position * grown, noise.aspect * grown
     spread = [position, position, first.a * aspect, first.b * aspect]
     deviations = [*spread, noise.angle * grown, *(share * s for share in changes for s in spread)]

@@ -23,11 +23,11 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
     Attributes
     ----------
     log
-        (N,) log-weights as given; NaN and +inf have become -inf.
+        (N,), the given log-weights; NaN and +inf are replaced by -inf.
     values
-        (N,) probabilities, sum 1; uniform where no particle has any weight.
+        (N,), probabilities, sum 1; uniform if no particle has any weight.
     degenerate
-        Whether no particle had any weight.
+        Whether no particle had any weight before normalization.
     """
 
     log: Annotated[Floats, Array(least=-np.inf)]
@@ -51,15 +51,15 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def effective_sample_size(self) -> float:
-        """1 / sum of squared weights: from 1 (one particle has all) to N (all the same)."""
+        """1 / sum of squared weights: from 1 (one particle has all weight) to N (equal weights)."""
         return float(1 / np.dot(self.values, self.values))
 
 
 def multinomial(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
     """Draw n independent ancestors: Nummiaro et al., figure 2, step 1.
 
-    A uniform number r in [0, 1) for each, and by binary search the smallest j with c_j > r in the
-    cumulated weights c (the paper's >= would let r = 0 choose a particle without weight).
+    Each ancestor has a uniform number r in [0, 1). A binary search in the cumulated weights c finds
+    the smallest j with c_j > r. With the paper's >=, r = 0 could choose a particle of weight 0.
     """
     return _search(weights, rng.random(n))
 
@@ -75,7 +75,7 @@ def stratified(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
 
 
 def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
-    """Take floor(n w) copies of each particle, and draw the rest from what is left over."""
+    """Take floor(n w) copies of each particle, and draw the rest by the remaining fractions."""
     expected = n * weights / weights.sum()
     copies = np.floor(expected).astype(np.intp)
     sure = np.repeat(np.arange(weights.size), copies)
@@ -100,15 +100,16 @@ SCHEMES: dict[str, Callable[[np.random.Generator, Floats, int], Indices]] = {
 
 
 class Resampling(Config, frozen=True):
-    """When and how particles are selected.
+    """When particles are resampled, and by which method.
 
     Attributes
     ----------
     scheme
-        `multinomial` (the paper), `systematic`, `stratified` or `residual`.
+        Method of resampling: `multinomial` is the paper's. `systematic`, `stratified` and
+        `residual` add less random variation.
     threshold
-        Select when the effective sample size falls below this share of the particles; 1 selects in
-        every frame (the paper), 0 never does.
+        Particles are resampled when the effective sample size falls below this share of their
+        number: 1 resamples in every frame, as the paper does; 0 never does.
     """
 
     scheme: Literal["multinomial", "systematic", "stratified", "residual"] = "multinomial"

@@ -1,4 +1,4 @@
-"""The number of particles: from the spread of the particles, and from the time for a frame."""
+"""The number of particles, from their spread and from the time for a frame."""
 
 from __future__ import annotations
 
@@ -21,22 +21,25 @@ QUANTILE = 2.326
 
 
 class KldSampling(Config, frozen=True):
-    """KLD sampling: the more places the target may be in, the more particles.
+    """KLD sampling: the farther the particles spread, the more particles there are.
 
-    Fox, KLD-sampling: adaptive particle filters, NIPS 2001, equation 7: n samples estimate the
+    Fox, KLD-sampling: adaptive particle filters, NIPS 2001, equation 7. n samples estimate the
     distribution over k bins, with a probability of 99 %, to a Kullback-Leibler divergence of at
     most `error`. Here k is the number of bins that hold particles of the last frame, before they
-    are weighted. So the number of particles is known before the frame comes.
+    are weighted. So the number of particles is known before the next frame.
 
     Attributes
     ----------
-    min, max
-        Range of the number of particles.
+    min
+        Least number of particles.
+    max
+        Largest number of particles.
     error
-        The allowed divergence.
+        Largest Kullback-Leibler divergence between the particles and the distribution of the
+        target's place, with a probability of 99 %. A larger value uses fewer particles.
     bin
         Side of a bin: in mean half-axes of the target's first region for x and y, in natural
-        logarithms for its size.
+        logarithms for its size. A larger value uses fewer particles.
     """
 
     min: Particles = 50
@@ -73,7 +76,7 @@ class KldSampling(Config, frozen=True):
 
 
 class SpeedBudget:
-    """Learns from the running times of steps how many particles a frame rate allows.
+    """Measures how many particles a frame rate allows, from the running times of steps.
 
     Parameters
     ----------
@@ -100,4 +103,4 @@ class SpeedBudget:
 
 
 RECENT = 15
-"""Number of steps whose median counts: a single slow step (compiling kernels) has no effect."""
+"""Number of steps whose median counts: a single slow step has no effect."""

@@ -1,4 +1,4 @@
-"""Particles over the places where a target may appear."""
+"""New particles in the places where a target may appear."""
 
 from __future__ import annotations
 

@@ -1,0 +1,29 @@
+from motes.kernels.structures import Bytes, ColorBins, Counts, Floats, Grid, Reading, Singles
+
+RGB: int
+HSV: int
+HSV_V: int
+
+def histograms(
+    picture: Bytes, ellipses: Floats, reading: Reading, slots: Counts, bins: ColorBins, out: Floats
+) -> None: ...
+def distances(
+    picture: Bytes,
+    ellipses: Floats,
+    reading: Reading,
+    slots: Counts,
+    roots: Floats,
+    bins: ColorBins,
+    out: Floats,
+) -> None: ...
+def mean_shift(
+    picture: Bytes,
+    ellipse: Floats,
+    lattice: Singles,
+    grid: Grid,
+    slots: Counts,
+    ratios: Floats,
+    bins: ColorBins,
+    center: Floats,
+) -> None: ...
+def to_bins(colors: Counts, bins: ColorBins) -> None: ...

@@ -1,0 +1,6 @@
+from motes.kernels.structures import Box, Floats, Singles
+
+def add_colors(
+    samples: Singles, inner: Box, outer: Box, share: float, inside: Singles, outside: Singles
+) -> None: ...
+def color_integral(samples: Singles, inside: Singles, outside: Singles, out: Floats) -> None: ...

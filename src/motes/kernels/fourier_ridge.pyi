@@ -1,0 +1,6 @@
+from motes.kernels.structures import Singles, Spectra
+
+def correlate(numerator: Spectra, power: Singles, spectra: Spectra, out: Spectra) -> None: ...
+def teach(
+    spectra: Spectra, label: Spectra, rate: float, numerator: Spectra, power: Singles
+) -> None: ...

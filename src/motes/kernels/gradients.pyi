@@ -1,0 +1,3 @@
+from motes.kernels.structures import Singles
+
+def turns(y: Singles, x: Singles, out: Singles) -> None: ...

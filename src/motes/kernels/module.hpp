@@ -1,0 +1,115 @@
+// All kernels, each in a module with the name of its file: what an extension holds.
+#pragma once
+
+#include "bilinear.hpp"
+#include "binding.hpp"  // first, as Python wants it
+#include "color.hpp"
+#include "color_posterior.hpp"
+#include "fourier_ridge.hpp"
+#include "gradients.hpp"
+#include "histograms.hpp"
+#include "hog.hpp"
+#include "particles.hpp"
+#include "sampling.hpp"
+#include "search_window.hpp"
+#include "sobel.hpp"
+#include "structure_tensor.hpp"
+
+namespace motes::binding {
+
+// clang-format off
+template <> struct Reader<sampling::Window>
+    : TupleReader<sampling::Window, Index, Index, Index, Index> {};
+template <> struct Reader<sampling::Grid> : TupleReader<sampling::Grid, Index, Index> {};
+template <> struct Reader<sampling::Reading>
+    : TupleReader<sampling::Reading, Plane<const float>, sampling::Grid, int> {};
+template <> struct Reader<color::Bins>
+    : TupleReader<color::Bins, int, std::uint32_t, std::uint32_t, std::uint32_t> {};
+template <> struct Reader<color_posterior::Box>
+    : TupleReader<color_posterior::Box, double, double, double, double> {};
+// clang-format on
+
+using Keys = Row<const std::uint32_t>;
+
+// Steps of the histograms of color one by one, for tests and benchmarks.
+inline Index pixels_within(sampling::Window window, Floats ellipse, sampling::Reading reading,
+                           Index channels, Row<std::uint32_t> offsets, Row<double> weights) {
+    return sampling::pixels_within(window, ellipse.data, reading, channels, offsets.data,
+                                   weights.data);
+}
+inline void colors_at(Picture picture, Keys offsets, Row<std::uint32_t> colors) {
+    sampling::colors_at(picture, offsets.data, offsets.size, colors.data);
+}
+inline void to_bins(Row<std::uint32_t> colors, color::Bins bins) {
+    color::to_bins(colors.data, colors.size, bins);
+}
+inline void fill(Keys keys, Floats weights, Keys slots, Plane<double> lanes) {
+    histograms::fill(keys.data, weights.data, keys.size, slots.data, lanes);
+}
+
+inline bool add_kernels(PyObject* extension) {
+    return add(extension, "bilinear",
+               {unlocked<bilinear::look_up>("look_up"), unlocked<bilinear::box_means>("box_means"),
+                unlocked<bilinear::pool>("pool")}) &&
+           add(extension, "color",
+               {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
+                unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
+               {{"RGB", color::RGB}, {"HSV", color::HSV}, {"HSV_V", color::HSV_V}}) &&
+           add(extension, "color_posterior",
+               {unlocked<color_posterior::add_colors>("add_colors"),
+                unlocked<color_posterior::color_integral>("color_integral")}) &&
+           add(extension, "fourier_ridge",
+               {unlocked<fourier_ridge::correlate>("correlate"),
+                unlocked<fourier_ridge::teach>("teach")}) &&
+           add(extension, "gradients", {brief<gradients::turns>("turns")}) &&
+           add(extension, "histograms",
+               {brief<histograms::bhattacharyya>("bhattacharyya"), brief<fill>("fill"),
+                brief<histograms::coefficient>("coefficient")},
+               {{"LANES", histograms::LANES}}) &&
+           add(extension, "hog",
+               {unlocked<hog::gradients>("gradients"), unlocked<hog::histograms>("histograms"),
+                unlocked<hog::histograms_at>("histograms_at")},
+               {{"BAND", hog::BAND}}) &&
+           add(extension, "particles",
+               {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
+                brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),
+                brief<particles::combine>("combine"), brief<particles::appearing>("appearing"),
+                brief<particles::moments>("moments")}) &&
+           add(extension, "sampling",
+               {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
+                unlocked<sampling::values_within>("values_within"),
+                brief<sampling::bounds>("bounds")},
+               {{"EPANECHNIKOV", sampling::EPANECHNIKOV},
+                {"RADIAL", sampling::RADIAL},
+                {"UNIFORM", sampling::UNIFORM},
+                {"GAUSSIAN", sampling::GAUSSIAN},
+                {"PLANE", sampling::PLANE},
+                {"PICTURE", sampling::PICTURE}}) &&
+           add(extension, "search_window",
+               {unlocked<search_window::cut>("cut"),
+                unlocked<search_window::gradient_cells>("gradient_cells")}) &&
+           add(extension, "sobel",
+               {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),
+                unlocked<sobel::histograms_at>("histograms_at")}) &&
+           add(extension, "structure_tensor",
+               {unlocked<structure_tensor::structure_tensor>("structure_tensor"),
+                unlocked<structure_tensor::histograms>("histograms")});
+}
+
+// Makes the extension of a name for a set of instructions, with more functions of its own.
+inline PyObject* extension(const char* name, const char* instructions, PyMethodDef* functions) {
+    static PyModuleDef definition = {};
+    definition.m_base = PyModuleDef_HEAD_INIT;
+    definition.m_name = name;
+    definition.m_size = -1;
+    definition.m_methods = functions;
+    import_array();
+    PyObject* module = PyModule_Create(&definition);
+    if (module != nullptr &&
+        (PyModule_AddStringConstant(module, "INSTRUCTIONS", instructions) < 0 ||
+         !add_kernels(module)))
+        Py_CLEAR(module);
+    return module;
+}
+
+}  // namespace motes::binding

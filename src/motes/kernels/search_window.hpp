@@ -1,0 +1,284 @@
+// A window of fixed samples cut from a picture, and its cells of gradients.
+#pragma once
+
+#include <algorithm>
+
+#include "arrays.hpp"
+
+namespace motes::search_window {
+
+// Does as `cut` does with samples between pixels.
+inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
+    const float right = float(picture.width - 1), low = float(picture.height - 1);
+    const float across_x = float(across.x), across_y = float(across.y);
+    for (Index i = 0; i < out.rows; ++i) {
+        const float left = float(corner.x + double(i) * down.x);
+        const float top = float(corner.y + double(i) * down.y);
+        float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
+        for (Index j = 0; j < out.columns; ++j) {
+            const float x = std::min(std::max(left + float(j) * across_x, 0.0f), right);
+            const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
+            const auto column = Index(x), row = Index(y);
+            // The four pixels around.
+            const std::uint8_t* here = picture.row(row) + 3 * column;
+            const Index beside = column < picture.width - 1 ? 3 : 0;
+            const Index below = row < picture.height - 1 ? 3 * picture.width : 0;
+            const float u = x - float(column), v = y - float(row);
+            const float share3 = u * v, share1 = u - share3, share2 = v - share3;
+            const float share0 = 1.0f - u - share2;
+            const auto mixed = [&](Index c) {
+                return share0 * here[c] + share1 * here[beside + c] + share2 * here[below + c] +
+                       share3 * here[below + beside + c];
+            };
+            red[j] = mixed(0), green[j] = mixed(1), blue[j] = mixed(2);
+        }
+    }
+}
+
+// Does as `cut` does with samples along any two directions.
+inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
+    const double step_x = std::hypot(across.x, across.y), step_y = std::hypot(down.x, down.y);
+    if (step_x < 1.0 || step_y < 1.0) return cut_between(picture, corner, across, down, out);
+    const Index beside = std::min(Index(step_x + 0.5), Index(4));
+    const Index below = std::min(Index(step_y + 0.5), Index(4));
+    double off_x[4], off_y[4];  // of the pixels of a sample, in samples
+    for (Index v = 0; v < beside; ++v) off_x[v] = (double(v) + 0.5) / double(beside);
+    for (Index u = 0; u < below; ++u) off_y[u] = (double(u) + 0.5) / double(below);
+    const auto share = double(float(1.0 / double(beside * below)));
+    const auto right = double(picture.width - 1), low = double(picture.height - 1);
+    for (Index i = 0; i < out.rows; ++i) {
+        for (Index j = 0; j < out.columns; ++j) {
+            std::uint32_t red = 0, green = 0, blue = 0;
+            for (Index u = 0; u < below; ++u) {
+                const double y = double(i) - 0.5 + off_y[u];
+                const double left = corner.x + y * down.x + 0.5, top = corner.y + y * down.y + 0.5;
+                for (Index v = 0; v < beside; ++v) {
+                    const double x = double(j) - 0.5 + off_x[v];
+                    const auto column = Index(std::min(std::max(left + x * across.x, 0.0), right));
+                    const auto row = Index(std::min(std::max(top + x * across.y, 0.0), low));
+                    const std::uint8_t* pixel = picture.row(row) + 3 * column;
+                    red += pixel[0], green += pixel[1], blue += pixel[2];
+                }
+            }
+            out[0][i][j] = float(double(red) * share);
+            out[1][i][j] = float(double(green) * share);
+            out[2][i][j] = float(double(blue) * share);
+        }
+    }
+}
+
+// Which pixels of a line count how much for each of its samples: `taps` of them for one.
+class Line {
+public:
+    // `count` samples from `start`, `step` pixels apart, of `limit` pixels.
+    Line(double start, double step, Index count, Index limit)
+        : taps(step < 1.0 ? 2 : std::min(Index(step + 0.5), Index(4))),
+          places(count, taps),
+          shares(count, taps) {
+        for (Index i = 0; i < count; ++i) {
+            if (step < 1.0) {
+                const double x = inside(start + double(i) * step, limit);
+                const auto place = Index(x);
+                places[i][0] = place, places[i][1] = std::min(place + 1, limit - 1);
+                shares[i][0] = float(1.0 - (x - double(place)));
+                shares[i][1] = float(x - double(place));
+                continue;
+            }
+            for (Index u = 0; u < taps; ++u) {
+                const double off = double(i) - 0.5 + (double(u) + 0.5) / double(taps);
+                places[i][u] = Index(inside(start + off * step + 0.5, limit));
+                shares[i][u] = float(1.0 / double(taps));
+            }
+        }
+    }
+
+    const Index taps;
+    ScratchPlane<Index> places;
+    ScratchPlane<float> shares;
+
+private:
+    static double inside(double x, Index limit) {
+        return std::min(std::max(x, 0.0), double(limit) - 1.0);
+    }
+};
+
+// Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a line.
+template <Index taps>
+void weigh(const Line& columns, const float* line, Index left, Index i, Volume<float> out) {
+    float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
+    for (Index j = 0; j < out.columns; ++j) {
+        float r = 0.0f, g = 0.0f, b = 0.0f;
+        for (Index v = 0; v < taps; ++v) {
+            const float share = columns.shares[j][v];
+            const float* pixel = line + 3 * (columns.places[j][v] - left);
+            r += share * pixel[0], g += share * pixel[1], b += share * pixel[2];
+        }
+        red[j] = r, green[j] = g, blue[j] = b;
+    }
+}
+
+// Does as `cut` does with samples along the picture's rows and columns, `step` pixels apart.
+inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> out) {
+    const Line columns(corner.x, step.x, out.columns, picture.width);
+    const Line rows(corner.y, step.y, out.rows, picture.height);
+    const Index left = columns.places[0][0];
+    const Index span = 3 * (columns.places[out.columns - 1][columns.taps - 1] + 1 - left);
+    Scratch<float> scratch(span);
+    float* __restrict line = scratch;
+    constexpr decltype(&weigh<1>) by_taps[] = {weigh<1>, weigh<2>, weigh<3>, weigh<4>};
+    const auto weigh_row = by_taps[columns.taps - 1];
+    for (Index i = 0; i < out.rows; ++i) {
+        std::fill_n(line, span, 0.0f);
+        for (Index u = 0; u < rows.taps; ++u) {
+            const float share = rows.shares[i][u];
+            const std::uint8_t* source = picture.row(rows.places[i][u]) + 3 * left;
+            for (Index c = 0; c < span; ++c) line[c] += share * float(source[c]);
+        }
+        weigh_row(columns, line, left, i, out);
+    }
+}
+
+// Writes the samples (3, H, W) of a part of a picture, RGB 0 to 255.
+//
+// The sample in row i and column j lies at corner + j across + i down, each in x and y. Where it
+// stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.
+// Outside the picture its border goes on.
+inline void cut(Picture picture, Pair corner, Pair across, Pair down, Volume<float> out) {
+    if (across.y == 0.0 && down.x == 0.0)
+        cut_upright(picture, corner, {across.x, down.y}, out);
+    else
+        cut_turned(picture, corner, across, down, out);
+}
+
+// Writes R + G + B of samples (H + 2, W + 2), those at the border twice.
+inline void brightness(Samples samples, Plane<float> out) {
+    const Index height = samples.rows, width = samples.columns;
+    for (Index i = 0; i < height + 2; ++i) {
+        const Index row = std::min(std::max(i - 1, Index(0)), height - 1);
+        const float *red = samples[0][row], *green = samples[1][row], *blue = samples[2][row];
+        float* __restrict line = out[i];
+        for (Index j = 0; j < width; ++j) line[j + 1] = red[j] + green[j] + blue[j];
+        line[0] = line[1], line[width + 1] = line[width];
+    }
+}
+
+// Writes the votes of samples' gradients, each for the four cells (h + 2, 18 (w + 2)) around.
+inline void vote(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
+                 Plane<float> votes) {
+    const Index height = samples.rows, width = samples.columns;
+    ScratchPlane<float> bright(height + 2, width + 2);
+    Scratch<float> magnitude(width), across(width), line(votes.columns);
+    Scratch<std::int32_t> left(width), place(width);
+    for (Index j = 0; j < width; ++j) {
+        const double x = (double(j) + 0.5) / double(cell) + 0.5;
+        left[j] = 18 * std::int32_t(x), across[j] = float(x - double(Index(x)));
+    }
+    std::fill_n(votes.data, votes.rows * votes.columns, 0.0f);
+    brightness(samples, bright);
+    for (Index i = 0; i < height; ++i) {
+        const float *before = bright[i], *here = bright[i + 1], *after = bright[i + 2];
+        for (Index j = 0; j < width; ++j) {
+            const float dx = here[j + 2] - here[j], dy = after[j + 1] - before[j + 1];
+            magnitude[j] = std::sqrt(dx * dx + dy * dy);
+            const auto row = std::int32_t(dy * float(1.0 / 3) + 256.5f);
+            const auto column = std::int32_t(dx * float(1.0 / 3) + 256.5f);
+            place[j] = left[j] + sectors[row][column];
+        }
+        std::fill_n(static_cast<float*>(line), votes.columns, 0.0f);
+        for (Index j = 0; j < width; ++j) {
+            const float far = magnitude[j] * across[j];
+            line[place[j]] += magnitude[j] - far;
+            line[place[j] + 18] += far;
+        }
+        const double y = (double(i) + 0.5) / double(cell) + 0.5;
+        const auto low = double(float(y - double(Index(y))));
+        float* __restrict upper = votes[Index(y)];
+        float* __restrict lower = votes[Index(y) + 1];
+        for (Index k = 0; k < votes.columns; ++k) {
+            upper[k] = float(double(upper[k]) + (1 - low) * double(line[k]));
+            lower[k] += float(low) * line[k];
+        }
+    }
+}
+
+// Writes the energy (h + 2, w + 2) of cells: squared votes of 9 orientations; those at the border
+// are repeated.
+inline void energies(Plane<const float> votes, Plane<float> energy) {
+    const Index rows = energy.rows - 2, columns = energy.columns - 2;
+    for (Index i = 1; i <= rows; ++i) {
+        for (Index j = 1; j <= columns; ++j) {
+            float total = 0.0f;
+            for (Index k = 18 * j; k < 18 * j + 9; ++k) {
+                const float both = votes[i][k] + votes[i][k + 9];
+                total += both * both;
+            }
+            energy[i][j] = total;
+        }
+    }
+    for (Index j = 1; j <= columns; ++j)
+        energy[0][j] = energy[1][j], energy[rows + 1][j] = energy[rows][j];
+    for (Index i = 0; i < rows + 2; ++i)
+        energy[i][0] = energy[i][1], energy[i][columns + 1] = energy[i][columns];
+}
+
+// Writes gray and two differences of color, the planes 27 to 29 of `gradient_cells`.
+inline void colors(Samples samples, Index cell, Volume<float> out) {
+    const auto scale = float(1.0 / (double(cell * cell) * 255.0));
+    for (Index i = 0; i < out.rows; ++i) {
+        for (Index j = 0; j < out.columns; ++j) {
+            float sums[3] = {};
+            for (Index row = i * cell; row < (i + 1) * cell; ++row)
+                for (Index column = j * cell; column < (j + 1) * cell; ++column)
+                    for (Index c = 0; c < 3; ++c) sums[c] += samples[c][row][column];
+            const auto [red, green, blue] = sums;
+            out[27][i][j] = float(double((red + green + blue) * scale) / 3 - 0.5);
+            out[28][i][j] = (red - green) * scale;
+            out[29][i][j] = (0.5f * (red + green) - blue) * scale;
+        }
+    }
+}
+
+// Writes the features (30, h, w) of cells of samples (3, H, W), H = cell * h, W = cell * w.
+//
+// 9 orientations of gradients without and 18 with their sign, each normalized by the energy of the
+// four blocks of 2x2 cells around, truncated at 0.2 and averaged (Felzenszwalb et al., section 6);
+// then gray and two color differences. `sectors` (512, 512) has the number of a gradient's sector,
+// 18 to the turn, at row 256 + dy / 3 and column 256 + dx / 3, the derivatives being those of
+// R + G + B.
+inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t> sectors,
+                           Volume<float> out) {
+    const Index rows = out.rows, columns = out.columns;
+    // One cell more on each side, into which the outermost samples' votes fall.
+    ScratchPlane<float> votes(rows + 2, 18 * (columns + 2)), energy(rows + 2, columns + 2);
+    vote(samples, cell, sectors, votes);
+    energies({votes[0], rows + 2, 18 * (columns + 2)}, energy);
+    ScratchPlane<float> norms(4, columns);
+    Scratch<float> scratch(columns);
+    float* __restrict line = scratch, *n0 = norms[0], *n1 = norms[1], *n2 = norms[2],
+                      *n3 = norms[3];
+    for (Index i = 0; i < rows; ++i) {
+        const float *above = energy[i], *here = energy[i + 1], *below = energy[i + 2];
+        for (Index j = 0; j < columns; ++j) {
+            // A gradient of one gray value counts as none.
+            const float middle = here[j + 1] + 1.0f;
+            n0[j] = 1.0f / std::sqrt(above[j] + above[j + 1] + here[j] + middle);
+            n1[j] = 1.0f / std::sqrt(above[j + 2] + above[j + 1] + here[j + 2] + middle);
+            n2[j] = 1.0f / std::sqrt(below[j] + below[j + 1] + here[j] + middle);
+            n3[j] = 1.0f / std::sqrt(below[j + 2] + below[j + 1] + here[j + 2] + middle);
+        }
+        const float* inner = votes[i + 1] + 18;
+        for (Index k = 0; k < 27; ++k) {
+            for (Index j = 0; j < columns; ++j) {
+                const float* at = inner + 18 * j + k;
+                line[j] = k < 9 ? at[0] + at[9] : at[-9];
+            }
+            float* __restrict to = out[k][i];
+            for (Index j = 0; j < columns; ++j)
+                to[j] = 0.5f * (std::min(line[j] * n0[j], 0.2f) + std::min(line[j] * n1[j], 0.2f) +
+                                std::min(line[j] * n2[j], 0.2f) + std::min(line[j] * n3[j], 0.2f));
+        }
+    }
+    colors(samples, cell, out);
+}
+
+}  // namespace motes::search_window

@@ -1,0 +1,63 @@
+"""The types of what kernels take: arrays, and the tuples that they read as structures."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bytes = NDArray[np.uint8]
+Counts = NDArray[np.uint32]
+Singles = NDArray[np.float32]
+Floats = NDArray[np.float64]
+Spectra = NDArray[np.complex64]
+
+Window = tuple[int, int, int, int]
+"""A part of an image: left, top, width, height."""
+Box = tuple[float, float, float, float]
+"""Left, top, right and bottom, in samples."""
+Pair = tuple[float, float]
+"""x and y."""
+
+
+class Grid(NamedTuple):
+    """Which pixels are read where there is no lattice; 1, 1 is every pixel.
+
+    Attributes
+    ----------
+    across
+        Row and column add up to a multiple of it.
+    down
+        The row is a multiple of it.
+    """
+
+    across: int = 1
+    down: int = 1
+
+
+class Reading(NamedTuple):
+    """How ellipses are read.
+
+    Attributes
+    ----------
+    lattice
+        Points (2, n) in the unit disk; (2, 0) for the pixels of `grid`.
+    grid
+        Without a lattice, which pixels are read.
+    profile
+        A number of `kernels.sampling`: how a pixel's weight falls with its distance.
+    """
+
+    lattice: Singles
+    grid: Grid
+    profile: int
+
+
+class ColorBins(NamedTuple):
+    """A color space, by its number in `kernels.color`, and its bins in each channel."""
+
+    space: int
+    n0: int
+    n1: int
+    n2: int

@@ -1,0 +1,168 @@
+"""Kernels beside plain numpy; those that read ellipses have their oracles in `oracles.py`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes import kernels
+
+Floats = NDArray[np.float64]
+RNG = np.random.default_rng(0)
+
+
+def close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
+    np.testing.assert_allclose(found, expected, rtol=rtol, atol=rtol)
+
+
+@pytest.mark.parametrize("orders", [0, 1, 2])
+def test_walk(orders: int) -> None:
+    """A random walk, at constant velocity, at constant acceleration."""
+    first, steps, kept, returned, growth = (9.0, 4.0), 1.5, 0.8, 0.9, 0.1
+    states = RNG.normal(5, 9, (50, 5 + 4 * orders))
+    normal, deviations = RNG.normal(size=(50, 6 + 4 * orders)), RNG.random(5 + 4 * orders)
+    out = np.empty_like(states)
+    kernels.particles.walk(states, normal, deviations, steps, kept, *first, returned, growth, out)
+    expected = states + deviations * normal[:, :-1]
+    expected[:, 5:] -= (1 - kept) * states[:, 5:]
+    for lower, change in ((5, 9), (0, 5))[2 - orders :]:
+        expected[:, lower : lower + 4] += steps * expected[:, change : change + 4]
+    for column, half in zip((2, 3), first, strict=True):
+        far = np.log(np.maximum(expected[:, column], 1) / half)
+        scaled = half * np.exp(returned * far + growth * normal[:, -1])
+        expected[:, column] = np.maximum(scaled, 1)
+    close(out, expected)
+    assert (out[:, 2:4] == 1).any()
+
+
+def test_ancestors() -> None:
+    weights = RNG.random(40) * (RNG.random(40) < 0.6)
+    positions = np.append(RNG.random(200), [0.0, 1.0])
+    chosen = np.empty(positions.size, np.intp)
+    kernels.particles.ancestors(weights, positions, chosen)
+    sums = np.cumsum(weights)
+    last = np.flatnonzero(weights)[-1]
+    expected = [next((n for n in range(40) if sums[n] > p * sums[-1]), last) for p in positions]
+    np.testing.assert_array_equal(chosen, expected)
+    assert (weights[chosen] > 0).all()
+
+
+@pytest.mark.parametrize("epsilon", [0.0, 1e-3])
+def test_gaussian(epsilon: float) -> None:
+    distances, sigmas = RNG.random((2, 30)), np.array([0.2, 0.4])
+    logs = np.empty_like(distances)
+    kernels.particles.gaussian(distances, sigmas, epsilon, logs)
+    close(logs, np.log(np.exp(-(distances**2) / (2 * sigmas[:, None] ** 2)) + epsilon))
+
+
+def test_normalize() -> None:
+    logs, values = np.append(RNG.normal(0, 300, 20), [np.nan, np.inf, -np.inf]), np.empty(23)
+    expected = np.where(np.isfinite(logs), np.exp(logs - logs[:20].max()), 0)
+    assert not kernels.particles.normalize(logs, values)
+    close(values, expected / expected.sum())
+    assert (logs[20:] == -np.inf).all()
+    assert kernels.particles.normalize(np.full(4, np.nan), values[:4])
+    close(values[:4], 0.25)
+
+
+def test_combine_and_appearing() -> None:
+    distances, shares, weights = RNG.random((3, 40)), RNG.random(3), RNG.random(40)
+    out = np.empty(40)
+    kernels.particles.combine(distances, shares, out)
+    close(out, np.sqrt(shares @ distances**2))
+    seen = 1 - distances[0] ** 2 > 0.4
+    count, support = kernels.particles.appearing(distances[0], weights, 0.4)
+    assert count == np.count_nonzero(seen)
+    close(support, weights[seen].sum())
+
+
+def test_moments() -> None:
+    ellipses = np.column_stack([RNG.normal(20, 5, (60, 4)), RNG.normal(1.5, 0.3, 60)])
+    ellipses[::3, 4] -= math.pi
+    weights, mean, covariance = RNG.dirichlet(np.ones(60)), np.empty(5), np.empty((5, 5))
+    kernels.particles.moments(ellipses, weights, mean, covariance)
+    turn = np.angle(weights @ np.exp(2j * ellipses[:, 4])) / 2
+    close(mean, [*(weights @ ellipses[:, :4]), turn])
+    off = ellipses - mean
+    off[:, 4] -= math.pi * np.round(off[:, 4] / math.pi)
+    close(covariance, (off.T * weights) @ off)
+
+
+def test_ridge_regression_on_spectra() -> None:
+    def spectra(*shape: int) -> NDArray[np.complex64]:
+        return (RNG.normal(size=shape) + 1j * RNG.normal(size=shape)).astype(np.complex64)
+
+    learned, seen, label = spectra(4, 50), spectra(4, 50), spectra(50)
+    power = RNG.random(50).astype(np.float32) + 1
+    out = np.empty_like(label)
+    kernels.fourier_ridge.correlate(learned, power, seen, out)
+    close(out, (learned.conj() * seen).sum(axis=0) / power, 1e-5)
+    numerator, denominator = learned.copy(), power.copy()
+    kernels.fourier_ridge.teach(seen, label, 0.3, numerator, denominator)
+    close(numerator, 0.7 * learned + 0.3 * label * seen, 1e-5)
+    close(denominator, 0.7 * power + 0.3 * (np.abs(seen) ** 2).sum(axis=0), 1e-5)
+
+
+def test_colors_in_a_box_and_outside_of_another() -> None:
+    samples = RNG.uniform(0, 256, (3, 20, 30)).astype(np.float32)
+    red, green, blue = samples.astype(int) // 8
+    number = (red * 32 + green) * 32 + blue
+    rows, columns = np.mgrid[:20, :30]
+
+    def box(left: float, top: float, right: float, bottom: float) -> NDArray[np.bool_]:
+        inside: NDArray[np.bool_] = (columns >= left) & (columns < right) & (rows >= top)
+        inside &= rows < bottom
+        return inside
+
+    inner, outer = (10.5, 5.0, 20.0, 14.2), (8.0, 3.0, 23.0, 17.0)
+    inside, outside = np.zeros((2, 32**3), np.float32)
+    kernels.color_posterior.add_colors(samples, inner, outer, 0.4, inside, outside)
+    for found, where in ((inside, box(*inner)), (outside, ~box(*outer))):
+        close(found, 0.4 * np.bincount(number[where], minlength=32**3) / where.sum(), 1e-5)
+    sums = np.empty((21, 31))
+    kernels.color_posterior.color_integral(samples, inside, outside, sums)
+    posterior = (inside[number] + 1e-6) / (inside[number] + outside[number] + 2e-6)
+    close(np.diff(np.diff(sums, axis=0), axis=1), posterior, 1e-6)
+    assert not sums[0].any()
+    assert not sums[:, 0].any()
+
+
+def bilinear(plane: Floats, x: float, y: float) -> float:
+    """Return a plane's value between four of its values."""
+    j, i = min(int(x), plane.shape[1] - 2), min(int(y), plane.shape[0] - 2)
+    u, v = x - j, y - i
+    return float(np.array([1 - v, v]) @ plane[i : i + 2, j : j + 2] @ np.array([1 - u, u]))
+
+
+def test_values_between_points() -> None:
+    plane, points = RNG.random((9, 12)).astype(np.float32), RNG.uniform(-9, 9, (80, 2))
+    out = np.empty(80)
+    kernels.bilinear.look_up(plane, points, 1.25, out)
+    for value, (x, y) in zip(out, points / 1.25 + np.array([6, 4]), strict=True):
+        inside = 0 <= x <= 11 and 0 <= y <= 8
+        close(value, bilinear(plane.astype(float), x, y) if inside else 0)
+    assert (out == 0).any()
+
+
+def test_means_over_boxes() -> None:
+    integral = np.zeros((16, 21))
+    integral[1:, 1:] = RNG.random((15, 20)).cumsum(axis=0).cumsum(axis=1)
+    boxes = np.column_stack([RNG.uniform(-12, 12, (60, 2)), RNG.uniform(0.2, 7, (60, 2))])
+    means, pooled = np.empty(60), RNG.random(60)
+    kernels.bilinear.box_means(integral, boxes, means)
+    middle = np.array([10, 7.5, 0, 0])
+    for mean, (x, y, across, down) in zip(means, boxes + middle, strict=True):
+        left, top = np.clip(x - across, 0, 19), np.clip(y - down, 0, 14)
+        right, bottom = np.clip(x + across, left + 1, 20), np.clip(y + down, top + 1, 15)
+        total = bilinear(integral, right, bottom) - bilinear(integral, left, bottom)
+        total += bilinear(integral, left, top) - bilinear(integral, right, top)
+        close(mean, total / ((right - left) * (bottom - top)), 1e-9)
+    boxes[:, 2:] = 3, 4
+    kernels.bilinear.box_means(integral, boxes, means)
+    expected = 0.7 * pooled + 0.3 * means
+    kernels.bilinear.pool(integral, (3.0, 4.0), 0.3, boxes[:, :2], pooled)
+    close(pooled, expected)
