@@ -121,9 +121,7 @@ def seconds_of(function: Callable[..., object], *arguments: Any) -> float:
     return time.perf_counter() - start
 
 
-def places(
-    window: Window, ellipses: Floats, reading: Reading, channels: int
-) -> tuple[Counts, Floats, float]:
+def places(window: Window, ellipses: Floats, reading: Reading) -> tuple[Counts, Floats, float]:
     """Return the places (N, P) and weights that ellipses read, and the seconds without the calls.
 
     What the calls themselves take is told by ellipses that are none.
@@ -133,7 +131,7 @@ def places(
 
     def all_of(these: Floats) -> None:
         for ellipse, to, weigh in zip(these, offsets, weights, strict=True):
-            kernels.sampling.pixels_within(window, ellipse, reading, channels, to, weigh)
+            kernels.sampling.pixels_within(window, ellipse, reading, to, weigh)
 
     calls = seconds_of(all_of, np.full(ellipses.shape, np.nan))
     return offsets, weights, seconds_of(all_of, ellipses) - calls
@@ -145,8 +143,8 @@ def color_steps(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[
     assert cue is not None
     assert isinstance(model, ColorModel)
     pixels = frame.pixels.copy()  # just written, as by a decoder
-    window = 0, 0, frame.width, frame.height
-    offsets, weights, first = places(window, info.ellipses, cue._reading, kernels.sampling.PICTURE)
+    window = 0, 0, frame.width, frame.height, 3, 3 * frame.width
+    offsets, weights, first = places(window, info.ellipses, cue._reading)
     colors = np.empty(offsets.size, np.uint32)
     lanes = np.empty((kernels.histograms.LANES, len(model.roots) + 1))
     histograms, distances = np.ones((len(offsets), lanes.shape[1])), np.empty(len(offsets))
@@ -169,10 +167,11 @@ def edge_places(config: ParticleFilter, frame: Frame, info: FilterInfo) -> dict[
     cue = config.edges or config.orientation
     assert cue is not None
     plane = plane_of(frame)
-    window = plane.column, plane.row, plane.bins.shape[1], plane.bins.shape[0]
+    height, width = plane.bins.shape
+    window = plane.column, plane.row, width, height, 1, width
     reading = Reading(cue.sampling.lattice, cue.sampling.grid, PROFILES[cue.kernel])
     ellipses = plane.in_blocks(info.ellipses)
-    return {PLACES: places(window, ellipses, reading, kernels.sampling.PLANE)[2]}
+    return {PLACES: places(window, ellipses, reading)[2]}
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shutil
 import subprocess
 import sys
 from functools import partial
@@ -13,9 +14,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from evaluations import pictures
 from motes import MissingDependencyError, SourceError
 from motes.cli import bench, main
 from motes.evaluation import synthetic
+from motes.evaluation.datasets.sot import load_dataset
 from motes.evaluation.papers.result import files
 from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Table
@@ -189,6 +192,71 @@ def test_a_crowd_circles_without_a_seam() -> None:
     assert ((boxes[:, :2] > reach) & (boxes[:, :2] < np.array(crowd.size) - reach)).all()
 
 
+def test_real_sequences_have_ratios_and_their_geometric_means() -> None:
+    milliseconds = {
+        ("one", "default"): 4,
+        ("one", "nummiaro"): 2,
+        ("one", "cv2:nano=a.onnx,b.onnx"): 8,
+        ("two", "default"): 2,
+        ("two", "nummiaro"): 1,
+        ("two", "cv2:nano=a.onnx,b.onnx"): 16,
+    }
+    seconds = {key: [0.001 * value] * 3 for key, value in milliseconds.items()}
+    table = speed_report.sequences_table(seconds, "One is missing.")
+    assert table.note.endswith("One is missing.")
+    *_, last = rows = texts(table)
+    assert [row["tracker"] for row in rows] == ["default", "nummiaro", "cv2:nano"] * 2
+    assert last == {
+        "sequence": "two",
+        "tracker": "cv2:nano",
+        "median ms": "16.000",
+        "95 % ms": "16.000",
+        "times default": "8.00",
+        "times nummiaro": "16.0",
+    }
+    feet = [[cell.text for cell in row] for row in table.foot]
+    assert feet[1] == ["all", "nummiaro", "", "", "0.500", "1.00"]
+    assert feet[2] == ["all", "cv2:nano", "", "", "4.00", "8.00"]
+
+
+@pytest.fixture
+def sequences(tmp_path: Path) -> Path:
+    """Return a folder with a real sequence, the first frame without its target."""
+    folder = tmp_path / "data" / "sot" / "David"
+    pictures(folder / "img", 5, (160, 120))
+    (folder / "groundtruth_rect.txt").write_text("nan,nan,nan,nan\n" + "41,31,40,50\n" * 4)
+    return folder.parents[1]
+
+
+def test_trackers_on_a_real_sequence_take_turns_on_bgr_frames(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[str, int, tuple[int, ...]]] = []
+
+    class Recorder:
+        def __init__(self, name: str) -> None:
+            self.name = name
+
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            seen.append((self.name, int(image[0, 0, 0]), tuple(box)))
+
+        def update(self, image: np.ndarray) -> None:
+            assert image.flags.c_contiguous
+            seen.append((self.name, int(image[0, 0, 0]), image.shape))
+
+    monkeypatch.setattr(speed, "OpenCVTracker", Recorder)
+    monkeypatch.setattr(speed, "peer", Recorder)
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    names, values, third = zip(*seen, strict=True)
+    assert names == ("nummiaro", "cv2:kcf") * 3
+    assert values == (240, 240, 230, 230, 220, 220)
+    assert third == (*[(40, 30, 40, 50)] * 2, *[(120, 160, 3)] * 4)
+    assert {name: len(times) for name, times in found.items()} == {"nummiaro": 2, "cv2:kcf": 2}
+    longer = speed.in_lockstep(["nummiaro"], sequence, 99)
+    assert len(longer["nummiaro"]) == 3
+
+
 @pytest.mark.parametrize("growths", [0, 1, 2])
 @pytest.mark.parametrize("peers", [True, False])
 def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
@@ -228,6 +296,7 @@ def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     ):
         monkeypatch.setattr(module, name, value)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MOTES_DATA", raising=False)
     return tmp_path
 
 
@@ -280,6 +349,37 @@ def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixtu
         if path.name != "bench-against.csv":
             path.unlink()
     assert main(line.split()) == 5
+
+
+def test_real_sequences_are_measured_too(
+    small: Path, sequences: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("cv2")
+    monkeypatch.setattr(speed, "FOLLOWERS", ("nummiaro",))
+    monkeypatch.setattr(speed_report, "FOLLOWERS", ("nummiaro",))
+    monkeypatch.setattr(speed, "RIVALS", ("cv2:mosse",))
+    line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new"]
+    monkeypatch.setenv("MOTES_DATA", str(sequences))
+    assert main(line) == 0
+    rows = [*csv.DictReader(Path("new/bench-sequences.csv").read_text().splitlines())]
+    assert [(row["sequence"], row["tracker"]) for row in rows] == [
+        (name, tracker) for name in ("David", "all") for tracker in ("nummiaro", "cv2:mosse")
+    ]
+    capfd.readouterr()
+
+    monkeypatch.delenv("MOTES_DATA")
+    (sequences / "sot").rename("mine")
+    shutil.copytree("mine", "david")
+    Path("mine/David").rename("mine/Other")
+    for more, code, message in (
+        (["--data", "new"], 3, "There is no sequence in new"),
+        (["--data", "mine"], 3, "--data mine has none of the sequences David, Jogging-1"),
+        (["--nano", "a,b"], 2, "--nano needs real sequences; give their folder with --data."),
+        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs two ONNX files"),
+    ):
+        assert main([*line[:-1], "other", *more]) == code
+        assert message in capfd.readouterr().err
+    assert not Path("other").exists()
 
 
 def test_the_stored_table_is_whole() -> None:

@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from motes import kernels
 from motes.core.errors import SourceError
-from motes.core.frame import Frame, as_rgb
+from motes.core.frame import Frame, _in_order, as_rgb
 
 RGB = np.random.default_rng(0).integers(0, 256, (6, 9, 3), np.uint8)
 
@@ -25,11 +26,32 @@ def test_size() -> None:
 def test_a_frame_s_pixels_are_rgb(image: Any) -> None:
     pixels = Frame(0, 0.0, image).pixels
     np.testing.assert_array_equal(pixels, as_rgb(image))
-    assert pixels.flags.c_contiguous
+    assert pixels.shape == RGB.shape
 
 
-def test_an_rgb_image_is_not_copied() -> None:
-    assert np.shares_memory(as_rgb(RGB), RGB)
+@pytest.mark.parametrize(
+    "image",
+    [
+        RGB,
+        RGB[:, :, ::-1],
+        RGB[2:5, 1:7],
+        RGB[::2, ::3],
+        RGB[:, 4:5],
+        RGB[:, :, 1],
+        RGB[1:, 2:4, :1],
+        np.zeros((3, 5, 4), np.uint8),
+        np.zeros((3, 5, 4), np.uint8)[:, :, 2::-1],
+    ],
+)
+def test_what_lies_pixel_after_pixel_and_row_after_row_is_not_copied(image: Any) -> None:
+    rgb = as_rgb(image)
+    assert np.shares_memory(rgb, image)
+    assert as_rgb(rgb) is rgb
+    channels = image if image.ndim == 3 else image[:, :, None]
+    np.testing.assert_array_equal(rgb, np.broadcast_to(channels[:, :, :3], rgb.shape))
+    out = np.empty((3, *rgb.shape[:2]), np.float32)
+    kernels.search_window.cut(rgb, (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), out)
+    np.testing.assert_array_equal(out.transpose(1, 2, 0), rgb)
 
 
 @given(hnp.arrays(np.uint8, hnp.array_shapes(min_dims=2, max_dims=2, min_side=1, max_side=9)))
@@ -65,26 +87,30 @@ def test_truth_values() -> None:
     "image",
     [
         RGB[:, ::-1],
-        RGB[::2, ::3],
+        RGB[::-1],
         np.asfortranarray(RGB),
         np.broadcast_to(RGB[:1], RGB.shape),
+        np.broadcast_to(RGB[:, :1], RGB.shape),
         RGB.transpose(1, 0, 2),
+        np.dstack([RGB, RGB])[:, :, ::2],
+        np.lib.stride_tricks.as_strided(RGB, (2, 2, 3), (3, 6, 1)),
+        np.lib.stride_tricks.as_strided(RGB, (2, 2, 3), (9, 2, 1)),
     ],
 )
-def test_strides(image: Any) -> None:
+def test_what_lies_otherwise_is_copied(image: Any) -> None:
     rgb = as_rgb(image)
     assert rgb.flags.c_contiguous
-    assert rgb.flags.writeable
     np.testing.assert_array_equal(rgb, image)
+    with pytest.raises(TypeError, match="must be a picture that as_rgb returns"):
+        kernels.search_window.cut(
+            image, (0.0, 0.0), (1.0, 0.0), (0.0, 1.0), np.empty((3, 2, 2), np.float32)
+        )
 
 
-def test_a_read_only_image_is_copied() -> None:
-    image = RGB.copy()
-    image.flags.writeable = False
-    rgb = as_rgb(image)
-    assert rgb.flags.writeable
-    rgb[:] = 0
-    np.testing.assert_array_equal(image, RGB)
+def test_a_view_whose_places_need_more_than_32_bits_is_copied() -> None:
+    image = np.lib.stride_tricks.as_strided(RGB, (3, 2, 3), (2**30, 3, 1))
+    assert not _in_order(image)
+    assert _in_order(image[:1])
 
 
 @pytest.mark.parametrize(

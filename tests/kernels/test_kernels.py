@@ -100,7 +100,7 @@ LOCKED.setflags(write=False)
     ("place", "value", "needed"),
     [
         (1, PIXELS[:, :, :2].copy(), "a picture, height x width x 3"),
-        (1, PIXELS[:, ::2], "an array of uint8 with 3 axes in C order"),
+        (1, PIXELS[:, ::-1], "a picture that as_rgb returns"),
         (1, PIXELS.astype(np.int8), "an array of uint8 with 3 axes in C order"),
         (2, ELLIPSES[0], "an array of float64 with 2 axes in C order"),
         (2, ELLIPSES.astype(np.float32), "an array of float64 with 2 axes in C order"),

@@ -15,9 +15,12 @@ from cyclopts import Parameter
 from motes.cli.experiment_output import Output, ResultOptions, show
 from motes.cli.input_checks import check_counts, read_text
 from motes.cli.options import FLAG, OUTPUT, RUN
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
+from motes.evaluation.adapters.opencv import NANO, peer
+from motes.evaluation.datasets.sot import Sequence as TrueSequence
+from motes.evaluation.datasets.sot import load_dataset
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import Table
 from motes.evaluation.speed import measure as speed
@@ -50,6 +53,22 @@ def bench(
             "run.",
         ),
     ] = None,
+    data: Annotated[
+        Path | None,
+        Parameter(
+            group=RUN,
+            env_var="MOTES_DATA",
+            help=f"Folder with real sequences for another table: {', '.join(speed.SEQUENCES)}; "
+            "its subfolder sot also serves.",
+        ),
+    ] = None,
+    nano: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="ONNX files of NanoTrack, BACKBONE,HEAD; it then also runs on real sequences.",
+        ),
+    ] = None,
     plot: Annotated[
         bool,
         FLAG,
@@ -59,23 +78,48 @@ def bench(
 ) -> int:
     """Measure trackers side by side on rendered clips, and how their time grows.
 
-    The tables show one update of each tracker and of OpenCV's; updates of 1 to 1,000 targets in one
-    and two threads, and of 50 to 5,000 particles; and video files that are decoded, with and
-    without tracking. Each job runs once in every round. A time is the median over all updates; it
+    The tables show one update of each tracker and of OpenCV's, on rendered clips and, with --data,
+    on real sequences; updates of 1 to 1,000 targets in one and two threads, and of 50 to 5,000
+    particles; and video files that are decoded, with and without tracking. Each job runs once in
+    every round. A time is the median over all updates; it
     is measured inside the tracker.
     """
     check_counts(frames=frames, rounds=rounds)
     if frames < 3:
         raise ConfigError("Medians need --frames of 3 or more.")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
-    tables = (*TABLES, *["against"] * (stored is not None))
+    sequences = [] if data is None else _sequences(data)
+    if nano is not None:
+        if data is None:
+            raise ConfigError("--nano needs real sequences; give their folder with --data.")
+        nano = f"{NANO}={nano}"
+        peer(nano)  # refuses files that cannot be used
+    extra = {"sequences": data is not None, "against": stored is not None}
+    tables = (*TABLES, *(name for name, wanted in extra.items() if wanted))
     folder = results.out or (Path("bench") if plot else None)
     output = Output("bench", tables, folder, results.overwrite, plot=plot)
-    return show(_measured(frames, rounds, stored, plot), output)
+    return show(_measured(frames, rounds, stored, plot, sequences, nano), output)
+
+
+def _sequences(folder: Path) -> list[TrueSequence]:
+    """Return the real sequences in a folder that are measured."""
+    place = folder / "sot" if (folder / "sot").is_dir() else folder
+    found, problems = load_dataset(place)
+    chosen = [sequence for sequence in found if sequence.name in speed.SEQUENCES]
+    if not chosen:
+        known = ", ".join(speed.SEQUENCES)
+        text = "; ".join(f"{problem.where}: {problem.what}" for problem in problems)
+        raise SourceError(f"--data {folder} has none of the sequences {known}. {text}".strip())
+    return chosen
 
 
 def _measured(
-    frames: int, rounds: int, stored: Mapping[Ratio, float] | None, plot: bool
+    frames: int,
+    rounds: int,
+    stored: Mapping[Ratio, float] | None,
+    plot: bool,
+    sequences: Sequence[TrueSequence],
+    nano: str | None,
 ) -> Experiment:
     """Yield the results after each round; `stored` are the ratios of another run."""
     tables: dict[str, Table] = {}
@@ -93,6 +137,16 @@ def _measured(
         if stored is not None:
             tables["against"] = speed_report.against(tables["trackers"], stored)
         yield result("trackers")
+
+    if sequences:
+        names, missing = speed.available([*speed.RIVALS, *filter(None, [nano])])
+        names = [*speed.FOLLOWERS, *names]
+        real: dict[tuple[str, str], list[float]] = {}
+        for _, sequence in itertools.product(range(rounds), sequences):
+            for name, times in speed.in_lockstep(names, sequence, frames).items():
+                real.setdefault((sequence.name, name), []).extend(times)
+            tables["sequences"] = speed_report.sequences_table(real, missing)
+            yield result(f"sequences, {sequence.name}")
 
     main, many = films[MAIN], Film.of(crowd(LARGE, MAIN))
     few = many._replace(frames=many.frames[: UPDATES + 1])

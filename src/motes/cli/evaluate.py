@@ -34,6 +34,7 @@ Trackers:
   nummiaro, mean_shift:kalman   presets
   FILE.toml                     a configuration: a preset with other values
   cv2:csrt, cv2:kcf, cv2:mil, cv2:mosse, cv2:medianflow, cv2:camshift
+  cv2:nano=BACKBONE,HEAD        NanoTrack, with its two ONNX files
   module:factory                a Python callable; it returns an object with
                                 init(image, box) and update(image)
   "trax:COMMAND ARGUMENTS"      a program that speaks TraX

@@ -20,7 +20,8 @@ FRAME_INTERVAL = 1 / 25
 class Frame:
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
-    Pixels may be given in any form that `as_rgb` takes. `cache` holds features that cues have
+    Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
+    not change them while a tracker works on the frame. `cache` holds features that cues have
     computed from them, each under its own key.
 
     Raises
@@ -56,10 +57,15 @@ class Frame:
 
 
 def as_rgb(pixels: NDArray[Any]) -> Bytes:
-    """Return an image as RGB uint8 (H, W, 3), C-contiguous and writable.
+    """Return an image as RGB uint8 (H, W, 3), where it lies in memory if that is possible.
 
     Takes gray (H, W) or (H, W, 1), RGB and RGBA (alpha is dropped), as uint8, uint16 (the high
-    byte is kept), bool, or float in [0, 1]. Copies only where something must change.
+    byte is kept), bool, or float in [0, 1].
+
+    The result is a view of every uint8 image whose pixels, and rows, lie one after the other, with
+    or without gaps: parts of images, gray and RGBA, and BGR as `bgr[:, :, ::-1]`. All else is
+    copied. A view is not in C order, and one of gray pixels can only be read; what needs more
+    memory takes `np.ascontiguousarray`.
 
     Raises
     ------
@@ -68,7 +74,7 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     """
     image = np.asarray(pixels)
     rgb = image.dtype == np.uint8 and image.ndim == 3 and image.shape[2] == 3
-    if rgb and image.size and image.flags.carray:
+    if rgb and image.size and (image.flags.c_contiguous or _in_order(image)):
         return image  # the usual case, and fast
     if image.ndim == 2:
         image = image[:, :, None]
@@ -88,6 +94,23 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
         raise SourceError(
             f"An image is uint8, uint16, bool or float in [0, 1]; got {image.dtype}. Convert it."
         )
-    image = np.repeat(image, 3, axis=2) if image.shape[2] == 1 else image[:, :, :3]
-    # Kernels read memory in C order.
-    return np.require(image, np.uint8, ["C", "W"])
+    height, width, channels = image.shape
+    image = np.broadcast_to(image, (height, width, 3)) if channels == 1 else image[:, :, :3]
+    return image if _in_order(image) else np.ascontiguousarray(image)
+
+
+LARGEST_VIEW = 2**31 - 1
+"""Bytes from the first to the last row of an image that is read where it lies."""
+
+
+def _in_order(image: Bytes) -> bool:
+    """Return whether kernels can read an image where it lies (`Picture` of `kernels`)."""
+    height, width, _ = image.shape
+    line, pixel, channel = image.strides
+    size = 1 + 2 * abs(channel)
+    return (
+        -1 <= channel <= 1
+        and pixel >= size
+        and pixel * (width - 1) + size <= line
+        and line * height <= LARGEST_VIEW
+    )

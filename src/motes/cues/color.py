@@ -45,7 +45,7 @@ class ColorModel(HistogramModel, frozen=True, eq=False, dict=True, tag="color"):
         return slots
 
 
-class Color(HistogramCue, frozen=True):
+class Color(HistogramCue, frozen=True, dict=True):
     """Weighted color histogram of an ellipse: Nummiaro et al., equations 2 to 7.
 
     Attributes
@@ -139,10 +139,10 @@ class Color(HistogramCue, frozen=True):
         )  # fmt: skip
         return float(center[0]), float(center[1])
 
-    @property
+    @cached_property
     def _reading(self) -> Reading:
         return Reading(self.sampling.lattice, self.sampling.grid, PROFILES[self.kernel])
 
-    @property
+    @cached_property
     def _bins(self) -> ColorBins:
         return ColorBins(SPACES[self.space], *self.bins)

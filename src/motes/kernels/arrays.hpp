@@ -79,12 +79,23 @@ private:
     Index rows_, columns_;
 };
 
-// An image, height x width x 3 bytes: red, green, blue.
-struct Picture {
-    const std::uint8_t* data;
-    Index height, width;
+// In which order the bytes of a pixel lie in memory; a gray one has one for all channels.
+enum class Order { RGB, BGR, GRAY };
 
-    const std::uint8_t* row(Index y) const { return data + 3 * y * width; }
+// An image of height x width pixels, read where it lies: a part of a larger one, with alpha, BGR.
+struct Picture {
+    const std::uint8_t* data;  // the first byte of the first pixel, whichever channel it is
+    Index height, width;
+    Index line, pixel;  // bytes from a row, and from a pixel, to the next
+    Order order;
+
+    const std::uint8_t* row(Index y) const { return data + y * line; }
+    // Bytes of `count` pixels in a row, without what may lie between the last one and the next.
+    Index span(Index count) const { return pixel * (count - 1) + green() + green() + 1; }
+    // Where in a pixel its channels are.
+    Index red() const { return order == Order::BGR ? 2 : 0; }
+    Index green() const { return order == Order::GRAY ? 0 : 1; }
+    Index blue() const { return order == Order::RGB ? 2 : 0; }
 };
 
 using Floats = Row<const double>;

@@ -121,10 +121,25 @@ struct Reader<Volume<T>> {
 template <>
 struct Reader<Picture> {
     static Picture read(PyObject* object) {
-        const auto [data, shape] = array_of<const std::uint8_t, 3>(object);
+        PyArrayObject* array = typed<const std::uint8_t, 3>(object, 0);
+        const npy_intp *shape = PyArray_DIMS(array), *strides = PyArray_STRIDES(array);
+        const Index height = shape[0], width = shape[1];
         if (shape[2] != 3) throw Refused{"a picture, height x width x 3"};
-        return {data, shape[0], shape[1]};
+        const auto* data = static_cast<const std::uint8_t*>(PyArray_DATA(array));
+        // Strides of an axis of length 1 may be anything.
+        if (PyArray_CHKFLAGS(array, NPY_ARRAY_C_CONTIGUOUS))
+            return {data, height, width, 3 * width, 3, Order::RGB};
+        const Index line = strides[0], pixel = strides[1], channel = strides[2];
+        const auto order = channel == 1 ? Order::RGB : channel == 0 ? Order::GRAY : Order::BGR;
+        const Picture view{channel < 0 ? data - 2 : data, height, width, line, pixel, order};
+        if (channel < -1 || channel > 1 || pixel < view.span(1) || line < view.span(width) ||
+            line > LARGEST_VIEW / height)
+            throw Refused{"a picture that as_rgb returns"};
+        return view;
     }
+
+private:
+    static constexpr Index LARGEST_VIEW = 2147483647;  // bytes: places in it have 32 bits
 };
 
 template <typename T>

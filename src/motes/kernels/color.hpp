@@ -69,14 +69,14 @@ inline void to_bins(std::uint32_t* colors, Index count, const Bins& bins) {
 template <typename Write>
 void each(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
           Row<const std::uint32_t> slots, Bins bins, Index size, Write write) {
-    const sampling::Window window{0, 0, picture.width, picture.height};
+    const sampling::Window window = sampling::window_of(picture);
     Scratch<std::uint32_t> colors(sampling::capacity(window, ellipses, reading));
     const auto keys = [&](Index, histograms::Points points) -> const std::uint32_t* {
         sampling::colors_at(picture, points.offsets, points.count, colors);
         to_bins(colors, points.count, bins);
         return colors;
     };
-    histograms::each(window, ellipses, reading, sampling::PICTURE, size, slots.data, keys, write);
+    histograms::each(window, ellipses, reading, size, slots.data, keys, write);
 }
 
 // Writes each ellipse's normalized histogram (Nummiaro et al., equation 3): in bin u, the sum of
@@ -105,24 +105,24 @@ inline void distances(Picture picture, Ellipses ellipses, const sampling::Readin
 inline void mean_shift(Picture picture, Floats ellipse, Plane<const float> lattice,
                        sampling::Grid grid, Row<const std::uint32_t> slots, Floats ratios,
                        Bins bins, Row<double> center) {
-    const sampling::Window window{0, 0, picture.width, picture.height};
+    const sampling::Window window = sampling::window_of(picture);
     const sampling::Reading reading{lattice, grid, sampling::EPANECHNIKOV};
     const Index room =
         sampling::capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room), colors(room);
     Scratch<double> weights(room);
     const Index count =
-        sampling::pixels_within(window, ellipse.data, reading, sampling::PICTURE, offsets, weights);
+        sampling::pixels_within(window, ellipse.data, reading, offsets, weights);
     sampling::colors_at(picture, offsets, count, colors);
     to_bins(colors, count, bins);
     double total = 0.0, sum_x = 0.0, sum_y = 0.0;
     for (Index i = 0; i < count; ++i) {
         if (weights[i] > 0.0) {
             const double weight = ratios[slots[colors[i]]];
-            const auto place = offsets[i] / 3, width = std::uint32_t(picture.width);
+            const auto line = std::uint32_t(window.line), pixel = std::uint32_t(window.pixel);
             total += weight;
-            sum_x += weight * double(place % width);
-            sum_y += weight * double(place / width);
+            sum_x += weight * double(offsets[i] % line / pixel);
+            sum_y += weight * double(offsets[i] / line);
         }
     }
     if (total > 0.0) center[0] = sum_x / total, center[1] = sum_y / total;

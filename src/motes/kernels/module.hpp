@@ -19,7 +19,7 @@ namespace motes::binding {
 
 // clang-format off
 template <> struct Reader<sampling::Window>
-    : TupleReader<sampling::Window, Index, Index, Index, Index> {};
+    : TupleReader<sampling::Window, Index, Index, Index, Index, Index, Index> {};
 template <> struct Reader<sampling::Grid> : TupleReader<sampling::Grid, Index, Index> {};
 template <> struct Reader<sampling::Reading>
     : TupleReader<sampling::Reading, Plane<const float>, sampling::Grid, int> {};
@@ -33,9 +33,8 @@ using Keys = Row<const std::uint32_t>;
 
 // Steps of the histograms of color one by one, for tests and benchmarks.
 inline Index pixels_within(sampling::Window window, Floats ellipse, sampling::Reading reading,
-                           Index channels, Row<std::uint32_t> offsets, Row<double> weights) {
-    return sampling::pixels_within(window, ellipse.data, reading, channels, offsets.data,
-                                   weights.data);
+                           Row<std::uint32_t> offsets, Row<double> weights) {
+    return sampling::pixels_within(window, ellipse.data, reading, offsets.data, weights.data);
 }
 inline void colors_at(Picture picture, Keys offsets, Row<std::uint32_t> colors) {
     sampling::colors_at(picture, offsets.data, offsets.size, colors.data);
@@ -82,9 +81,7 @@ inline bool add_kernels(PyObject* extension) {
                {{"EPANECHNIKOV", sampling::EPANECHNIKOV},
                 {"RADIAL", sampling::RADIAL},
                 {"UNIFORM", sampling::UNIFORM},
-                {"GAUSSIAN", sampling::GAUSSIAN},
-                {"PLANE", sampling::PLANE},
-                {"PICTURE", sampling::PICTURE}}) &&
+                {"GAUSSIAN", sampling::GAUSSIAN}}) &&
            add(extension, "search_window",
                {unlocked<search_window::cut>("cut"),
                 unlocked<search_window::gradient_cells>("gradient_cells")}) &&

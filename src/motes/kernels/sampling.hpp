@@ -15,13 +15,20 @@ namespace motes::sampling {
 
 enum Profile : int { EPANECHNIKOV, RADIAL, UNIFORM, GAUSSIAN };
 
-// Channels of a plane, and of a picture.
-constexpr Index PLANE = 1, PICTURE = 3;
-
-// A part of an image.
+// A part of an image, and how it lies in memory.
 struct Window {
     Index left, top, width, height;
+    Index pixel, line;  // steps from a pixel, and from a row, to the next
 };
+
+inline Window window_of(const Picture& picture) {
+    return {0, 0, picture.width, picture.height, picture.pixel, picture.line};
+}
+
+// Returns the window of a plane of values that begins at `left`, `top`.
+inline Window window_of(Index left, Index top, Index width, Index height) {
+    return {left, top, width, height, 1, width};
+}
 
 // Which pixels are read where there is no lattice: those whose row and column add up to a multiple
 // of `across`, and whose row is a multiple of `down`. 1, 1 is every pixel.
@@ -81,10 +88,10 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 
 // As `pixels_within`, at the points of a lattice.
 [[gnu::noinline]] inline Index on_lattice(Window window, const double* ellipse,
-                                          const Reading& reading, Index channels,
+                                          const Reading& reading,
                                           std::uint32_t* __restrict offsets,
                                           double* __restrict weights) {
-    const auto [left, top, width, height] = window;
+    const auto [left, top, width, height, pixel_step, line_step] = window;
     const auto [across, down] = extent(ellipse);
     const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
     const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
@@ -97,8 +104,8 @@ inline Pair squared_distance(const double* ellipse, int profile) {
     const double corner_x = std::floor(x + 0.5 - across), corner_y = std::floor(y + 0.5 - down);
     const float x0 = float(x + 0.5 - corner_x), y0 = float(y + 0.5 - corner_y);
     const Index column = Index(corner_x) - left, row = Index(corner_y) - top;
-    const auto corner = std::uint32_t(channels * (row * width + column));
-    const auto pixel = std::uint32_t(channels), line = std::uint32_t(channels * width);
+    const auto corner = std::uint32_t(row * line_step + column * pixel_step);
+    const auto pixel = std::uint32_t(pixel_step), line = std::uint32_t(line_step);
     const float* __restrict us = reading.lattice[0];
     const float* __restrict vs = reading.lattice[1];
     const Index points = reading.lattice.columns;
@@ -117,7 +124,7 @@ inline Pair squared_distance(const double* ellipse, int profile) {
             const Index at_y = row + std::int32_t(y0 + us[i] * ay + vs[i] * by);
             const bool inside = at_x >= 0 && at_y >= 0 && at_x < width && at_y < height;
             // Again: an absurdly large ellipse may have overflowed above, and elsewhere.
-            offsets[i] = inside ? std::uint32_t(channels * (at_y * width + at_x)) : 0;
+            offsets[i] = inside ? std::uint32_t(at_y * line_step + at_x * pixel_step) : 0;
             weights[i] = inside ? weights[i] : 0.0;
         }
     }
@@ -126,8 +133,8 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 
 // As `pixels_within`, at the pixels of a grid.
 [[gnu::noinline]] inline Index on_grid(Window window, const double* ellipse, const Reading& reading,
-                                       Index channels, std::uint32_t* offsets, double* weights) {
-    const auto [left, top, width, height] = window;
+                                       std::uint32_t* offsets, double* weights) {
+    const auto [left, top, width, height, pixel, line] = window;
     const auto [across, down] = extent(ellipse);
     const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
     const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
@@ -145,7 +152,7 @@ inline Pair squared_distance(const double* ellipse, int profile) {
             const double u = ((column - x) * cos + (row - y) * sin) / a;
             const double v = ((row - y) * cos - (column - x) * sin) / b;
             if (u * u + v * v < 1.0) {
-                offsets[count] = std::uint32_t(channels * ((row - top) * width + column - left));
+                offsets[count] = std::uint32_t((row - top) * line + (column - left) * pixel);
                 weights[count] = 1.0 - (u * u * uu + v * v * vv);
                 ++count;
             }
@@ -160,8 +167,8 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 // A pixel is its place in the flat window of an image. Lattice points outside weigh nothing.
 // Coordinates are the image's, whatever the window, down to rounding.
 inline Index pixels_within(Window window, const double* ellipse, const Reading& reading,
-                           Index channels, std::uint32_t* offsets, double* weights) {
-    const auto [left, top, width, height] = window;
+                           std::uint32_t* offsets, double* weights) {
+    const auto [left, top, width, height, pixel, line] = window;
     const auto [across, down] = extent(ellipse);
     const double x = ellipse[0], y = ellipse[1];
     if (!std::isfinite(x + y + across + down)) return 0;
@@ -169,26 +176,50 @@ inline Index pixels_within(Window window, const double* ellipse, const Reading& 
         y - down > top + height)
         return 0;
     const auto read = reading.lattice.columns > 0 ? on_lattice : on_grid;
-    return read(window, ellipse, reading, channels, offsets, weights);
+    return read(window, ellipse, reading, offsets, weights);
 }
 
-// Writes the colors at places in a flat image, each as r + 256 g + 65536 b.
+// Returns the color of a pixel whose bytes, in an order, are the lower ones of a number.
+template <Order order>
+std::uint32_t color_of(std::uint32_t bytes) {
+    if constexpr (order == Order::GRAY) return (bytes & 0xFF) * 0x010101;
+    if constexpr (order == Order::BGR)  // compilers know the four bytes in reverse
+        return ((bytes & 0xFF) << 24 | (bytes & 0xFF00) << 8 | (bytes >> 8 & 0xFF00) |
+                bytes >> 24) >> 8;
+    return bytes & 0xFFFFFF;
+}
+
+// As `colors_at`, of a picture with an order.
 //
-// Four bytes are read at once, which is quicker than three; the last pixel has only three.
-[[gnu::noinline]] inline void colors_at(Picture picture, const std::uint32_t* __restrict offsets,
-                                        Index count, std::uint32_t* __restrict colors) {
-    const auto color = [](const std::uint8_t* at) {
+// Four bytes are read at once, which is quicker than three; the last pixel may have only three.
+template <Order order>
+[[gnu::noinline]] void colors_in(Picture picture, const std::uint32_t* __restrict offsets,
+                                 Index count, std::uint32_t* __restrict colors) {
+    const std::uint8_t* data = picture.data;
+    if constexpr (order == Order::GRAY) {
+        for (Index i = 0; i < count; ++i) colors[i] = color_of<order>(data[offsets[i]]);
+        return;
+    }
+    const auto bytes = [](const std::uint8_t* at) {
         return std::uint32_t(at[0]) | std::uint32_t(at[1]) << 8 | std::uint32_t(at[2]) << 16;
     };
-    const Index size = 3 * picture.height * picture.width;
-    const std::uint32_t corner = color(picture.data + size - 3);
-    if (size == 3) return std::fill_n(colors, count, corner), void();
-    const auto last = std::uint32_t(size - 6);  // but one
+    const auto last = std::uint32_t((picture.height - 1) * picture.line +
+                                    (picture.width - 1) * picture.pixel);
+    const std::uint32_t corner = color_of<order>(bytes(data + last));
+    if (last == 0) return std::fill_n(colors, count, corner), void();
     for (Index i = 0; i < count; ++i) {
-        const std::uint8_t* at = picture.data + std::min(offsets[i], last);
-        const std::uint32_t found = color(at) | std::uint32_t(at[3]) << 24;
-        colors[i] = offsets[i] > last ? corner : found & 0xFFFFFF;
+        const std::uint8_t* at = data + std::min(offsets[i], last - 1);
+        const std::uint32_t found = bytes(at) | std::uint32_t(at[3]) << 24;
+        colors[i] = offsets[i] >= last ? corner : color_of<order>(found);
     }
+}
+
+// Writes the colors at places in a picture, each as r + 256 g + 65536 b.
+inline void colors_at(const Picture& picture, const std::uint32_t* offsets, Index count,
+                      std::uint32_t* colors) {
+    constexpr decltype(&colors_in<Order::RGB>) by_order[] = {
+        colors_in<Order::RGB>, colors_in<Order::BGR>, colors_in<Order::GRAY>};
+    by_order[int(picture.order)](picture, offsets, count, colors);
 }
 
 // Returns the values of a plane at the points of an ellipse, without those outside.
@@ -196,11 +227,11 @@ inline Index pixels_within(Window window, const double* ellipse, const Reading& 
 // The plane begins at `left`, `top`, in the units of the ellipse.
 inline std::vector<float> values_within(Plane<const float> plane, Index left, Index top,
                                         Floats ellipse, const Reading& reading) {
-    const Window window{left, top, plane.columns, plane.rows};
+    const Window window = window_of(left, top, plane.columns, plane.rows);
     const Index room = capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room);
     Scratch<double> weights(room);
-    const Index count = pixels_within(window, ellipse.data, reading, PLANE, offsets, weights);
+    const Index count = pixels_within(window, ellipse.data, reading, offsets, weights);
     std::vector<float> values;
     values.reserve(std::size_t(count));
     for (Index i = 0; i < count; ++i)

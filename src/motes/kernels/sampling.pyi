@@ -4,14 +4,11 @@ EPANECHNIKOV: int
 RADIAL: int
 UNIFORM: int
 GAUSSIAN: int
-PLANE: int
-PICTURE: int
 
 def pixels_within(
     window: Window,
     ellipse: Floats,
     reading: Reading,
-    channels: int,
     offsets: Counts,
     weights: Floats,
 ) -> int: ...

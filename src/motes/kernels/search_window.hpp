@@ -20,9 +20,9 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
             const float y = std::min(std::max(top + float(j) * across_y, 0.0f), low);
             const auto column = Index(x), row = Index(y);
             // The four pixels around.
-            const std::uint8_t* here = picture.row(row) + 3 * column;
-            const Index beside = column < picture.width - 1 ? 3 : 0;
-            const Index below = row < picture.height - 1 ? 3 * picture.width : 0;
+            const std::uint8_t* here = picture.row(row) + picture.pixel * column;
+            const Index beside = column < picture.width - 1 ? picture.pixel : 0;
+            const Index below = row < picture.height - 1 ? picture.line : 0;
             const float u = x - float(column), v = y - float(row);
             const float share3 = u * v, share1 = u - share3, share2 = v - share3;
             const float share0 = 1.0f - u - share2;
@@ -30,7 +30,8 @@ inline void cut_between(Picture picture, Pair corner, Pair across, Pair down, Vo
                 return share0 * here[c] + share1 * here[beside + c] + share2 * here[below + c] +
                        share3 * here[below + beside + c];
             };
-            red[j] = mixed(0), green[j] = mixed(1), blue[j] = mixed(2);
+            red[j] = mixed(picture.red()), green[j] = mixed(picture.green());
+            blue[j] = mixed(picture.blue());
         }
     }
 }
@@ -56,8 +57,9 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
                     const double x = double(j) - 0.5 + off_x[v];
                     const auto column = Index(std::min(std::max(left + x * across.x, 0.0), right));
                     const auto row = Index(std::min(std::max(top + x * across.y, 0.0), low));
-                    const std::uint8_t* pixel = picture.row(row) + 3 * column;
-                    red += pixel[0], green += pixel[1], blue += pixel[2];
+                    const std::uint8_t* pixel = picture.row(row) + picture.pixel * column;
+                    red += pixel[picture.red()], green += pixel[picture.green()];
+                    blue += pixel[picture.blue()];
                 }
             }
             out[0][i][j] = float(double(red) * share);
@@ -70,8 +72,8 @@ inline void cut_turned(Picture picture, Pair corner, Pair across, Pair down, Vol
 // Which pixels of a line count how much for each of its samples: `taps` of them for one.
 class Line {
 public:
-    // `count` samples from `start`, `step` pixels apart, of `limit` pixels.
-    Line(double start, double step, Index count, Index limit)
+    // `count` samples from `start`, `step` pixels apart, of `limit` pixels of `bytes` each.
+    Line(double start, double step, Index count, Index limit, Index bytes)
         : taps(step < 1.0 ? 2 : std::min(Index(step + 0.5), Index(4))),
           places(count, taps),
           shares(count, taps) {
@@ -79,21 +81,26 @@ public:
             if (step < 1.0) {
                 const double x = inside(start + double(i) * step, limit);
                 const auto place = Index(x);
-                places[i][0] = place, places[i][1] = std::min(place + 1, limit - 1);
+                places[i][0] = place * bytes;
+                places[i][1] = std::min(place + 1, limit - 1) * bytes;
                 shares[i][0] = float(1.0 - (x - double(place)));
                 shares[i][1] = float(x - double(place));
                 continue;
             }
             for (Index u = 0; u < taps; ++u) {
                 const double off = double(i) - 0.5 + (double(u) + 0.5) / double(taps);
-                places[i][u] = Index(inside(start + off * step + 0.5, limit));
+                places[i][u] = Index(inside(start + off * step + 0.5, limit)) * bytes;
                 shares[i][u] = float(1.0 / double(taps));
             }
         }
+        first = places[0][0];
+        for (Index i = 0; i < count; ++i)
+            for (Index u = 0; u < taps; ++u) places[i][u] -= first;
     }
 
     const Index taps;
-    ScratchPlane<Index> places;
+    Index first;                 // in bytes, the first pixel that counts
+    ScratchPlane<Index> places;  // in bytes from there
     ScratchPlane<float> shares;
 
 private:
@@ -102,43 +109,47 @@ private:
     }
 };
 
-// Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a line.
-template <Index taps>
-void weigh(const Line& columns, const float* line, Index left, Index i, Volume<float> out) {
-    float *red = out[0][i], *green = out[1][i], *blue = out[2][i];
+// Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
+//
+// A pixel's channels are `apart` places apart: 0 if it is gray.
+template <Index taps, Index apart>
+void weigh(const Line& columns, const float* line, bool reversed, Index i, Volume<float> out) {
+    float *first = out[reversed ? 2 : 0][i], *middle = out[1][i], *last = out[reversed ? 0 : 2][i];
     for (Index j = 0; j < out.columns; ++j) {
-        float r = 0.0f, g = 0.0f, b = 0.0f;
+        float low = 0.0f, mid = 0.0f, high = 0.0f;
         for (Index v = 0; v < taps; ++v) {
             const float share = columns.shares[j][v];
-            const float* pixel = line + 3 * (columns.places[j][v] - left);
-            r += share * pixel[0], g += share * pixel[1], b += share * pixel[2];
+            const float* pixel = line + columns.places[j][v];
+            low += share * pixel[0], mid += share * pixel[apart], high += share * pixel[2 * apart];
         }
-        red[j] = r, green[j] = g, blue[j] = b;
+        first[j] = low, middle[j] = mid, last[j] = high;
     }
 }
 
 // Does as `cut` does with samples along the picture's rows and columns, `step` pixels apart.
 inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> out) {
-    const Line columns(corner.x, step.x, out.columns, picture.width);
-    const Line rows(corner.y, step.y, out.rows, picture.height);
-    const Index left = columns.places[0][0];
-    const Index span = 3 * (columns.places[out.columns - 1][columns.taps - 1] + 1 - left);
+    const Line columns(corner.x, step.x, out.columns, picture.width, picture.pixel);
+    const Line rows(corner.y, step.y, out.rows, picture.height, picture.line);
+    const Index span = columns.places[out.columns - 1][columns.taps - 1] + picture.span(1);
+    const std::uint8_t* start = picture.data + rows.first + columns.first;
     Scratch<float> scratch(span);
     float* __restrict line = scratch;
-    constexpr decltype(&weigh<1>) by_taps[] = {weigh<1>, weigh<2>, weigh<3>, weigh<4>};
-    const auto weigh_row = by_taps[columns.taps - 1];
+    constexpr decltype(&weigh<1, 0>) by_taps[2][4] = {
+        {weigh<1, 0>, weigh<2, 0>, weigh<3, 0>, weigh<4, 0>},
+        {weigh<1, 1>, weigh<2, 1>, weigh<3, 1>, weigh<4, 1>}};
+    const auto weigh_row = by_taps[picture.order != Order::GRAY][columns.taps - 1];
     for (Index i = 0; i < out.rows; ++i) {
         std::fill_n(line, span, 0.0f);
         for (Index u = 0; u < rows.taps; ++u) {
             const float share = rows.shares[i][u];
-            const std::uint8_t* source = picture.row(rows.places[i][u]) + 3 * left;
+            const std::uint8_t* source = start + rows.places[i][u];
             for (Index c = 0; c < span; ++c) line[c] += share * float(source[c]);
         }
-        weigh_row(columns, line, left, i, out);
+        weigh_row(columns, line, picture.order == Order::BGR, i, out);
     }
 }
 
-// Writes the samples (3, H, W) of a part of a picture, RGB 0 to 255.
+// Writes the samples (3, H, W) of a part of a picture: red, green and blue, 0 to 255.
 //
 // The sample in row i and column j lies at corner + j across + i down, each in x and y. Where it
 // stands for several pixels, it is the mean of up to 4x4 of them; between pixels it is bilinear.

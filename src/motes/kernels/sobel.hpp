@@ -62,7 +62,7 @@ inline void strong(Floats filled, double* histogram) {
 inline void histograms(Plane<const std::uint8_t> bins, Index left, Index top, Ellipses ellipses,
                        const sampling::Reading& reading, Histograms out) {
     histograms::each(
-        {left, top, bins.columns, bins.rows}, ellipses, reading, sampling::PLANE, out.columns,
+        sampling::window_of(left, top, bins.columns, bins.rows), ellipses, reading, out.columns,
         bins.data, [](Index, histograms::Points points) { return points.offsets; },
         [&](Index n, Floats filled) { strong(filled, out[n]); });
 }
@@ -83,8 +83,8 @@ inline void histograms_at(Picture picture, Ellipses ellipses, Plane<const float>
                     static_cast<std::uint32_t*>(keys));
         return keys;
     };
-    histograms::each({0, 0, picture.width, picture.height}, ellipses, {lattice, {1, 1}, profile},
-                     sampling::PLANE, out.columns, histograms::Same(), found,
+    histograms::each(sampling::window_of(0, 0, picture.width, picture.height), ellipses,
+                     {lattice, {1, 1}, profile}, out.columns, histograms::Same(), found,
                      [&](Index n, Floats filled) { strong(filled, out[n]); });
 }
 

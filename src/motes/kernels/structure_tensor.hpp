@@ -84,8 +84,8 @@ inline void histograms(Plane<const float> certainty, Plane<const std::uint8_t> b
         }
         return points.offsets;
     };
-    histograms::each({left, top, certainty.columns, certainty.rows}, ellipses, reading,
-                     sampling::PLANE, out.columns, bins.data, sure,
+    histograms::each(sampling::window_of(left, top, certainty.columns, certainty.rows), ellipses,
+                     reading, out.columns, bins.data, sure,
                      [&](Index n, Floats filled) { turned_back(filled, shifts[n], out[n]); });
 }
 

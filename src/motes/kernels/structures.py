@@ -13,8 +13,8 @@ Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
 Spectra = NDArray[np.complex64]
 
-Window = tuple[int, int, int, int]
-"""A part of an image: left, top, width, height."""
+Window = tuple[int, int, int, int, int, int]
+"""A part of an image: left, top, width, height; steps in memory from a pixel, and a row, on."""
 Box = tuple[float, float, float, float]
 """Left, top, right and bottom, in samples."""
 Pair = tuple[float, float]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
-from motes.core.frame import as_rgb
 from motes.core.geometry import as_ellipse
 from motes.core.track import Status
 from motes.sot.presets import TrackerConfig
@@ -66,10 +65,12 @@ class OpenCVTracker:
             If the size of the image has changed.
         """
         track = self.tracker.update(_from_bgr(image))
-        x, y, width, height = (round(value) for value in track.box)
-        return track.status is Status.TRACKING, (x, y, width, height)
+        x, y, width, height = track.ellipse.box
+        box = round(x), round(y), round(width), round(height)
+        return track.status is Status.TRACKING, box
 
 
 def _from_bgr(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a BGR image as RGB: a view, which kernels read where the image lies."""
     image = np.asarray(image)
-    return as_rgb(image[:, :, 2::-1] if image.ndim == 3 else image)  # alpha comes last
+    return image[:, :, 2::-1] if image.ndim == 3 else image  # alpha comes last

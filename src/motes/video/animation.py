@@ -113,16 +113,17 @@ def _page_kind(image: Image.Image, number: int) -> int:
 
 
 def pixels_of(image: Image.Image) -> NDArray[np.uint8]:
-    """Return an open image, upright, as RGB uint8 of shape (height, width, 3)."""
+    """Return an open image, upright, as RGB uint8 of shape (height, width, 3), in C order."""
     image = ImageOps.exif_transpose(image)
     if image.mode.startswith("I;16"):
-        return as_rgb(np.asarray(image).astype(np.uint16))
-    if image.mode == "I":  # 16 bits of gray in 32
-        return as_rgb(np.asarray(image).clip(0, 65535).astype(np.uint16))
-    if image.mode in ("RGB", "F"):
-        return as_rgb(np.asarray(image))
-    # Through RGBA: RGB has no room for the transparency of a palette.
-    return as_rgb(np.asarray(image.convert("RGBA")))
+        values = np.asarray(image).astype(np.uint16)
+    elif image.mode == "I":  # 16 bits of gray in 32
+        values = np.asarray(image).clip(0, 65535).astype(np.uint16)
+    elif image.mode in ("RGB", "F"):
+        values = np.asarray(image)
+    else:  # Through RGBA: RGB has no room for the transparency of a palette.
+        values = np.asarray(image.convert("RGBA"))
+    return np.require(as_rgb(values), requirements=["C", "W"])
 
 
 @contextlib.contextmanager

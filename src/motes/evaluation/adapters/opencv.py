@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -70,8 +71,57 @@ PEERS: dict[str, Callable[[Any], Peer]] = {
     "cv2:camshift": CamShift,
 }
 
+NANO = "cv2:nano"
+"""NanoTrack, a small network; its two files are named after it: cv2:nano=BACKBONE,HEAD."""
+
 STOCHASTIC = frozenset({"cv2:mil"})
 """Trackers that draw random numbers; the others give the same result every time."""
+
+
+def nano_files(name: str) -> tuple[Path, Path] | None:
+    """Return the files that a name of NanoTrack ends with; None for another tracker.
+
+    Raises
+    ------
+    ConfigError
+        If there are not two files.
+    """
+    kind, _, files = name.partition("=")
+    if kind != NANO:
+        return None
+    paths = [Path(part) for part in files.split(",")]
+    if len(paths) != 2 or not all(path.is_file() for path in paths):
+        raise ConfigError(f"{NANO} needs two ONNX files: {NANO}=BACKBONE,HEAD; got {files!r}.")
+    return paths[0], paths[1]
+
+
+def is_peer(name: str) -> bool:
+    """Return whether a name is one of a tracker of OpenCV."""
+    return name in PEERS or name.partition("=")[0] == NANO
+
+
+def _maker(name: str) -> Callable[[Any], Peer]:
+    """Return what makes a tracker of a name from the module cv2."""
+    files = nano_files(name)
+    if files is None:
+        if name not in PEERS:
+            known = ", ".join([*PEERS, NANO])
+            raise ConfigError(f"No peer {name!r}; known are {known}.")
+        return PEERS[name]
+
+    def make(cv2: Any) -> Peer:
+        parameters = cv2.TrackerNano_Params()
+        parameters.backbone, parameters.neckhead = map(str, files)
+        try:
+            made: Peer = cv2.TrackerNano_create(parameters)
+        except cv2.error:
+            raise ConfigError(
+                f"OpenCV {cv2.__version__} cannot read {files[0]} or {files[1]}; give the ONNX "
+                f"files of NanoTrack's backbone and head."
+            ) from None
+        return made
+
+    return make
 
 
 def opencv(name: str) -> Any:
@@ -80,12 +130,11 @@ def opencv(name: str) -> Any:
     Raises
     ------
     ConfigError
-        If the name is unknown.
+        If the name is unknown, or the files of NanoTrack cannot be used.
     MissingDependencyError
         If OpenCV is not installed, or lacks this tracker.
     """
-    if name not in PEERS:
-        raise ConfigError(f"No peer {name!r}; known are {', '.join(PEERS)}.")
+    make = _maker(name)
     try:
         import cv2
     except ImportError:
@@ -94,7 +143,7 @@ def opencv(name: str) -> Any:
         ) from None
     cv2.setNumThreads(1)
     try:
-        PEERS[name](cv2)
+        make(cv2)
     except AttributeError:
         raise MissingDependencyError(
             f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
@@ -118,4 +167,4 @@ def peer(name: str, seed: int = 0) -> Peer:
         cv2.setRNGSeed(seed)
         # Its features are drawn by the random generator of the C library.
         ctypes.CDLL("ucrtbase" if os.name == "nt" else None).srand(seed)
-    return PEERS[name](cv2)
+    return _maker(name)(cv2)

@@ -7,6 +7,7 @@ A name of a tracker of one object is one of these:
 | `nummiaro`, `mean_shift:kalman` … | a preset of motes |
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
+| `cv2:nano=BACKBONE,HEAD` | NanoTrack of OpenCV, with its two ONNX files |
 | `trax:COMMAND ARGUMENTS` | a program with the TraX protocol |
 | `module:factory` | a Python callable |
 
@@ -51,7 +52,7 @@ from motes import __version__
 from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.evaluation.adapters import mot as mot
-from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, opencv
+from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, nano_files, opencv
 from motes.evaluation.adapters.sot import (
     CallableAdapter,
     MotesAdapter,
@@ -130,8 +131,10 @@ def tracker_spec(name: str) -> TrackerSpec:
     """
     if name in presets.PRESETS:
         return _motes_spec(name, presets.PRESETS[name])
-    if name in PEERS:
+    if is_peer(name):
         version = f"OpenCV {opencv(name).__version__}"
+        for file in nano_files(name) or ():
+            version += f" {hashlib.sha256(file.read_bytes()).hexdigest()}"
         return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCVAdapter, name))
     kind, colon, rest = name.partition(":")
     if kind == "trax":

@@ -1,28 +1,36 @@
 """Time of an update: for all trackers, for growing numbers of targets, and of particles.
 
 Times are measured inside the tracker, on images written right before, since a decoder or a camera
-also leaves them in the processor's cache. All compared trackers run in turn in every round.
+also leaves them in the processor's cache. All compared trackers run in turn in every round. On real
+sequences they take turns frame by frame.
 """
 
 from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from functools import partial
+from itertools import islice
 from typing import Any, NamedTuple, Self, TypeVar
 
+import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.evaluation.adapters.opencv import PEERS, peer
+from motes.core.types import Bytes
+from motes.evaluation.adapters.opencv import PEERS, is_peer, peer
+from motes.evaluation.datasets.sot import Sequence as TrueSequence
 from motes.evaluation.synthetic.clips import Clip
 from motes.sot.batch import Trackers
 from motes.sot.discriminative.tracker import Discriminative
+from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.tracker import Tracker
+from motes.video.sources import open_source
 
 SIZE, LARGE = (640, 480), (1920, 1080)
 """Width and height of a frame; growing numbers of targets are measured in the large one."""
@@ -33,6 +41,11 @@ REFERENCE = "nummiaro"
 OURS = ("default", REFERENCE, "nummiaro:adaptive", "ng_delp", "maggio", "mean_shift")
 COUNTS, THREADS = (1, 10, 100, 1000), (1, 2)
 PARTICLES = (50, 100, 500, 1000, 5000)
+SEQUENCES = ("David", "Jogging-1", "Surfer", "vot14-car", "Skiing")
+"""Real sequences: gray and color, small and large targets in small and large frames."""
+FOLLOWERS = ("default", REFERENCE)
+RIVALS = ("cv2:csrt", "cv2:kcf", "cv2:mosse")
+"""Trackers of motes and of OpenCV that run on real sequences."""
 
 Job = tuple[str, tuple[int, int]]
 """A tracker's name and a target."""
@@ -74,15 +87,24 @@ def trackers(films: Mapping[tuple[int, int], Film]) -> tuple[dict[Job, Run], str
     for name in OURS:
         for target, film in films.items():
             jobs[name, target] = ours(preset(name), film)
+    names, missing = available(PEERS)
+    for name in names:
+        jobs[name, MAIN] = partial(_peer_run, name, films[MAIN])
+    return jobs, missing
+
+
+def available(names: Iterable[str]) -> tuple[list[str], str]:
+    """Return the trackers of OpenCV that are installed, and the reason why others are missing."""
+    found: list[str] = []
     missing: dict[str, None] = {}
-    for name in PEERS:
+    for name in names:
         try:
             peer(name)
         except MissingDependencyError as error:
             missing[str(error)] = None
         else:
-            jobs[name, MAIN] = partial(_peer_run, name, films[MAIN])
-    return jobs, " ".join(missing)
+            found.append(name)
+    return found, " ".join(missing)
 
 
 def particles(film: Film) -> dict[Count, Run]:
@@ -135,9 +157,42 @@ def _many(threads: int, each: list[Tracker], frames: Sequence[Frame]) -> list[fl
 def _peer_run(name: str, film: Film) -> list[float]:
     """Return the seconds of each update of a peer on a film, without the conversion to BGR."""
     tracker = peer(name)
-    images = [frame.pixels[:, :, ::-1].copy() for frame in film.frames]
+    images = [_bgr(frame) for frame in film.frames]
     tracker.init(images[0], [round(value) for value in film.regions[0].box])
     return timed(tracker.update, images[1:])
+
+
+def in_lockstep(
+    names: Sequence[str], sequence: TrueSequence, frames: int
+) -> dict[str, list[float]]:
+    """Return the seconds of each update of each tracker on the first frames of a real sequence.
+
+    Each tracker has a decoder of its own. A frame is decoded, and made BGR, right before the
+    tracker gets it, as in a program that reads a film with OpenCV; only the update is measured. The
+    trackers of motes are `OpenCVTracker`s.
+    """
+    seconds: dict[str, list[float]] = {name: [] for name in names}
+    first = int(np.argmin(np.isnan(sequence.boxes[:, 0])))
+    box = [round(value) for value in sequence.boxes[first].tolist()]
+    with ExitStack() as stack:
+        films = {
+            name: islice(stack.enter_context(open_source(sequence.source)), first, first + frames)
+            for name in names
+        }
+        trackers = {name: peer(name) if is_peer(name) else OpenCVTracker(name) for name in names}
+        for name, film in films.items():
+            trackers[name].init(_bgr(next(film)), box)
+        for _ in range(min(frames, sequence.frames - first) - 1):
+            for name, film in films.items():
+                image = _bgr(next(film))
+                start = time.perf_counter()
+                trackers[name].update(image)
+                seconds[name].append(time.perf_counter() - start)
+    return seconds
+
+
+def _bgr(frame: Frame) -> Bytes:
+    return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 
 def timed(update: Callable[[Any], object], images: Sequence[Any]) -> list[float]:

@@ -14,7 +14,7 @@ import numpy as np
 from motes.core.errors import SourceError
 from motes.evaluation.adapters.opencv import PEERS
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number, percent, three_digits
-from motes.evaluation.speed.measure import LARGE, MAIN, REFERENCE, SIZE, Count, Job
+from motes.evaluation.speed.measure import FOLLOWERS, LARGE, MAIN, REFERENCE, SIZE, Count, Job
 
 RATIOS = ("cv2:mosse", "cv2:csrt")
 """The fastest and the most accurate of OpenCV's trackers.
@@ -93,6 +93,40 @@ def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
     head = ("tracker", "target", "median ms", "95 % ms", *(TIMES + name for name in others))
     note = f"Ratios are to the other one's median on the {named_size(MAIN)} target. {note}"
     return Table(f"One update, {named_size(SIZE)}, one core", head, rows, note=note.strip())
+
+
+def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -> Table:
+    """Return the time of an update of each tracker on real sequences, by sequence and tracker.
+
+    Below are the ratios of each tracker to those of motes: geometric means over the sequences.
+    """
+    medians = {key: statistics.median(times) for key, times in seconds.items()}
+    films, trackers = (dict.fromkeys(names) for names in zip(*medians, strict=True))
+
+    def ratios(film: str, tracker: str) -> list[float]:
+        return [medians[film, tracker] / medians[film, name] for name in FOLLOWERS]
+
+    rows: list[Row] = []
+    for (film, tracker), times in seconds.items():
+        high = statistics.quantiles(times, n=20)[-1]
+        milliseconds = (number(1e3 * value) for value in (medians[film, tracker], high))
+        cells = map(three_digits, ratios(film, tracker))
+        rows.append((Cell(film), Cell(shown(tracker)), *milliseconds, *cells))
+    feet: list[Row] = []
+    for tracker in trackers:
+        each = zip(*(ratios(film, tracker) for film in films), strict=True)
+        means = (three_digits(statistics.geometric_mean(values)) for values in each)
+        feet.append((Cell("all"), Cell(shown(tracker)), Cell(""), Cell(""), *means))
+    head = ("sequence", "tracker", "median ms", "95 % ms", *(TIMES + name for name in FOLLOWERS))
+    text = "Frames are decoded right before each update, and BGR; all are geometric means."
+    return Table(
+        "One update on real sequences, one core", head, rows, (*feet,), f"{text} {note}".strip()
+    )
+
+
+def shown(tracker: str) -> str:
+    """Return the name of a tracker without the files that belong to it."""
+    return tracker.partition("=")[0]
 
 
 def stored_ratios(text: str, where: Path) -> dict[Ratio, float]:

@@ -177,18 +177,19 @@ class BackgroundDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
-        if frame.pixels.shape != self._shape:
-            self._shape = frame.pixels.shape
-            self._begin(frame.pixels)
+        pixels = np.ascontiguousarray(frame.pixels)  # which OpenCV would do again and again
+        if pixels.shape != self._shape:
+            self._shape = pixels.shape
+            self._begin(pixels)
             return []
-        if self._reference.has_moved(frame.pixels):
-            self._begin(frame.pixels)
+        if self._reference.has_moved(pixels):
+            self._begin(pixels)
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
-        mask = self._model.apply(self._exposed(frame.pixels))
+        mask = self._model.apply(self._exposed(pixels))
         if mask.mean() > self.config.most:
-            self._begin(frame.pixels)
+            self._begin(pixels)
             self._flooded += 1
             if self._flooded == self.config.still:
                 self._warn(frame, "camera", MOVES)
@@ -204,7 +205,7 @@ class BackgroundDetector:
         if boxes and self.config.ghost:
             if self._learned is None or frame.index - self._when >= RENEWED:
                 self._learned, self._when = gradients(self._model.picture()), frame.index
-            now = gradients(frame.pixels)
+            now = gradients(pixels)
             boxes = without_ghosts(boxes, mask, now, self._learned, self.config.ghost)
         limit = self.config.limit
         if len(boxes) > limit:

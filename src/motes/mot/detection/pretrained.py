@@ -65,9 +65,8 @@ class FaceDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the faces in a frame."""
-        boxes, scores, _ = self._find.run(
-            frame.pixels, self._config.upsample, self._config.threshold
-        )
+        pixels = np.ascontiguousarray(frame.pixels)
+        boxes, scores, _ = self._find.run(pixels, self._config.upsample, self._config.threshold)
         return [
             Detection(Box(r.left(), r.top(), r.width(), r.height()), float(score))
             for r, score in zip(boxes, scores, strict=True)
@@ -131,7 +130,7 @@ class PeopleDetector:
         if frame.width < 64 or frame.height < 128:  # its window does not fit in
             return []
         boxes, scores = self._find.detectMultiScale(
-            frame.pixels,
+            np.ascontiguousarray(frame.pixels),
             hitThreshold=self._config.threshold,
             winStride=(self._config.stride, self._config.stride),
             scale=self._config.scale,

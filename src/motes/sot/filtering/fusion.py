@@ -63,7 +63,7 @@ class Mixture(Config, frozen=True):
             (J, N), log-likelihoods, a row for each cue.
         """
         if len(names) == 1:
-            return Weights.from_log(prior + logs[0]), np.ones(1)
+            return Weights.from_log(prior + logs[0]), np.array([1.0])
         likelihoods = np.array([Weights.from_log(prior + log).values for log in logs])
         shares = self.shares(names, likelihoods, ellipses, first)
         with np.errstate(divide="ignore"):  # the logarithm of 0 is -inf

@@ -1,0 +1,140 @@
+"""Images are read where they lie in memory: a view gives the same tracks as a copy of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from backgrounds import METHODS
+from motes.core.frame import Frame, as_rgb
+from motes.core.geometry import Ellipse
+from motes.core.track import Track
+from motes.core.types import Bytes
+from motes.evaluation import synthetic
+from motes.mot.detection.background import BackgroundDetector, Method
+from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
+from motes.output.overlay import draw
+from motes.sot.opencv_api import OpenCVTracker
+from motes.sot.presets import PRESETS
+from motes.sot.tracker import Tracker
+
+FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=6), strict=True)
+START = TRUTHS[0][0].ellipse
+PIXELS = [frame.pixels for frame in FRAMES]
+
+
+def bgr(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image."""
+    return pixels[:, :, ::-1].copy()[:, :, ::-1]
+
+
+def bgra(pixels: Bytes) -> Bytes:
+    """Return a view of a BGR image with alpha."""
+    return np.dstack([pixels[:, :, ::-1], pixels[:, :, :1]])[:, :, 2::-1]
+
+
+def part(pixels: Bytes) -> Bytes:
+    """Return a part of a larger image, which has other pixels around."""
+    return np.pad(pixels, ((3, 4), (5, 2), (0, 0)), constant_values=77)[3:-4, 5:-2]
+
+
+def sparse(pixels: Bytes) -> Bytes:
+    """Return every second pixel of every third row of a larger BGR image."""
+    large = np.repeat(np.repeat(pixels, 3, axis=0), 2, axis=1)
+    large[1::3], large[:, 1::2] = 5, 250
+    return bgr(large)[::3, ::2]
+
+
+def locked(pixels: Bytes) -> Bytes:
+    """Return an image that must not be written."""
+    copy = pixels.copy()
+    copy.flags.writeable = False
+    return copy
+
+
+VIEWS: tuple[Callable[[Bytes], Bytes], ...] = (bgr, bgra, part, sparse, locked)
+
+
+def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Track]:
+    """Return the tracks of a tracker."""
+    tracker = Tracker(name, seed=2)
+    tracks = []
+    for index, image in enumerate(images):
+        frame = Frame(index, index / 25, image)
+        tracks.append(tracker.update(frame) if index else tracker.init(frame, region))
+    return tracks
+
+
+@cache
+def expected(name: str) -> list[Track]:
+    return follow(name, PIXELS)
+
+
+def assert_same(found: list[Track], wanted: list[Track]) -> None:
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal([*one.ellipse], [*other.ellipse])
+        np.testing.assert_array_equal(one.covariance, other.covariance)
+        assert (one.status, one.confidence) == (other.status, other.confidence)
+
+
+@pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
+@pytest.mark.parametrize("name", PRESETS)
+def test_views_give_the_same_tracks(name: str, view: Callable[[Bytes], Bytes]) -> None:
+    views = [view(pixels) for pixels in PIXELS]
+    for pixels, image in zip(PIXELS, views, strict=True):
+        assert as_rgb(image) is image
+        np.testing.assert_array_equal(image, pixels)
+    assert_same(follow(name, views), expected(name))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_gray_images_are_read_as_they_are(name: str) -> None:
+    gray = [pixels[:, :, 1] for pixels in PIXELS]
+    assert np.shares_memory(as_rgb(gray[0]), PIXELS[0])
+    copies = [np.repeat(image[:, :, None], 3, axis=2) for image in gray]
+    assert_same(follow(name, gray), follow(name, copies))
+    packed = [image.copy() for image in gray]
+    assert_same(follow(name, packed), follow(name, copies))
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_opencv_images_are_read_where_they_lie(name: str) -> None:
+    tracker = OpenCVTracker(name, seed=2)
+    box = tuple(round(value) for value in START.box)
+    plain = Tracker(name, seed=2)
+    image = PIXELS[0][:, :, ::-1].copy()
+    tracker.init(image, box)
+    assert_same([tracker.tracker.info.track], [plain.init(PIXELS[0], box)])
+    for pixels in PIXELS[1:]:
+        image[:] = pixels[:, :, ::-1]  # as a camera writes into the same memory again
+        tracker.update(image)
+        assert_same([tracker.tracker.info.track], [plain.update(pixels)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_detectors_and_drawings_take_views(method: Method) -> None:
+    rng = np.random.default_rng(0)
+    moving = [rng.integers(95, 106, (120, 160, 3)).astype(np.uint8) for _ in range(40)]
+    for index, pixels in enumerate(moving[30:]):
+        pixels[40:70, 5 * index : 5 * index + 20] = (250, 220, 60)
+    found, drawn = [], []
+    for view in (np.copy, bgr, part):
+        detector = BackgroundDetector(method)
+        frames = [Frame(i, i / 25, view(pixels)) for i, pixels in enumerate(moving)]
+        found.append([detector(frame) for frame in frames])
+        drawn.append(draw(frames[0].pixels, expected("nummiaro")[0]))
+    assert found[0] == found[1] == found[2]
+    assert any(found[0])
+    np.testing.assert_array_equal(drawn[1:], [drawn[0]] * 2)
+
+
+def test_people_are_found_in_views() -> None:
+    pytest.importorskip("cv2")
+    detector = PeopleDetector(PeopleConfig(threshold=-1.0))
+    picture = np.random.default_rng(0).integers(0, 256, (160, 90, 3), np.uint8)
+    views = (picture, bgr(picture), part(picture))
+    found = [detector(Frame(0, 0.0, view)) for view in views]
+    assert found[0] == found[1] == found[2]
