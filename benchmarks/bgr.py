@@ -1,0 +1,52 @@
+"""Time of an update of `OpenCVTracker` on BGR images beside `Tracker` on the same RGB images.
+
+    python benchmarks/bgr.py [PRESET ...]
+
+Both take turns on images that have just been written. A time is the shortest of 40 of the same
+update, which load of the machine does not reach, and the mean of that over 30 updates.
+"""
+
+from __future__ import annotations
+
+import copy
+import sys
+import time
+
+import numpy as np
+
+from motes.evaluation.speed.measure import MAIN, SIZE
+from motes.evaluation.synthetic.clips import still
+from motes.sot.opencv_api import OpenCVTracker
+from motes.sot.tracker import Tracker
+
+ROUNDS, UPDATES = 40, 30
+
+
+def milliseconds(preset: str) -> tuple[float, float]:
+    """Return the times of an update: of `Tracker` on RGB, and of `OpenCVTracker` on BGR."""
+    clip = [*still(SIZE, MAIN, UPDATES + 1)]
+    box = [round(value) for value in clip[0][1][0].ellipse.box]
+    rgb = [frame.pixels for frame, _ in clip]
+    films = (rgb, [np.ascontiguousarray(pixels[:, :, ::-1]) for pixels in rgb])
+    started = (Tracker(preset), OpenCVTracker(preset))
+    for tracker, film in zip(started, films, strict=True):
+        tracker.init(film[0], box)
+    seconds = np.full((2, UPDATES), np.inf)
+    for turn in range(ROUNDS):
+        trackers = copy.deepcopy(started)
+        for update in range(UPDATES):
+            for which in (0, 1) if (turn + update) % 2 else (1, 0):
+                image = films[which][update + 1].copy()
+                start = time.perf_counter()
+                trackers[which].update(image)
+                elapsed = time.perf_counter() - start
+                seconds[which, update] = min(seconds[which, update], elapsed)
+    one, other = (1e3 * seconds.mean(axis=1)).tolist()
+    return one, other
+
+
+if __name__ == "__main__":
+    print("| update | `Tracker`, RGB, ms | `OpenCVTracker`, BGR, ms | ratio |\n|---|---|---|---|")
+    for name in sys.argv[1:] or ["nummiaro", "ng_delp", "maggio", "default"]:
+        rgb, bgr = milliseconds(name)
+        print(f"| `{name}` | {rgb:.3f} | {bgr:.3f} | {bgr / rgb:.3f} |", flush=True)
