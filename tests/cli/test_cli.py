@@ -738,9 +738,10 @@ def test_doctor(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib, "import_module", without("dlib"))
     code, out, _ = go("doctor")
     assert (code, "pip install 'motes[faces]'" in out) == (0, True)
-    monkeypatch.setattr(importlib, "import_module", without("av"))
-    code, out, _ = go("doctor")
-    assert (code, "PROBLEM: no av; install motes anew" in out) == (1, True)
+    for needed in ("av", "scipy"):
+        monkeypatch.setattr(importlib, "import_module", without(needed))
+        code, out, _ = go("doctor")
+        assert (code, f"PROBLEM: no {needed}; install motes anew" in out) == (1, True)
 
 
 # The loop

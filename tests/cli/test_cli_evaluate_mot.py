@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,7 +51,6 @@ class Nothing:
 def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Return the current folder for all tests: two sequences, a bad one, some trackers."""
     pytest.importorskip("matplotlib")
-    pytest.importorskip("scipy")
     folder = tmp_path_factory.mktemp("home")
     for name, shift in (("a", 0), ("b", 4)):
         write_crowd(folder / "data" / name, shift)
@@ -173,13 +171,6 @@ def test_overwriting_leaves_what_others_put_there(whole: str, go: Go) -> None:
         "again/mine.txt",
         "again/tracks/crowds_of%3AEcho/b/mot-0.txt",
     ]
-
-
-def test_without_scipy(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
-    code, _, error = go("data --tracker crowds_of:Echo --out refused")
-    assert (code, "motes[report]" in error) == (2, True)
-    assert not Path("refused").exists()
 
 
 @pytest.mark.parametrize(

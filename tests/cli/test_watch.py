@@ -68,7 +68,7 @@ def test_one_walks_by(go: Go) -> None:
         "FILM -o r.csv --events e.jsonl --overlay o.mkv --line 80,0,80,95 --detector gaussian"
     )
     assert (code, out) == (0, "")
-    assert "90 frames, 1 objects, 1 of them gone; " in error
+    assert "90 frames, 1 object, 1 of them gone; " in error
     assert "each tracked by 100 particles and color; " in error
     assert "wrote o.mkv, e.jsonl, r.csv" in error
     assert "minute 0: appears 1, crosses line 1 left 1, disappears 1" in error

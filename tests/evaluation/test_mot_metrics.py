@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import reduce
 from operator import add
 from pathlib import Path
@@ -13,7 +12,6 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
-from motes.core.errors import MissingDependencyError
 from motes.evaluation.datasets.distractors import DISTRACTORS, evaluated_rows
 from motes.evaluation.datasets.mot_files import Rows, read_rows, write_rows
 from motes.evaluation.metrics.mot import Tally, tally
@@ -117,12 +115,6 @@ def test_sums_are_combined() -> None:
     assert (both.frames, both.objects, both.matches) == (10, 2, 6)
     assert both.hota == pytest.approx(one.hota)
     assert both.idf1 == pytest.approx(one.idf1)
-
-
-def test_without_scipy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "scipy.optimize", None)
-    with pytest.raises(MissingDependencyError, match=r"motes\[report\]"):
-        tally(rows(*line(1, range(1, 2))), rows(*line(1, range(1, 2))), 1)
 
 
 # As TrackEval

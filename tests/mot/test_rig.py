@@ -110,7 +110,7 @@ def read(name: str = "r.csv") -> list[dict[str, str]]:
 def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     code, _, error = go(HALL + OFFICE + PASSAGE)
     assert code == 0, error
-    assert "hall 70, office 70 frames; 1 objects, 1 times handed over; wrote r.csv." in error
+    assert "hall 70, office 70 frames; 1 object, 1 time handed over; wrote r.csv." in error
     rows = read()
     assert {row["camera"] for row in rows} == {"hall", "office"}
     assert {row["identity"] for row in rows} == {"1"}
@@ -126,7 +126,7 @@ def test_a_camera_that_cannot_be_read_does_not_stop_the_others(go: Go) -> None:
     assert code == 6
     assert error.count("none.mkv") == 1
     assert "camera office: There is no file or folder none.mkv; check the name." in error
-    assert "hall 70, office 0 frames; 1 objects, 0 times handed over" in error
+    assert "hall 70, office 0 frames; 1 object, 0 times handed over" in error
     rows = [line.split(",") for line in out.splitlines()[1:]]
     assert len(rows) > 30
     assert {(row[0], row[3]) for row in rows} == {("hall", "1")}

@@ -13,12 +13,11 @@ from typing import NamedTuple
 from motes import __version__
 from motes.cli.exit_codes import DONE, FAULT
 
-CORE = ("numpy", "PIL", "msgspec", "rich")
+CORE = ("numpy", "scipy", "PIL", "msgspec", "rich")
 OPTIONAL = {
     "cv2": "opencv",
     "dlib": "faces",
     "matplotlib": "report",
-    "scipy": "report",
     "trackers": "peers",
 }
 """Optional modules, and the extras that install them."""

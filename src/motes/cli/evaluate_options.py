@@ -23,7 +23,6 @@ from motes.cli.options import (
 )
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.evaluation import runner
-from motes.evaluation.datasets.distractors import assignment_solver
 from motes.evaluation.protocols.perturbations import MAX_FRAMES
 from motes.evaluation.protocols.sot import MIN_FRAMES
 from motes.evaluation.report.reference import Reference
@@ -159,8 +158,6 @@ def check_kind(many: bool, data: DatasetOptions, run: RunOptions, report: Report
     ------
     ConfigError
         If an option is for the other kind of dataset, or a tracker is missing.
-    MissingDependencyError
-        If scores of many objects cannot be computed.
     """
     single = {
         "protocol": run.protocols() or None,
@@ -182,8 +179,6 @@ def check_kind(many: bool, data: DatasetOptions, run: RunOptions, report: Report
             "There is no tracker; name some, such as --tracker trackers:sort --tracker "
             "trackers:bytetrack."
         )
-    if many:
-        assignment_solver()
     if report.peer is not None and report.peer not in (run.tracker or ()):
         raise ConfigError(
             f"--peer {report.peer} is not measured; give --tracker {report.peer} as well."

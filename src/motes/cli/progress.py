@@ -6,6 +6,7 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any, Self
 
+from motes.cli.messages import counted
 from motes.core.track import Status
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class RunStatistics:
         return f"{step.status} {step.track.confidence:.2f}" if step.track else step.status
 
     def __str__(self) -> str:
-        parts = ["1 frame" if self.frames == 1 else f"{self.frames} frames"]
+        parts = [counted(self.frames, "frame")]
         if self.frames:
             parts.append(f"tracked in {100 * self._tracked / self.frames:.1f} %")
         if self._updates:

@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import run, summarize
+from motes.cli.messages import counted
 from motes.cli.watch_outputs import FrameResult, Output
 from motes.core import interrupts
 from motes.core.errors import MotesError
@@ -73,7 +74,7 @@ class Tally:
         return f"{sum(seen)} of {len(seen)} tracked"
 
     def __str__(self) -> str:
-        parts = ["1 frame" if self.frames == 1 else f"{self.frames} frames"]
+        parts = [counted(self.frames, "frame")]
         parts += [
             f"object {i} tracked in {100 * count / self.frames:.1f} %"
             for i, count in enumerate(self._tracked, start=1)

@@ -18,7 +18,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.messages import log
+from motes.cli.messages import counted, log
 from motes.cli.options import (
     HYPHEN,
     OUTPUT,
@@ -204,14 +204,15 @@ def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Ou
                 printed.add(kind)
                 log(text)
         here = scene.created - scene.terminated
-        return f"{here} objects, {scene.created} came, {scene.terminated} went"
+        return f"{counted(here, 'object')}, {scene.created} came, {scene.terminated} went"
 
     def finish(interrupted: KeyboardInterrupt | None = None) -> None:
         if not frames:
             return
         tracker = scene.config.tracker
         parts = [
-            f"{frames} frames, {scene.created} objects, {scene.terminated} of them gone",
+            f"{counted(frames, 'frame')}, {counted(scene.created, 'object')}, "
+            f"{scene.terminated} of them gone",
             f"each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}",
         ]
         summarize(parts, film, outputs, interrupted)

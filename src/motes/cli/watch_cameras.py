@@ -11,7 +11,7 @@ import msgspec
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context
-from motes.cli.messages import log
+from motes.cli.messages import counted, log
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
@@ -94,10 +94,11 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
             interrupted = interrupt  # and all processes are ended as at the end
     if len(failures) == len(frames):
         raise SourceError(f"No camera is left. {failures[-1]}")
-    counted = ", ".join(f"{name} {count}" for name, count in frames.items())
+    read = ", ".join(f"{name} {count}" for name, count in frames.items())
     log(
         interrupts.word(interrupted)
-        + f"{counted} frames; {len(found)} objects, {watching.handover.handed} times handed over"
+        + f"{read} frames; {counted(len(found), 'object')}, "
+        + f"{counted(watching.handover.handed, 'time')} handed over"
         + f", {dropped} frames dropped" * bool(dropped)
         + f"; wrote {output}." * (output != "-")
     )

@@ -111,8 +111,7 @@ inline void mean_shift(Picture picture, Floats ellipse, Plane<const float> latti
         sampling::capacity(window, {ellipse.data, 1, ellipse.size, ellipse.size}, reading);
     Scratch<std::uint32_t> offsets(room), colors(room);
     Scratch<double> weights(room);
-    const Index count =
-        sampling::pixels_within(window, ellipse.data, reading, offsets, weights);
+    const Index count = sampling::pixels_within(window, ellipse.data, reading, offsets, weights);
     sampling::colors_at(picture, offsets, count, colors);
     to_bins(colors, count, bins);
     double total = 0.0, sum_x = 0.0, sum_y = 0.0;

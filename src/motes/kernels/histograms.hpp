@@ -45,15 +45,14 @@ struct Points {
 // `keys(n, points)` returns a key for each point of ellipse n, and `write(n, histogram)` takes what
 // `fill` made of them. Both are known when this is compiled, and cost no call.
 template <typename Slots, typename Keys, typename Write>
-void each(sampling::Window window, Ellipses ellipses, const sampling::Reading& reading,
-          Index bins, Slots slots, Keys keys, Write write) {
+void each(sampling::Window window, Ellipses ellipses, const sampling::Reading& reading, Index bins,
+          Slots slots, Keys keys, Write write) {
     const Index room = sampling::capacity(window, ellipses, reading);
     Scratch<std::uint32_t> offsets(room);
     Scratch<double> weights(room);
     ScratchPlane<double> lanes(LANES, bins);
     for (Index n = 0; n < ellipses.rows; ++n) {
-        const Index count =
-            sampling::pixels_within(window, ellipses[n], reading, offsets, weights);
+        const Index count = sampling::pixels_within(window, ellipses[n], reading, offsets, weights);
         const std::uint32_t* found = keys(n, Points{offsets, weights, count});
         fill(found, weights, count, slots, lanes);
         write(n, Floats{lanes[0], bins});

@@ -111,8 +111,8 @@ void each(sampling::Window window, Ellipses ellipses, const sampling::Reading& r
         }
         return found;
     };
-    histograms::each(window, ellipses, reading, out.columns, histograms::Same(),
-                     keys, [&](Index n, Floats filled) { by_cell(filled, count, turned, out[n]); });
+    histograms::each(window, ellipses, reading, out.columns, histograms::Same(), keys,
+                     [&](Index n, Floats filled) { by_cell(filled, count, turned, out[n]); });
 }
 
 // Writes each ellipse's histogram of gradients, as `by_cell`; zeros where there is none.
@@ -127,7 +127,8 @@ inline void histograms(Plane<const float> strength, Plane<const std::uint8_t> bi
             numbers[i] = bins.data[points.offsets[i]];
         }
     };
-    each(sampling::window_of(left, top, bins.columns, bins.rows), ellipses, reading, side, turned, look, out);
+    each(sampling::window_of(left, top, bins.columns, bins.rows), ellipses, reading, side, turned,
+         look, out);
 }
 
 // Writes the same histograms without planes, by gradients at a lattice's points.
@@ -142,8 +143,8 @@ inline void histograms_at(Picture picture, Ellipses ellipses, Plane<const float>
         derivatives(points.offsets, points.count, gx, gy);
         directions(gx, gy, points.count, count, values, numbers);
     };
-    each(sampling::window_of(0, 0, picture.width, picture.height), ellipses, {lattice, {1, 1}, profile}, side, turned,
-         look, out);
+    each(sampling::window_of(0, 0, picture.width, picture.height), ellipses,
+         {lattice, {1, 1}, profile}, side, turned, look, out);
 }
 
 }  // namespace motes::hog

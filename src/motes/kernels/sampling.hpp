@@ -88,8 +88,7 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 
 // As `pixels_within`, at the points of a lattice.
 [[gnu::noinline]] inline Index on_lattice(Window window, const double* ellipse,
-                                          const Reading& reading,
-                                          std::uint32_t* __restrict offsets,
+                                          const Reading& reading, std::uint32_t* __restrict offsets,
                                           double* __restrict weights) {
     const auto [left, top, width, height, pixel_step, line_step] = window;
     const auto [across, down] = extent(ellipse);
@@ -185,7 +184,8 @@ std::uint32_t color_of(std::uint32_t bytes) {
     if constexpr (order == Order::GRAY) return (bytes & 0xFF) * 0x010101;
     if constexpr (order == Order::BGR)  // compilers know the four bytes in reverse
         return ((bytes & 0xFF) << 24 | (bytes & 0xFF00) << 8 | (bytes >> 8 & 0xFF00) |
-                bytes >> 24) >> 8;
+                bytes >> 24) >>
+               8;
     return bytes & 0xFFFFFF;
 }
 
@@ -203,8 +203,8 @@ template <Order order>
     const auto bytes = [](const std::uint8_t* at) {
         return std::uint32_t(at[0]) | std::uint32_t(at[1]) << 8 | std::uint32_t(at[2]) << 16;
     };
-    const auto last = std::uint32_t((picture.height - 1) * picture.line +
-                                    (picture.width - 1) * picture.pixel);
+    const auto last =
+        std::uint32_t((picture.height - 1) * picture.line + (picture.width - 1) * picture.pixel);
     const std::uint32_t corner = color_of<order>(bytes(data + last));
     if (last == 0) return std::fill_n(colors, count, corner), void();
     for (Index i = 0; i < count; ++i) {

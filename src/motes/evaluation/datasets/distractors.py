@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import MissingDependencyError
 from motes.core.geometry import iou
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows
 
@@ -24,26 +21,10 @@ EPSILON = float(np.finfo(float).eps)
 
 def assigned_pairs(values: Floats) -> tuple[Integers, Integers]:
     """Return rows and columns of the one-to-one assignment with the largest sum of values."""
-    i, j = assignment_solver()(values, maximize=True)
+    from scipy.optimize import linear_sum_assignment  # takes half a second to import
+
+    i, j = linear_sum_assignment(values, maximize=True)
     return i, j
-
-
-def assignment_solver() -> Callable[..., tuple[Integers, Integers]]:
-    """Return scipy's solver of assignment problems.
-
-    Raises
-    ------
-    MissingDependencyError
-        If scipy is not installed.
-    """
-    try:
-        from scipy.optimize import linear_sum_assignment
-    except ImportError:
-        raise MissingDependencyError(
-            "Measuring identities needs scipy; install it: pip install 'motes[report]'."
-        ) from None
-    solve: Callable[..., tuple[Integers, Integers]] = linear_sum_assignment
-    return solve
 
 
 PEDESTRIAN = 1

@@ -157,13 +157,7 @@ class _Frame(NamedTuple):
 
 
 def tally(truth: Rows, results: Rows, frames: int) -> Tally:
-    """Compare results with truth; in both, a frame has each identity at most once.
-
-    Raises
-    ------
-    MissingDependencyError
-        If scipy is not installed.
-    """
+    """Compare results with truth; in both, a frame has each identity at most once."""
     objects, object_of = np.unique(truth.ids, return_inverse=True)
     tracks, track_of = np.unique(results.ids, return_inverse=True)
     per_frame = []

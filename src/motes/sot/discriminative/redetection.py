@@ -57,8 +57,8 @@ class Redetection(Config, frozen=True):
     speed
         The largest distance that the target moves in a frame, in mean sides of the target.
     growth
-        Standard deviation of the logarithm of the size of a particle that starts anew. With a larger
-        value, more sizes are searched.
+        Standard deviation of the logarithm of the size of a particle that starts anew. With a
+        larger value, more sizes are searched.
     turn_sigma
         The weight of an angle is exp(-distance / turn_sigma), with the distance between the
         directions in the frame and the model turned by this angle.

@@ -118,7 +118,7 @@ class Adaptive(Mixture, frozen=True, tag="adaptive"):
         units = np.array([mean, mean, first.a, first.b, 1.0])
         volumes = np.empty(len(names))
         center, covariance = np.empty(5), np.empty((5, 5))
-        for j, likelihood in enumerate(likelihoods):
+        for j, likelihood in enumerate(np.ascontiguousarray(likelihoods)):
             kernels.particles.moments(ellipses, likelihood, center, covariance)  # equation 8
             scaled = covariance / np.outer(units, units) + self.floor**2 * np.eye(5)
             volumes[j] = np.linalg.slogdet(scaled)[1]  # equation 9

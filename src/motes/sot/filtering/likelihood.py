@@ -61,8 +61,8 @@ class Gaussian(Likelihood, Config, frozen=True, tag="gaussian"):
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.array([self.cues.get(name, self.sigma) for name in names])
-        logs = np.empty_like(distances)
-        kernels.particles.gaussian(distances, sigmas, self.epsilon, logs)
+        logs = np.empty(distances.shape)
+        kernels.particles.gaussian(np.ascontiguousarray(distances), sigmas, self.epsilon, logs)
         return logs
 
 
@@ -91,8 +91,8 @@ class BestParticle(Likelihood, Config, frozen=True, tag="best_particle"):
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods of distances (J, N) by cues of these names, up to constants."""
         sigmas = np.maximum(distances.min(axis=1) / math.sqrt(2), self.floor)
-        logs = np.empty_like(distances)
-        kernels.particles.gaussian(distances, sigmas, self.epsilon, logs)
+        logs = np.empty(distances.shape)
+        kernels.particles.gaussian(np.ascontiguousarray(distances), sigmas, self.epsilon, logs)
         return logs
 
 

@@ -87,7 +87,7 @@ def residual(rng: np.random.Generator, weights: Floats, n: int) -> Indices:
 
 def _search(weights: Floats, positions: Floats) -> Indices:
     chosen = np.empty(positions.size, np.intp)
-    kernels.particles.ancestors(weights, positions, chosen)
+    kernels.particles.ancestors(np.ascontiguousarray(weights, float), positions, chosen)
     return chosen
 
 
