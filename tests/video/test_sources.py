@@ -286,7 +286,6 @@ def test_pixel_forms_and_odd_sizes(
     assert len(frames) == 3
     for frame in frames:
         assert frame.pixels.shape == (47, 63, 3)
-        assert frame.pixels.flags.c_contiguous
         expected = picture(frame.index, 63, 47)[12:, 16:]  # without the block's hard edge
         assert np.abs(frame.pixels[12:, 16:].astype(int) - expected).max() <= limit
 
