@@ -91,6 +91,7 @@ def test_reference_is_complete(site: Path) -> None:
             assert f">{key.path}" in text, key.path
 
 
+@pytest.mark.slow
 def test_docstrings_are_read_as_they_are_meant() -> None:
     """A paragraph after a section of names would be read as one more name."""
     griffe = pytest.importorskip("griffe", reason="the site needs: pip install 'motes[docs]'")

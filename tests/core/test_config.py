@@ -103,6 +103,7 @@ def test_presets_survive_toml(name: str) -> None:
     assert from_dict(from_toml(text, "text"), TrackerConfig) == config
 
 
+@pytest.mark.slow
 @given(
     st.builds(
         ParticleFilter,

@@ -45,6 +45,7 @@ def apart(code: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["default", *LEARNING])
 def test_what_was_saved_is_taken(name: str) -> None:
     for moment in ("started", "tracking", "lost"):
@@ -180,6 +181,7 @@ JSON = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(st.sampled_from([where for where in places(WHOLE) if where]), JSON)
 def test_any_value_anywhere(where: tuple[Any, ...], value: Any) -> None:

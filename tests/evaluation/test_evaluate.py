@@ -269,6 +269,7 @@ def test_every_preset_is_a_tracker_to_evaluate() -> None:
         assert tracker_spec(name).configuration == to_toml(preset(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EVERYONE)
 def test_contestants_follow(name: str, home: Path) -> None:
     if name in PEERS:

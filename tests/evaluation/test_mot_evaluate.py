@@ -138,6 +138,7 @@ def test_detections_and_boxes_are_0_based(crowd: MotSequence) -> None:
     assert x == given.boxes[0, 0] - 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "late"), [("trackers:sort", 2), ("trackers:bytetrack", 1)])
 def test_peers_follow_two_that_walk(crowd: MotSequence, name: str, late: int) -> None:
     pytest.importorskip("trackers")

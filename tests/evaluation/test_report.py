@@ -227,6 +227,7 @@ def test_sorting_has_what_it_needs(tmp_path: Path) -> None:
     assert html.count("<tfoot>") == 1
 
 
+@pytest.mark.slow
 def test_plots(tmp_path: Path) -> None:
     """One success plot, one precision plot, and diagrams of the trackers with a confidence."""
     page, _ = report(tmp_path / "out", full(tmp_path))

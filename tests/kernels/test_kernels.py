@@ -139,6 +139,7 @@ def test_first_columns_of_a_table_are_read_in_place() -> None:
     assert kernels.sampling.bounds(wide[:, :5]) == kernels.sampling.bounds(ELLIPSES)
 
 
+@pytest.mark.slow
 def test_an_installation_without_kernels_says_what_to_do() -> None:
     code = (
         "import sys; sys.modules['motes.kernels._baseline'] = None\n"

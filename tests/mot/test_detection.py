@@ -80,6 +80,7 @@ def test_without_dlib_the_remedy_is_named(monkeypatch: pytest.MonkeyPatch) -> No
         FaceDetector()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("dlib") is None, reason="dlib is not installed")
 def test_a_face(data: Path) -> None:
     frames, boxes = sequence(data / "sot" / "David", 1)

@@ -358,6 +358,7 @@ def _until(done: Callable[[], bool]) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.slow
 def test_who_was_there_before_a_stall_is_found_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     monkeypatch.setattr(live, "FIRST_PAUSE", 0.7)

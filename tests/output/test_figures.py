@@ -218,6 +218,7 @@ def test_one_frame_is_kept_of_many_and_it_is_a_tracked_one(tmp_path: Path) -> No
     assert kept == [None, 1, 1, 3, 3, 3, 3, 7, 7, 7, 7, 7]
 
 
+@pytest.mark.slow
 def test_without_a_tracked_frame_there_is_no_surface(tmp_path: Path) -> None:
     recorder = Recorder(preset("nummiaro"))
     assert recorder.save(tmp_path) == []

@@ -219,6 +219,7 @@ def lone_spot() -> Any:
     return pixels
 
 
+@pytest.mark.slow
 @of_kinds
 @pytest.mark.parametrize(
     ("first", "then", "target", "gone"),
@@ -427,6 +428,7 @@ def test_saved_and_loaded_it_goes_on_searching(name: str, tmp_path: Path) -> Non
         assert same(loaded.update(picture), tracker.update(picture))
 
 
+@pytest.mark.slow
 @of_kinds
 def test_saved_while_lost(name: str, tmp_path: Path) -> None:
     tracker = Tracker(CONFIGS[name])
@@ -439,6 +441,7 @@ def test_saved_while_lost(name: str, tmp_path: Path) -> None:
         assert same(loaded.update(scene(index, (40, 30))), tracker.update(scene(index, (40, 30))))
 
 
+@pytest.mark.slow
 @of_kinds
 def test_two_trackers_do_not_meet(name: str) -> None:
     config = CONFIGS[name]
@@ -792,6 +795,7 @@ def test_opencv_refusals() -> None:
 # Real sequences
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "low"), [("Football1", 0.35), ("Crossing", 0.35), ("DragonBaby", 0.35)]
 )

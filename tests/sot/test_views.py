@@ -114,6 +114,7 @@ def test_opencv_images_are_read_where_they_lie(name: str) -> None:
         assert_same([tracker.tracker.info.track], [plain.update(pixels)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_detectors_and_drawings_take_views(method: Method) -> None:
     rng = np.random.default_rng(0)

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from fuzzing.containers import check, damage, seed_files
 
@@ -25,6 +26,7 @@ def test_damage_is_the_same_for_the_same_seed() -> None:
         assert isinstance(damage(np.random.default_rng(seed), b"x"), bytes)
 
 
+@pytest.mark.slow
 def test_damaged_files_cause_no_traceback_no_crash_and_no_hang() -> None:
     """In a process of its own, which a file that takes too long ends."""
     command = [sys.executable, "-m", "fuzzing.containers", "150"]

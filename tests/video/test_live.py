@@ -55,6 +55,7 @@ def picture(news: Iterator[Frame | str]) -> Frame:
     return next(each for each in news if isinstance(each, Frame))
 
 
+@pytest.mark.slow
 def test_a_stall_is_noticed_and_so_is_the_return() -> None:
     with camera(gray) as stream, open_watched(stream.url) as film:
         assert isinstance(film, Live)
@@ -71,6 +72,7 @@ def test_a_stall_is_noticed_and_so_is_the_return() -> None:
         assert stream.connections > 1
 
 
+@pytest.mark.slow
 def test_a_server_that_goes_away_is_retried_with_growing_pauses() -> None:
     with camera(gray) as stream, open_watched(stream.url) as film:
         news = frames(film)
@@ -123,6 +125,7 @@ def test_who_is_slow_gets_the_newest_frame_and_a_count_of_the_others(
             assert frame.time == pytest.approx(clock.now - 100.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_camera_without_a_word_is_noticed_by_the_clock() -> None:
     """Drivers may hang where FFmpeg's timeout does not reach."""
     noticed = threading.Event()

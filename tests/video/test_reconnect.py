@@ -90,6 +90,7 @@ def test_a_camera_that_hangs_up_is_an_error_for_who_does_not_reconnect() -> None
         assert source.report.decoded == 10
 
 
+@pytest.mark.slow
 def test_a_stream_that_stalls_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decoder, "READ_TIMEOUT", 0.4)
     said: list[str] = []

@@ -424,6 +424,7 @@ def test_a_change_of_size_in_a_video_is_refused(tmp_path: Path) -> None:
     assert "64x48" in message
 
 
+@pytest.mark.slow
 def test_memory_stays_flat(tmp_path: Path) -> None:
     statm = Path("/proc/self/statm")
     if not statm.exists():
@@ -689,6 +690,7 @@ def test_a_video_from_a_server(whole: Path) -> None:
         assert len(list(source)) == 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ["mp4", "mkv", "avi", "mpg"])
 def test_a_server_that_stops_sending_is_noticed(
     tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
@@ -704,6 +706,7 @@ def test_a_server_that_stops_sending_is_noticed(
     assert "secret" not in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pause", [None, 0.05])
 def test_a_server_that_never_answers_is_noticed(
     pause: float | None, monkeypatch: pytest.MonkeyPatch
@@ -734,6 +737,7 @@ def test_real_videos_begin(name: str) -> None:
     assert all(a.time < b.time for a, b in itertools.pairwise(frames))
 
 
+@pytest.mark.slow
 @need_data
 @pytest.mark.parametrize(
     ("name", "count"),
