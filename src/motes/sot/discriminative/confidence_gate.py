@@ -69,11 +69,11 @@ class ConfidenceGate(Config, frozen=True):
         fewer places are accepted.
     """
 
-    learn: Share = 0.3
-    keep: Share = 0.25
+    learn: Share = 0.33
+    keep: Share = 0.275
     respond: Share = 0.16
-    find: Share = 0.33
-    follow: Share = 0.2
+    find: Share = 0.36
+    follow: Share = 0.22
     frames: Count = 3
     relative_to_start: Share = 0.6
     find_relative_to_start: Share = 0.8
