@@ -9,10 +9,10 @@ from typing import Any, Generic, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from motes.core.types import Floats
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.scores import PROTOCOL_NAMES, E, Outcome, in_order
 
-Floats = NDArray[np.float64]
 Quantity = Callable[[Outcome], ArrayLike]
 """A function that returns a number or an array for a pass that finished."""
 

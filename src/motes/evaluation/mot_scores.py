@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from motes.core.types import Floats
 from motes.evaluation.aggregate import Passes
 from motes.evaluation.datasets.distractors import evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
@@ -25,8 +26,6 @@ from motes.evaluation.scores import (
     speed,
     write_table,
 )
-
-Floats = NDArray[np.float64]
 
 NUMBERS: dict[str, Callable[[Tally], float | int]] = {
     "frames": lambda t: t.frames,

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.metrics import sot as metrics
 from motes.evaluation.protocols.sot import FAILED, SKIPPED, STARTED, TRACKED
 from motes.evaluation.protocols.trace import TrackerOutput, load_trace
 from motes.evaluation.runner import Job, Pass
 
-Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Scores = dict[str, float | int | None]
 S = TypeVar("S")

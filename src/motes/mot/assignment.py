@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.mot.pairs import Floats, Integers
+from motes.core.types import Floats
+from motes.mot.pairs import Integers
 
 DENSE = 2**16
 """Largest number of cells for which a full matrix of costs takes the least time."""

@@ -10,9 +10,10 @@ from msgspec import Meta
 
 from motes.core.config import Config, NonNegative, Share
 from motes.core.frame import Frame
+from motes.core.types import Floats
 from motes.mot.boxes import search_areas
 from motes.mot.overlaps import grouped
-from motes.mot.pairs import Floats, Integers, meeting
+from motes.mot.pairs import Integers, meeting
 from motes.mot.tracked_object import TrackedObject
 
 

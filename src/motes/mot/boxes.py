@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from motes.core.geometry import Box
-from motes.mot.pairs import Floats
+from motes.core.types import Floats
 
 MARGIN = 1.0
 """Pixels that are added to a search area, so that rounding excludes nothing."""

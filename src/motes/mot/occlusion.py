@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from motes.core.types import Floats
 from motes.mot.boxes import search_areas
-from motes.mot.pairs import Floats, Integers, meeting
+from motes.mot.pairs import Integers, meeting
 
 
 def occlusion_candidates(boxes: Floats) -> tuple[Integers, Integers]:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.mot.boxes import intersection_over_first
-from motes.mot.pairs import Floats, Integers, meeting
+from motes.mot.pairs import Integers, meeting
 
 Overlaps: TypeAlias = tuple[Integers, Integers, Floats]
 

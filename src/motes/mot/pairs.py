@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from motes.core.types import Floats
+
 Integers = NDArray[np.int64]
 
 FEW = 2**11

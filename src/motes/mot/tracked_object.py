@@ -9,17 +9,15 @@ from typing import Any, Self
 import msgspec
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
+from motes.core.types import Floats
 from motes.cues.hog import HogModel
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 # The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 BLUE, VERMILION, GREEN, ORANGE = COLORS = ("#0072B2", "#D55E00", "#009E73", "#E69F00")

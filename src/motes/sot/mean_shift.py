@@ -15,21 +15,19 @@ from typing import Annotated, ClassVar
 import msgspec
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, Positive, Share
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import LEAST_HALF, SAME, check, middle_of
 from motes.core.track import Status, Track
+from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import EveryPixel
 from motes.sot.algorithm import Algorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.motion import LONGEST_INTERVAL
-
-Floats = NDArray[np.float64]
 
 
 class Kalman(Config, frozen=True, tag="kalman"):

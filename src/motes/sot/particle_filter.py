@@ -11,7 +11,6 @@ from typing import ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config, Particles
@@ -19,6 +18,7 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
+from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
 from motes.cues.color import Color
 from motes.cues.color_posterior import Posterior
@@ -44,8 +44,6 @@ from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
 from motes.sot.particle_state import FilterInfo, FilterState, Model, check_state
-
-Floats = NDArray[np.float64]
 
 
 class ParticleFilter(

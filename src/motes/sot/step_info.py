@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motes.core.track import Track
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats
 
 
 class StepInfo(Protocol):

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import FARTHEST, Box
+from motes.core.types import Floats
 from motes.evaluation.datasets.sot import read_text
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 Kind = Literal["truth", "results", "detections"]

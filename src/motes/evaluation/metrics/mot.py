@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.evaluation.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
 from motes.evaluation.datasets.mot_files import Rows
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ALPHAS = np.arange(1, 20) / 20

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.types import Floats
 from motes.cues.sampling import sunflower
 
-Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 THRESHOLDS = np.linspace(0, 1, 21)

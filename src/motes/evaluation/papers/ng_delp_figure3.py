@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
+from motes.core.types import Floats
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import Cell, Row, Table, number
 from motes.output import charts
@@ -16,7 +16,6 @@ from motes.sot.filtering.likelihood import BestParticle, Gaussian, Likelihood
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 STEP, ROW = 0.01, 0.1
 """Step in distance between points of a curve, and between rows of the table."""
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.histogram_cue import bhattacharyya
@@ -19,8 +19,6 @@ from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.papers.sample_regions import View
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.sot.filtering.likelihood import Gaussian
-
-Floats = NDArray[np.float64]
 
 ALL = "all pixels"
 SAMPLINGS: dict[str, Sampling] = {

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.evaluation.metrics.sot import enclosing_boxes, overlap_distances
 from motes.evaluation.papers.result import Experiment, Result, over
@@ -19,8 +19,6 @@ from motes.evaluation.synthetic.clips import Clip
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import preset
 from motes.sot.tracker import Tracker
-
-Floats = NDArray[np.float64]
 
 FOLLOWED = 45.0
 """Degrees; a tracker has followed the whole turn if its error is always smaller."""

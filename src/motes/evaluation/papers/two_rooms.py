@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.evaluation.papers.result import Experiment, Result, over, wilson_interval
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.beetle import Target
@@ -25,8 +25,6 @@ from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Place
-
-Floats = NDArray[np.float64]
 
 SIZE = (320, 240)
 PEOPLE = 4

@@ -7,9 +7,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import iou
+from motes.core.types import Floats
 from motes.evaluation.metrics.sot import enclosing_boxes
 from motes.evaluation.papers.rendered_claims import passes
 from motes.evaluation.papers.result import Experiment, Result, over
@@ -20,7 +20,6 @@ from motes.output import charts
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 FOLLOWED = 0.5
 """A tracker has followed the turn if its mean IoU at the end is above this."""

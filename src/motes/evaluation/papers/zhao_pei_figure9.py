@@ -28,7 +28,6 @@ from motes.video.sources import open_source
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 HEAD = ("frame", "present", "followed", "detected accurately", "ratio")
 

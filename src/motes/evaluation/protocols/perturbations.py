@@ -27,11 +27,11 @@ from numpy.typing import NDArray
 
 from motes.core.errors import SourceError
 from motes.core.frame import Frame
+from motes.core.types import Floats
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.protocols.sot import MIN_FRAMES, Start, starts
 from motes.video.sources import open_source
 
-Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 MAX_FRAMES = 200

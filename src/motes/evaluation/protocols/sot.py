@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
+from motes.core.types import Floats
 from motes.evaluation.adapters.sot import UNKNOWN, TrackerAdapter
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.protocols.trace import NOWHERE, Row, TrackerOutput, save_trace, trace_of
-
-Floats = NDArray[np.float64]
 
 SRE_SHIFT = 0.1
 """Distance by which `sre` moves a box, as a fraction of its width and height."""

@@ -16,10 +16,8 @@ from numpy.typing import NDArray
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.evaluation.adapters.sot import LARGEST, UNKNOWN, Position
-
-Floats = NDArray[np.float64]
-
 
 EVENTS = ("tracked", "started", "failed", "skipped")
 

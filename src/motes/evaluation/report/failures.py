@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from motes.core.errors import MotesError
+from motes.core.types import Floats
 from motes.evaluation.aggregate import Evaluation
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.metrics import sot as metrics
@@ -28,8 +29,6 @@ WIDTH = 480
 
 TRUTH, ESTIMATE, HALO = (60, 230, 90), (255, 60, 40), (0, 0, 0)
 _QUALITY = 80
-
-Floats = NDArray[np.float64]
 
 
 class Failure(NamedTuple):

@@ -7,15 +7,14 @@ import re
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from motes.core.types import Floats
 from motes.evaluation.metrics.sot import BINS, Reliability
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Floats = NDArray[np.float64]
 
 # The palette of Okabe and Ito, with gray instead of black, which cannot be seen on a dark page, and
 # without yellow, which is too pale on a light page.

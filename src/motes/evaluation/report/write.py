@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from motes.core.types import Floats
 from motes.evaluation.aggregate import Evaluation, Passes, precision_curve, success_curve
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.metrics import sot as metrics
@@ -22,8 +22,6 @@ from motes.evaluation.report.markdown import summary
 from motes.evaluation.report.speed_ratio import Comparisons, speed_ratios
 from motes.evaluation.report.tables import Table, count_noun, number
 from motes.evaluation.scores import Outcome, write_text
-
-Floats = NDArray[np.float64]
 
 
 def write_report(

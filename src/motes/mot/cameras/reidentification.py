@@ -12,15 +12,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.cues.histogram_cue import bhattacharyya
 from motes.mot.assignment import assign
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
-
-Floats = NDArray[np.float64]
 
 CAMERA_TIMEOUT = 1.0
 """Seconds without a report after which a camera counts as interrupted."""

@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.config import Config
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
+from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.sampling import Lattice
 from motes.sot.filtering.appearance_rule import AppearanceRule
-
-Floats = NDArray[np.float64]
 
 STEPS = 4
 """Steps of the grid of places in a target's width and height."""

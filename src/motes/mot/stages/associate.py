@@ -9,12 +9,12 @@ import numpy as np
 from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.types import Floats
 from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances
 from motes.mot.boxes import as_rows
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.overlaps import holding, overlapping
-from motes.mot.pairs import Floats
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Singles, Spectra
+from motes.core.types import Floats, Singles, Spectra
 from motes.cues.color_posterior import CORE_FRACTION, Posterior, PosteriorModel, contrast
 from motes.cues.correlation_filter import (
     UPSAMPLING,
@@ -24,8 +23,6 @@ from motes.cues.correlation_filter import (
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
-
-Floats = NDArray[np.float64]
 
 
 class TargetModels(msgspec.Struct, frozen=True, eq=False):

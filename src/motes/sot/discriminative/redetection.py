@@ -12,18 +12,16 @@ import math
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.config import Config, NonNegative, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.edge_histogram import Edges, EdgesModel
 from motes.cues.histogram_cue import bhattacharyya
 from motes.cues.hog import Hog, HogModel
 from motes.sot.filtering.resampling import Resampling, Weights
-
-Floats = NDArray[np.float64]
 
 MIN_HALF_AXIS = 2.0
 """Smallest half-axis that the search tries, in pixels."""

@@ -6,20 +6,17 @@ from collections.abc import Mapping
 from typing import Annotated
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import ELLIPSES, SAME, Array
 from motes.core.track import Track
+from motes.core.types import Floats
 from motes.cues.color_posterior import PosteriorModel
 from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.confidence_gate import TargetStatus
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.redetection import RedetectionModel
-
-Floats = NDArray[np.float64]
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):

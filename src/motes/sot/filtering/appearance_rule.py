@@ -14,15 +14,12 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.cues.base import Cue
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

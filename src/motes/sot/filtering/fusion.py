@@ -9,14 +9,13 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.config import Config
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 from motes.sot.filtering.resampling import Weights
 
-Floats = NDArray[np.float64]
 Weight = Annotated[float, Meta(gt=0, le=1e6)]
 Floor = Annotated[float, Meta(ge=1e-3, le=1e6)]
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.geometry import Ellipse
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats
 
 
 def mean_ellipse(ellipses: Floats, weights: Floats) -> tuple[Ellipse, Floats]:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.saved_state import Array
+from motes.core.types import Floats
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 

@@ -9,13 +9,12 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Particles
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
+from motes.core.types import Floats
 
-Floats = NDArray[np.float64]
 QUANTILE = 2.326
 """The 99 % quantile of the normal distribution."""
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
-
-Floats = NDArray[np.float64]
+from motes.core.types import Floats
 
 
 def scatter(rng: np.random.Generator, places: Floats, size: Ellipse, n: int) -> Floats:
