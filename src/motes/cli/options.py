@@ -28,12 +28,16 @@ REPEATED = Parameter(negative=())
 HYPHEN = Parameter(allow_leading_hyphen=True)
 """An option whose value may begin with a hyphen: a negative number, or - for standard output."""
 
-Preset = Annotated[
-    str,
+PRESETS = (
+    "Preset: default, nummiaro, maggio, ng_delp, zhao_pei, mean_shift or a variant; motes config "
+    "lists all."
+)
+Preset = Annotated[str, Parameter(group=CONFIGURATION, help=PRESETS)]
+TrackPreset = Annotated[
+    str | None,
     Parameter(
         group=CONFIGURATION,
-        help="Preset: default, nummiaro, maggio, ng_delp, zhao_pei, mean_shift or a variant; "
-        "motes config lists all.",
+        help=f"{PRESETS} The default is default; with --histogram or --fps-target, nummiaro.",
     ),
 ]
 ObjectPreset = Annotated[

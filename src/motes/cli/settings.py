@@ -62,9 +62,8 @@ def refuse_clashes(app: App, commands: Sequence[str], arguments: ArgumentCollect
         given = {token.keys: str(token.keyword) for token in argument.tokens}
         for path, option in given.items():
             if path[0] in names:
-                preset = next(each for each in arguments if each.name == "--preset")
-                value = preset.tokens[-1].value if preset.tokens else preset.field_info.default
-                raise ConfigError(_known(app, str(value)).unknown(option))
+                values = {each.name: each.tokens[-1].value for each in arguments if each.tokens}
+                raise ConfigError(_known(app, _preset(app, values)).unknown(option))
             for length in range(1, len(path)):
                 if path[:length] in given:
                     raise ConfigError(
@@ -125,14 +124,26 @@ def without_value(app: App, flag: str, words: Sequence[str]) -> str:
     ConfigError
         If the preset on the command line is unknown.
     """
-    defaults = {each.name: each.field_info.default for each in app.assemble_argument_collection()}
     parts = [part for word in words for part in word.split("=", 1)]
-    preset = dict(pairwise(parts)).get("--preset", str(defaults["--preset"]))
-    known = _known(app, preset)
+    known = _known(app, _preset(app, dict(pairwise(parts))))
     key = known.find(flag.lstrip("-"))
     if key is None:
         return known.unknown(flag)
     return known.needs_key(key) if key.choices else f"{flag} needs a value: {key.type}."
+
+
+def default_preset(particles: bool) -> str:
+    """Return the preset of `motes track`; only particle filters have a budget and find colors."""
+    return "nummiaro" if particles else "default"
+
+
+def _preset(app: App, values: Mapping[str, str]) -> str:
+    """Return the preset of a command that has options with these values."""
+    if "--preset" in values:
+        return values["--preset"]
+    arguments = app.assemble_argument_collection()
+    default = next(each.field_info.default for each in arguments if each.name == "--preset")
+    return default or default_preset("--histogram" in values or "--fps-target" in values)
 
 
 def _known(app: App, preset: str) -> _Known:

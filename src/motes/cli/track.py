@@ -27,9 +27,9 @@ from motes.cli.options import (
     ConfigOptions,
     FrameOptions,
     OutputOptions,
-    Preset,
+    TrackPreset,
 )
-from motes.cli.settings import HELP, Settings
+from motes.cli.settings import HELP, Settings, default_preset
 from motes.cli.track_target import TargetOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
@@ -80,7 +80,7 @@ def track(
     target: TargetOptions = TargetOptions(),
     frames: FrameOptions = FrameOptions(),
     outputs: TrackOutputs = TrackOutputs(),
-    preset: Preset = "default",
+    preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
     fps_target: Annotated[
         float | None,
@@ -99,8 +99,7 @@ def track(
     its identity, from 1 in the order of --init.
 
     Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
-    go to a file named after the source. With --histogram or --fps-target the default preset is
-    nummiaro.
+    go to a file named after the source.
 
     Parameters
     ----------
@@ -108,8 +107,7 @@ def track(
         A video, an image, a folder or pattern of images, the number of a camera, or an address.
     """
     known = target.known()
-    if preset == "default" and (known is not None or fps_target is not None):
-        preset = "nummiaro"  # the default tracker has no search for a histogram and no budget
+    preset = preset or default_preset(known is not None or fps_target is not None)
     config = tracker_config(app, preset, values.config, settings, known)
     if values.dump_config:
         from motes.core.config import to_toml
