@@ -125,6 +125,11 @@ def test_they_are_known_and_keep_the_rules(installed: Path) -> None:
     assert "extra_cues" not in names
 
 
+def test_a_name_that_nothing_has_is_refused_with_those_that_are_known(installed: Path) -> None:
+    with pytest.raises(ConfigError, match=r"There is no cue 'hew'; known are color, .*hue\."):
+        CUES.resolve("hew")
+
+
 def test_options_reach_them(go: Go) -> None:
     line = "track FILM --init BOX --preset nummiaro --hue.bins 12 --hue.points 64 "
     line += "--motion.type drift --motion.noise 0.4 "
