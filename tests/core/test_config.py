@@ -22,9 +22,10 @@ from motes.cues.structure_tensor import Orientation
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
-from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -329,8 +330,11 @@ def test_numbers_of_zhao_and_pei() -> None:
     assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", rotation_normalized=True)
     assert isinstance(config.motion, Autoregressive)
     assert isinstance(config.likelihood, Exponential)
-    assert config.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
-    assert config.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
+    assert config.strategies == dict.fromkeys(["color", "hog"], AnchoredKalman())
+    printed = preset("zhao_pei:printed")
+    assert isinstance(printed, ParticleFilter)
+    assert printed.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
+    assert printed.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
     for name, cues in (("zhao_pei:color", ["color"]), ("zhao_pei:hog", ["hog"])):
         variant = preset(name)
         assert isinstance(variant, ParticleFilter)
