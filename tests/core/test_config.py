@@ -346,6 +346,40 @@ def test_numbers_of_zhao_and_pei() -> None:
     assert not any(strategy.learns for strategy in fixed.strategies.values())
 
 
+def test_the_printed_presets_are_to_the_letter() -> None:
+    nummiaro, half, quarter, ng_delp, zhao_pei = (
+        preset(name)
+        for name in (
+            "nummiaro:printed",
+            "ng_delp:half",
+            "ng_delp:quarter",
+            "ng_delp:printed",
+            "zhao_pei:printed",
+        )
+    )
+    assert isinstance(nummiaro, ParticleFilter)
+    assert isinstance(nummiaro.motion, ConstantVelocity)
+    assert nummiaro.motion.persistence == 1  # equation 8
+    assert nummiaro.motion.noise.size_return == 0
+    assert nummiaro.color == Color(space="rgb", bins=(8, 8, 8), sampling=EveryPixel())
+    rule = nummiaro.presence
+    assert (rule.fraction, rule.deviations, rule.margin, rule.max_threshold) == (0.1, 2, 0, 1)
+    assert (rule.stride, rule.in_frame, rule.found_frames) == (1, True, 1)
+    assert rule.max_positions > 4096 * 2160
+    for config, sampling in (
+        (half, Checkerboard(share="half")),
+        (quarter, Checkerboard(share="quarter")),
+        (ng_delp, EveryPixel()),
+    ):
+        assert isinstance(config, ParticleFilter)
+        assert {cue.sampling for cue in (config.color, config.edges) if cue} == {sampling}
+    assert isinstance(ng_delp, ParticleFilter)
+    assert isinstance(ng_delp.likelihood, BestParticle)
+    assert ng_delp.likelihood.epsilon == 0.1  # figure 3
+    assert isinstance(zhao_pei, ParticleFilter)
+    assert {cue.sampling for cue in (zhao_pei.color, zhao_pei.hog) if cue} == {EveryPixel()}
+
+
 def test_extreme_but_allowed_values_work() -> None:
     """Neither overflows nor divides by zero, however sharp."""
     sharp = Calibration(middle=0.5, width=1e-300)

@@ -154,6 +154,7 @@ NUMMIARO_PRINTED = replace(
     presence=AppearanceRule(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
+        found_frames=1,  # section V
         deviations=2.0,  # equation 13; no margin, no ceiling
         margin=0.0,
         max_threshold=1.0,
