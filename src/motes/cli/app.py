@@ -42,9 +42,7 @@ app.command(
     "motes.cli.convert:app", name="convert", help="Make the document of a run that was killed."
 )
 app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
-app.command(
-    "motes.cli.histogram:app", name="histogram", help="Save the color histogram of a target."
-)
+app.command("motes.cli.histogram:app", name="histogram", help="Save the histograms of a target.")
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
 app.command(
     "motes.cli.experiment:app",

@@ -15,7 +15,8 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Begin
-    from motes.sot.known_target import Place, Target
+    from motes.sot.known_target import Target
+    from motes.sot.places import Place
 
 
 @Parameter(name="*", group=TARGET)
@@ -103,7 +104,7 @@ class TargetOptions:
     def _search(self, known: Target) -> Begin:
         """Return the search for a known target, in the places and before the background given."""
         from motes.cli.track_loop import on_target
-        from motes.sot.known_target import load_places
+        from motes.sot.places import load_places
         from motes.video.sources import read_image
 
         places: tuple[Place, ...] = ()

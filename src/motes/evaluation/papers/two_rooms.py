@@ -24,7 +24,7 @@ from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 
 SIZE = (320, 240)
 PEOPLE = 4
