@@ -28,6 +28,7 @@ from motes.evaluation.speed import report as speed_report
 from motes.evaluation.speed.measure import MAIN, OURS, TARGETS, Film
 from motes.evaluation.speed.report import Growth, against, stored_ratios, trackers_table
 from motes.video.writer import VideoWriter
+from networks import brightness_network
 
 SMALL = (160, 120)
 SECONDS = {
@@ -247,14 +248,38 @@ def test_trackers_on_a_real_sequence_take_turns_on_bgr_frames(
     monkeypatch.setattr(speed, "OpenCVTracker", Recorder)
     monkeypatch.setattr(speed, "peer", Recorder)
     [sequence] = load_dataset(sequences / "sot")[0]
-    found = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    found, problems = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    assert not problems
     names, values, third = zip(*seen, strict=True)
     assert names == ("nummiaro", "cv2:kcf") * 3
     assert values == (240, 240, 230, 230, 220, 220)
     assert third == (*[(40, 30, 40, 50)] * 2, *[(120, 160, 3)] * 4)
     assert {name: len(times) for name, times in found.items()} == {"nummiaro": 2, "cv2:kcf": 2}
-    longer = speed.in_lockstep(["nummiaro"], sequence, 99)
+    longer, _ = speed.in_lockstep(["nummiaro"], sequence, 99)
     assert len(longer["nummiaro"]) == 3
+
+
+def test_a_tracker_of_opencv_that_fails_is_left_out(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Failing:
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            self.left = 2
+
+        def update(self, image: np.ndarray) -> None:
+            self.left -= 1
+            if not self.left:
+                raise ValueError("outside\nthe frame")
+
+    monkeypatch.setattr(speed, "peer", lambda _: Failing())
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found, (problem,) = speed.in_lockstep(["cv2:kcf", "nummiaro"], sequence, 4)
+    assert {name: len(times) for name, times in found.items()} == {"cv2:kcf": 1, "nummiaro": 3}
+    assert (problem.where, problem.what) == ("cv2:kcf on David", "ValueError: outside the frame")
+    real = {("David", name): times for name, times in found.items()}
+    real["David", "default"] = real["David", "nummiaro"]
+    assert "cv2:kcf" not in {cell.text for row in speed_report.sequences_table(real, "").rows
+                             for cell in row}  # fmt: skip
 
 
 @pytest.mark.parametrize("growths", [0, 1, 2])
@@ -358,12 +383,15 @@ def test_real_sequences_are_measured_too(
     monkeypatch.setattr(speed, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed_report, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed, "RIVALS", ("cv2:mosse",))
+    brightness_network(Path("white.onnx"))
     line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new"]
     monkeypatch.setenv("MOTES_DATA", str(sequences))
-    assert main(line) == 0
+    assert main([*line, "--vit", "white.onnx"]) == 0
     rows = [*csv.DictReader(Path("new/bench-sequences.csv").read_text().splitlines())]
     assert [(row["sequence"], row["tracker"]) for row in rows] == [
-        (name, tracker) for name in ("David", "all") for tracker in ("nummiaro", "cv2:mosse")
+        (name, tracker)
+        for name in ("David", "all")
+        for tracker in ("nummiaro", "cv2:mosse", "cv2:vit")
     ]
     capfd.readouterr()
 
@@ -375,7 +403,9 @@ def test_real_sequences_are_measured_too(
         (["--data", "new"], 3, "There is no sequence in new"),
         (["--data", "mine"], 3, "--data mine has none of the sequences David, Jogging-1"),
         (["--nano", "a,b"], 2, "--nano needs real sequences; give their folder with --data."),
-        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs two ONNX files"),
+        (["--vit", "a"], 2, "--vit needs real sequences; give their folder with --data."),
+        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs 2 ONNX files"),
+        (["--data", "david", "--vit", "a"], 2, "cv2:vit needs an ONNX file"),
     ):
         assert main([*line[:-1], "other", *more]) == code
         assert message in capfd.readouterr().err

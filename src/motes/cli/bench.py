@@ -18,9 +18,9 @@ from motes.cli.options import FLAG, OUTPUT, RUN
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
-from motes.evaluation.adapters.opencv import NANO, peer
+from motes.evaluation.adapters.opencv import peer
+from motes.evaluation.datasets.sot import Problem, load_dataset
 from motes.evaluation.datasets.sot import Sequence as TrueSequence
-from motes.evaluation.datasets.sot import load_dataset
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import Table
 from motes.evaluation.speed import measure as speed
@@ -69,6 +69,13 @@ def bench(
             help="ONNX files of NanoTrack, BACKBONE,HEAD; it then also runs on real sequences.",
         ),
     ] = None,
+    vit: Annotated[
+        str | None,
+        Parameter(
+            group=RUN,
+            help="ONNX file of VitTrack; it then also runs on real sequences.",
+        ),
+    ] = None,
     plot: Annotated[
         bool,
         FLAG,
@@ -89,16 +96,20 @@ def bench(
         raise ConfigError("Medians need --frames of 3 or more.")
     stored = None if against is None else speed_report.stored_ratios(read_text(against), against)
     sequences = [] if data is None else _sequences(data)
-    if nano is not None:
-        if data is None:
-            raise ConfigError("--nano needs real sequences; give their folder with --data.")
-        nano = f"{NANO}={nano}"
-        peer(nano)  # refuses files that cannot be used
+    networks: list[str] = []
+    for option, files in (("nano", nano), ("vit", vit)):
+        if files is not None:
+            if data is None:
+                raise ConfigError(
+                    f"--{option} needs real sequences; give their folder with --data."
+                )
+            networks.append(f"cv2:{option}={files}")
+            peer(networks[-1])  # refuses files that cannot be used
     extra = {"sequences": data is not None, "against": stored is not None}
     tables = (*TABLES, *(name for name, wanted in extra.items() if wanted))
     folder = results.out or (Path("bench") if plot else None)
     output = Output("bench", tables, folder, results.overwrite, plot=plot)
-    return show(_measured(frames, rounds, stored, plot, sequences, nano), output)
+    return show(_measured(frames, rounds, stored, plot, sequences, networks), output)
 
 
 def _sequences(folder: Path) -> list[TrueSequence]:
@@ -119,16 +130,17 @@ def _measured(
     stored: Mapping[Ratio, float] | None,
     plot: bool,
     sequences: Sequence[TrueSequence],
-    nano: str | None,
+    networks: Sequence[str],
 ) -> Experiment:
     """Yield the results after each round; `stored` are the ratios of another run."""
     tables: dict[str, Table] = {}
     growths: dict[str, Growth] = {}
     updates: dict[Job, list[float]] = {}
+    problems: dict[Problem, None] = {}
 
     def result(progress: str) -> Result:
         draw = partial(speed_plot.figure, updates, [*growths.values()])
-        return Result({**tables}, draw if plot else None, progress=progress)
+        return Result({**tables}, draw if plot else None, (*problems,), progress)
 
     films = {target: Film.of(still(SIZE, target, frames)) for target in speed.TARGETS}
     jobs, missing = speed.trackers(films)
@@ -139,11 +151,13 @@ def _measured(
         yield result("trackers")
 
     if sequences:
-        names, missing = speed.available([*speed.RIVALS, *filter(None, [nano])])
+        names, missing = speed.available([*speed.RIVALS, *networks])
         names = [*speed.FOLLOWERS, *names]
         real: dict[tuple[str, str], list[float]] = {}
         for _, sequence in itertools.product(range(rounds), sequences):
-            for name, times in speed.in_lockstep(names, sequence, frames).items():
+            found, failed = speed.in_lockstep(names, sequence, frames)
+            problems.update(dict.fromkeys(failed))
+            for name, times in found.items():
                 real.setdefault((sequence.name, name), []).extend(times)
             tables["sequences"] = speed_report.sequences_table(real, missing)
             yield result(f"sequences, {sequence.name}")

@@ -23,6 +23,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes
 from motes.evaluation.adapters.opencv import PEERS, is_peer, peer
+from motes.evaluation.adapters.sot import explain
+from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as TrueSequence
 from motes.evaluation.synthetic.clips import Clip
 from motes.sot.batch import Trackers
@@ -164,14 +166,16 @@ def _peer_run(name: str, film: Film) -> list[float]:
 
 def in_lockstep(
     names: Sequence[str], sequence: TrueSequence, frames: int
-) -> dict[str, list[float]]:
+) -> tuple[dict[str, list[float]], list[Problem]]:
     """Return the seconds of each update of each tracker on the first frames of a real sequence.
 
     Each tracker has a decoder of its own. A frame is decoded, and made BGR, right before the
     tracker gets it, as in a program that reads a film with OpenCV; only the update is measured. The
-    trackers of motes are `OpenCVTracker`s.
+    trackers of motes are `OpenCVTracker`s. A tracker of OpenCV that fails is left out from there
+    on; the second return value has its error.
     """
     seconds: dict[str, list[float]] = {name: [] for name in names}
+    problems: list[Problem] = []
     first = int(np.argmin(np.isnan(sequence.boxes[:, 0])))
     box = [round(value) for value in sequence.boxes[first].tolist()]
     with ExitStack() as stack:
@@ -183,12 +187,18 @@ def in_lockstep(
         for name, film in films.items():
             trackers[name].init(_bgr(next(film)), box)
         for _ in range(min(frames, sequence.frames - first) - 1):
-            for name, film in films.items():
+            for name, film in [*films.items()]:
                 image = _bgr(next(film))
-                start = time.perf_counter()
-                trackers[name].update(image)
-                seconds[name].append(time.perf_counter() - start)
-    return seconds
+                try:
+                    start = time.perf_counter()
+                    trackers[name].update(image)
+                    seconds[name].append(time.perf_counter() - start)
+                except Exception as error:  # some raise OpenCV's errors at the border of a frame
+                    if not is_peer(name):
+                        raise
+                    problems.append(Problem(f"{name} on {sequence.name}", explain(error)))
+                    del films[name]
+    return seconds, problems
 
 
 def _bgr(frame: Frame) -> Bytes:

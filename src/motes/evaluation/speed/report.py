@@ -98,8 +98,10 @@ def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
 def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -> Table:
     """Return the time of an update of each tracker on real sequences, by sequence and tracker.
 
-    Below are the ratios of each tracker to those of motes: geometric means over the sequences.
+    Below are the ratios of each tracker to those of motes: geometric means over the sequences on
+    which it ran.
     """
+    seconds = {key: times for key, times in seconds.items() if len(times) > 1}
     medians = {key: statistics.median(times) for key, times in seconds.items()}
     films, trackers = (dict.fromkeys(names) for names in zip(*medians, strict=True))
 
@@ -114,7 +116,9 @@ def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -
         rows.append((Cell(film), Cell(shown(tracker)), *milliseconds, *cells))
     feet: list[Row] = []
     for tracker in trackers:
-        each = zip(*(ratios(film, tracker) for film in films), strict=True)
+        each = zip(
+            *(ratios(film, tracker) for film in films if (film, tracker) in medians), strict=True
+        )
         means = (three_digits(statistics.geometric_mean(values)) for values in each)
         feet.append((Cell("all"), Cell(shown(tracker)), Cell(""), Cell(""), *means))
     head = ("sequence", "tracker", "median ms", "95 % ms", *(TIMES + name for name in FOLLOWERS))
