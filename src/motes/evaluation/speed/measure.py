@@ -1,4 +1,4 @@
-"""Time of an update: for all trackers, for growing numbers of targets, and of particles.
+"""Time of an update of all trackers, on rendered clips and on real sequences.
 
 Times are measured inside the tracker, on images written right before, since a decoder or a camera
 also leaves them in the processor's cache. All compared trackers run in turn in every round. On real
@@ -27,7 +27,6 @@ from motes.evaluation.adapters.sot import explain
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as TrueSequence
 from motes.evaluation.synthetic.clips import Clip
-from motes.sot.batch import Trackers
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.presets import TrackerConfig, preset
@@ -41,8 +40,6 @@ TARGETS = ((28, 44), MAIN, (120, 200), (190, 316))
 """Width and height; OpenCV's trackers get the main one. The last has ten times its area."""
 REFERENCE = "nummiaro"
 OURS = ("default", REFERENCE, "nummiaro:adaptive", "ng_delp", "maggio", "mean_shift")
-COUNTS, THREADS = (1, 10, 100, 1000), (1, 2)
-PARTICLES = (50, 100, 500, 1000, 5000)
 SEQUENCES = ("David", "Jogging-1", "Surfer", "vot14-car", "Skiing")
 """Real sequences: gray and color, small and large targets in small and large frames."""
 FOLLOWERS = ("default", REFERENCE)
@@ -51,8 +48,6 @@ RIVALS = ("cv2:csrt", "cv2:kcf", "cv2:mosse")
 
 Job = tuple[str, tuple[int, int]]
 """A tracker's name and a target."""
-Count = tuple[str, int]
-"""A line of a plot, and a number of targets or particles."""
 Run = Callable[[], list[float]]
 """A function that returns running times in seconds."""
 K = TypeVar("K")
@@ -65,10 +60,10 @@ class Film(NamedTuple):
     regions: list[Ellipse]
 
     @classmethod
-    def of(cls, clip: Clip) -> Self:
-        """Render a clip."""
-        frames, truths = zip(*clip, strict=True)
-        return cls([*frames], [truth.ellipse for truth in truths[0]])
+    def of(cls, clip: Clip, frames: int | None = None) -> Self:
+        """Render a clip, or its first frames."""
+        rendered, truths = zip(*islice(clip, frames), strict=True)
+        return cls([*rendered], [truth.ellipse for truth in truths[0]])
 
 
 def interleaved(jobs: Mapping[K, Run], rounds: int) -> Iterator[dict[K, list[float]]]:
@@ -109,27 +104,6 @@ def available(names: Iterable[str]) -> tuple[list[str], str]:
     return found, " ".join(missing)
 
 
-def particles(film: Film) -> dict[Count, Run]:
-    """Return runs of the reference tracker with growing numbers of particles."""
-    config = preset(REFERENCE)
-    return {(REFERENCE, n): ours(replace(config, particles=n), film) for n in PARTICLES}
-
-
-def targets(film: Film) -> dict[Count, Run]:
-    """Return runs of growing numbers of reference trackers on one film, by number of threads.
-
-    If there are more trackers than targets in the film, several follow the same target.
-    """
-    jobs: dict[Count, Run] = {}
-    for n in COUNTS:
-        ready = Trackers(quick_start_config())
-        ready.init(film.frames[0], [film.regions[i % len(film.regions)] for i in range(n)])
-        for threads in THREADS:
-            line = f"{threads} thread{'s' * (threads > 1)}"
-            jobs[line, n] = partial(_many, threads, ready.each, film.frames[1:])
-    return jobs
-
-
 def quick_start_config() -> TrackerConfig:
     """Return the reference tracker with a coarse grid for the background of the first frame.
 
@@ -143,17 +117,15 @@ def quick_start_config() -> TrackerConfig:
 
 def ours(config: TrackerConfig, film: Film) -> Run:
     """Return a run of one tracker of motes on a film's target; the tracker is already started."""
-    tracker = Tracker(config)
-    tracker.init(film.frames[0], film.regions[0])
-    copy.copy(tracker).update(film.frames[1])  # the first call compiles kernels
+    tracker = started(config, film.frames[0], film.regions[0])
     return lambda: timed(copy.copy(tracker).update, film.frames[1:])
 
 
-def _many(threads: int, each: list[Tracker], frames: Sequence[Frame]) -> list[float]:
-    """Return the seconds of each update of copies of started trackers."""
-    with Trackers(quick_start_config(), threads=threads) as trackers:
-        trackers.each = [copy.copy(tracker) for tracker in each]
-        return timed(trackers.update, frames)
+def started(config: TrackerConfig, frame: Frame, region: Ellipse) -> Tracker:
+    """Return a tracker that has started on a region of a frame."""
+    tracker = Tracker(config)
+    tracker.init(frame, region)
+    return tracker
 
 
 def _peer_run(name: str, film: Film) -> list[float]:
@@ -205,7 +177,7 @@ def _bgr(frame: Frame) -> Bytes:
     return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 
-def timed(update: Callable[[Any], object], images: Sequence[Any]) -> list[float]:
+def timed(update: Callable[[Any], object], images: Iterable[Any]) -> list[float]:
     """Return the seconds of each update, on images that have just been written."""
     seconds = []
     for image in map(copy.deepcopy, images):
