@@ -44,6 +44,7 @@ SECONDS = {
     ("cv2:csrt", MAIN): [0.03] * 3,
 }
 NAME = Path("earlier.md")
+Timed = dict[tuple[str, float], list[float]]
 
 
 def texts(table: Table) -> list[dict[str, str]]:
@@ -105,7 +106,7 @@ def test_what_got_slower_is_marked() -> None:
 
 def test_the_power_of_growth() -> None:
     counts = (1, 10, 100, 1000)
-    seconds = {("linear", n): [0.001 * n] * 3 for n in counts}
+    seconds: Timed = {("linear", n): [0.001 * n] * 3 for n in counts}
     seconds |= {("root", n): [9.0, 0.002 * n**0.5, 0.0] for n in counts}
     growth = Growth.over("targets", seconds, large="9x9")
     assert growth.title == "nummiaro, frames of 9x9"
@@ -120,13 +121,13 @@ def test_the_power_of_growth() -> None:
 
 def test_the_power_of_each_round() -> None:
     """Two updates a round, three rounds: their powers are 1, 2 and 1.5."""
-    seconds = {("one", n): [n, n, n**2, n**2, n**1.5, n**1.5] for n in (1, 2, 4)}
+    seconds: Timed = {("one", n): [n, n, n**2, n**2, n**1.5, n**1.5] for n in (1, 2, 4)}
     growth = Growth.over("particles", seconds, 3, size="9x9")
     assert growth.powers["one"] == pytest.approx((1.5, 1, 2))
 
 
 def test_workers_that_share_the_work() -> None:
-    seconds = {("threads", n): [0.1 / n] * 3 for n in (1, 2, 4)}
+    seconds: Timed = {("threads", n): [0.1 / n] * 3 for n in (1, 2, 4)}
     growth = Growth.over("threads", seconds, large="9x9")
     assert growth.powers["threads"] == pytest.approx((-1, -1, -1))
     table = growth.table()
@@ -355,7 +356,7 @@ def test_a_tracker_of_opencv_that_fails_is_left_out(
 def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
     pytest.importorskip("matplotlib")
     seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
-    steps = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
+    steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
     whats = ("targets", "threads", "processes")[:growths]
     grown = [Growth.over(what, steps, large="9x9") for what in whats]
     figure: Any = speed_plot.figure(seconds, grown)

@@ -183,8 +183,8 @@ def megapixels(film: Film) -> dict[Count, Run]:
     for factor in FACTORS:
         first = _enlarged(film.frames[0], factor)
         x, y, a, b, theta = film.regions[0]
-        center = (factor * (value + 0.5) - 0.5 for value in (x, y))
-        region = Ellipse(*center, factor * a, factor * b, theta)
+        x, y = (factor * (value + 0.5) - 0.5 for value in (x, y))
+        region = Ellipse(x, y, factor * a, factor * b, theta)
         for name in FOLLOWERS:
             tracker = started(preset(name), first, region)
             jobs[name, first.width * first.height / 1e6] = partial(

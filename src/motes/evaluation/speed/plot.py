@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,7 @@ BARS, EMPTY = "bars", "."
 def figure(seconds: Mapping[Job, list[float]], growths: Sequence[Growth]) -> Figure:
     """Draw trackers and peers on the main target and, below, the growth of times, two in a row."""
     below = [growth.what for growth in growths]
-    rows: list[list[str]] = [[BARS] * 2] if seconds else []
+    rows: list[Any] = [[BARS] * 2] if seconds else []
     rows += [[*below[i : i + 2], EMPTY][:2] for i in range(0, len(below), 2)]
     heights = [4.2 if BARS in row else 3.4 for row in rows]
     drawn = charts.new_figure(sum(heights))
