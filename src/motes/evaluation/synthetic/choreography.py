@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.evaluation.synthetic.cutout import Pose
@@ -18,6 +19,9 @@ from motes.evaluation.synthetic.dials import Dials
 SIDE = 48.0
 """The side of the target, the square root of its box's area, in pixels."""
 SMALLEST = 8.0
+"""Its side with `small` 1."""
+CLEARANCE = 1.6 * SIDE
+"""Distance of its center from the border; with `growth`, its side may be twice as long."""
 SLOW, FAST = 0.04, 0.8
 """Largest displacement from frame to frame, in sides, with `motion` 0 and 1."""
 PAN = 10.0
@@ -29,6 +33,7 @@ LARGEST_JUMP = 2.0
 MARGIN = math.ceil(PAN + LARGEST_JUMP * JUMP * SIDE) + 2
 """Pixels of the background around the picture, on each side."""
 COPIES = 4
+"""Copies of the target with `distractors` 1."""
 WAYS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
 """The directions from which something may cover the target."""
 
@@ -46,12 +51,22 @@ class Choreography:
         Width and height of the picture.
     frames
         Number of frames.
+
+    Raises
+    ------
+    ConfigError
+        If the picture has no room for a target of twice the usual side.
     """
 
     def __init__(
         self, dials: Dials, rng: np.random.Generator, size: tuple[int, int], frames: int
     ) -> None:
         self.dials, self.size, self.frames = dials, size, frames
+        if min(size) <= 2 * CLEARANCE:
+            raise ConfigError(
+                f"A film of {size[0]}x{size[1]} is too small; take {2 * CLEARANCE + 2:.0f} pixels "
+                f"or more in each direction."
+            )
         self._phases = rng.uniform(0, 2 * math.pi, 6)
         self._ratio = rng.uniform(0.55, 0.85)
         self._signs = rng.choice([-1, 1], 6)
@@ -84,8 +99,7 @@ class Choreography:
     def target(self, time: float) -> Pose:
         """Return the target's pose, with its side in place of the factors."""
         dials = self.dials
-        # Twice the side is the largest that `growth` makes it.
-        room = np.array(self.size) / 2 - 1.6 * SIDE
+        room = np.array(self.size) / 2 - CLEARANCE
         speed = self.side * (SLOW + (FAST - SLOW) * dials.motion)
         pace = np.array([1, self._ratio]) * speed / math.hypot(1, self._ratio) / room
         x, y = np.array(self.size) / 2 + room * np.sin(pace * time + self._phases[2:4])

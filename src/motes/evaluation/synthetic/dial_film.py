@@ -194,17 +194,26 @@ class DialFilm:
 
     def _shown(self, index: int) -> Shown:
         """Return the truth of a frame."""
-        target = self._cast.target
+        target, front = self._cast.target, self._occluder(index)
         pose = _factors(target, self._play.target(index))
+        box = target.box(pose)
+        right, bottom = box.x + box.width, box.y + box.height
+        if (
+            front is None
+            and min(box[:2]) >= 0
+            and right <= self._size[0]
+            and bottom <= self._size[1]
+        ):
+            return Shown(box, 1.0)
         whole = np.zeros((self._size[1], self._size[0], 3), np.float32)
         part, matte = target.draw(whole, pose)
         area = float(target.matte.sum()) * pose.width * pose.height
-        if (front := self._occluder(index)) is not None:
+        if front is not None:
             hidden = np.zeros_like(whole)
             over, cover = self._cast.occluder.draw(hidden, front)
             hidden[over] = cover[:, :, None]
             matte = matte * (1 - hidden[part][:, :, 0])
-        return Shown(target.box(pose), min(float(matte.sum(dtype=np.float64)) / area, 1.0))
+        return Shown(box, min(float(matte.sum(dtype=np.float64)) / area, 1.0))
 
 
 def scene_of(material: Material, seed: int, size: tuple[int, int] = SIZE) -> Scene:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass, fields
+from typing import Self
 
 from motes.core.errors import ConfigError
 
@@ -64,6 +66,15 @@ class Dials:
     small: float = 0.0
     distractors: float = 0.0
     occlusion: float = 0.0
+
+    @classmethod
+    def at(cls, name: str, level: float) -> Self:
+        """Return dials of which one is at a level; raise a ConfigError if there is none such."""
+        if name not in DIALS:
+            near = difflib.get_close_matches(name, DIALS, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(DIALS)}."
+            raise ConfigError(f"There is no dial {name!r}; {hint}")
+        return cls(**{name: level})
 
     def __post_init__(self) -> None:
         for name in DIALS:

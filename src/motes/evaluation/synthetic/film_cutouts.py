@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy import ndimage
 
-from motes.core.errors import MissingDependencyError
+from motes.core.errors import MissingDependencyError, SourceError
 from motes.core.types import Bytes
-from motes.evaluation.datasets.sot import Problem, Sequence
+from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.synthetic.cutout import Cutout
 from motes.evaluation.synthetic.scenes import Films
 from motes.video.sources import open_source
@@ -36,36 +36,37 @@ SMALLEST_FRAME = (360, 240)
 """Smaller films are not used as backgrounds, since they would have to be enlarged much."""
 
 
-def cut_out(films: Iterable[Sequence]) -> tuple[Films, list[Problem]]:
-    """Return objects and frames of films, and the films without either.
+def cut_out(films: Iterable[Sequence]) -> Films:
+    """Return objects and frames of films.
 
-    An object is cut out of the first frame in which it is large enough. The frame before which
-    other objects are put is the same one.
+    An object is cut out of the first frame in which it is large enough. Films whose object is never
+    large enough, or stands out too little, give only a frame, and films with small frames only an
+    object.
 
     Raises
     ------
     SourceError
-        If a film cannot be read.
+        If a film cannot be read, or there are fewer than two objects or frames.
     MissingDependencyError
         If OpenCV is not installed.
     """
-    objects, frames, problems = [], [], []
+    objects, frames = [], []
     for film in films:
         sides = np.sqrt(film.boxes[:, 2] * film.boxes[:, 3])
         large = np.flatnonzero(sides >= SMALLEST)
         index = int(large[0]) if large.size else int(np.nanargmax(sides))
         with open_source(film.source, start=index, end=index + 1) as source:
             pixels = np.array(next(iter(source)).pixels)
-        usable = pixels.shape[1] >= SMALLEST_FRAME[0] and pixels.shape[0] >= SMALLEST_FRAME[1]
-        if usable:
+        if pixels.shape[1] >= SMALLEST_FRAME[0] and pixels.shape[0] >= SMALLEST_FRAME[1]:
             frames.append(pixels)
-        found = _cut(pixels, film.boxes[index]) if large.size else None
-        if found is not None:
+        if large.size and (found := _cut(pixels, film.boxes[index])) is not None:
             objects.append(found)
-        elif not usable:
-            what = "its object and its frames are too small, or the object stands out too little"
-            problems.append(Problem(f"sequence {film.name}", what))
-    return Films(tuple(objects), tuple(frames)), problems
+    if min(len(objects), len(frames)) < 2:
+        raise SourceError(
+            f"{len(objects)} objects can be cut out, and {len(frames)} frames are large enough; "
+            f"give a dataset with two or more of each, or none for rendered scenes."
+        )
+    return Films(tuple(objects), tuple(frames))
 
 
 def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:

@@ -1,0 +1,96 @@
+"""The experiment on films that are hard in one respect at a time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from motes.cli.experiment_inputs import films_of
+from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.input_checks import check_counts, worker_count
+from motes.cli.messages import log
+from motes.cli.options import FLAG, OUTPUT, REPEATED, RUN, FirstPixel, Workers
+from motes.core.errors import ConfigError, FormatError
+
+TRACKERS = ("default", "nummiaro", "cv2:csrt")
+LEVELS, SCENES = (0.0, 0.5, 1.0), 2
+FULL_LEVELS, FULL_SCENES = (0.0, 0.25, 0.5, 0.75, 1.0), 10
+MIN_FRAMES = 10
+
+
+def dials(
+    dataset: Path | None = None,
+    /,
+    *,
+    first_pixel: FirstPixel = None,
+    tracker: Annotated[
+        list[str] | None,
+        REPEATED,
+        Parameter(
+            group=RUN,
+            help="Tracker to measure, as for motes evaluate; may be repeated. The default is "
+            f"{', '.join(TRACKERS)}.",
+        ),
+    ] = None,
+    dial: Annotated[
+        list[str] | None,
+        REPEATED,
+        Parameter(group=RUN, help="Dial to turn; may be repeated. The default is all of them."),
+    ] = None,
+    full: Annotated[
+        bool,
+        FLAG,
+        Parameter(group=RUN, help="Five levels and 10 scenes, in place of three levels and 2."),
+    ] = False,
+    scenes: Annotated[
+        int | None, Parameter(group=RUN, help="Number of scenes for each dial and level.")
+    ] = None,
+    frames: Annotated[int, Parameter(group=RUN, help="Length of each film in frames.")] = 60,
+    workers: Workers = None,
+    films: Annotated[
+        Path | None,
+        Parameter(group=OUTPUT, help="Keep the films in this folder, as sequences."),
+    ] = None,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Hard films: success against motion, light and others.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences as for motes evaluate, whose objects are cut out and put before frames
+        of other sequences. By default scenes are rendered.
+    """
+    count = scenes if scenes is not None else FULL_SCENES if full else SCENES
+    check_counts(scenes=count, frames=frames)
+    if frames < MIN_FRAMES:
+        raise ConfigError(f"--frames is {frames}; give {MIN_FRAMES} or more.")
+    if films is not None and films.is_dir() and any(films.iterdir()) and not results.overwrite:
+        raise FormatError(f"The folder {films} is not empty; choose another, or give --overwrite.")
+    output = results.output("dials", "means", "levels", plot=True)
+
+    from motes.evaluation.adapters.registry import resolve
+    from motes.evaluation.dials import report
+    from motes.evaluation.dials.measure import Plan
+    from motes.evaluation.synthetic.dials import DIALS, Dials
+    from motes.evaluation.synthetic.film_cutouts import cut_out
+    from motes.evaluation.synthetic.scenes import Garden, Material
+
+    chosen = tuple(dict.fromkeys(dial or DIALS))
+    for name in chosen:
+        Dials.at(name, 0.0)
+    entries, problems = resolve(tracker or TRACKERS)
+    if not entries:
+        raise ConfigError("There is no tracker to run. " + problems[0].what)
+    material: Material = Garden()
+    if dataset is not None:
+        sequences, unreadable = films_of(dataset, first_pixel)
+        cutouts = cut_out(sequences)
+        log(
+            f"{len(cutouts.objects)} objects cut out, to be put before {len(cutouts.frames)} films."
+        )
+        material, problems = cutouts, [*problems, *unreadable]
+    plan = Plan(tuple(entries), chosen, FULL_LEVELS if full else LEVELS, count, frames)
+    return show(report.dials(plan, material, worker_count(workers), films), output, problems)
