@@ -95,6 +95,11 @@ def nano_files(name: str) -> tuple[Path, Path] | None:
     return paths[0], paths[1]
 
 
+def short_name(name: str) -> str:
+    """Return a tracker's name without the files of NanoTrack."""
+    return NANO if name.startswith(f"{NANO}=") else name
+
+
 def is_peer(name: str) -> bool:
     """Return whether a name is one of a tracker of OpenCV."""
     return name in PEERS or name.partition("=")[0] == NANO

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motes.core.types import Floats
-from motes.evaluation.adapters.opencv import NANO
+from motes.evaluation.adapters.opencv import short_name
 from motes.evaluation.aggregate import Mean
 from motes.evaluation.dials.measure import Measured, Plan, measured
 from motes.evaluation.metrics.sot import paired_difference
@@ -43,11 +43,6 @@ def dials(plan: Plan, material: Material, workers: int, films: Path | None = Non
             continue
         tables = {"means": means(now), "levels": levels(now)}
         yield Result(tables, partial(figure, now), now.problems, now.progress)
-
-
-def short_name(tracker: str) -> str:
-    """Return a tracker's name without the files of a network."""
-    return NANO if tracker.startswith(f"{NANO}=") else tracker
 
 
 def interval(values: Floats) -> tuple[float, float, float]:
