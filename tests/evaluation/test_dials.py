@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,11 @@ from PIL import Image
 
 from motes.cli import main
 from motes.core.errors import ConfigError, SourceError
-from motes.core.geometry import Box, iou
-from motes.evaluation.adapters.registry import TrackerSpec
+from motes.core.geometry import iou
 from motes.evaluation.datasets.sot import Sequence, load_dataset
 from motes.evaluation.dials import report
-from motes.evaluation.dials.measure import Measured, Plan
+from motes.evaluation.dials.measure import Grid, Measured, of_evaluation
+from motes.evaluation.saved_scores import SavedScores
 from motes.evaluation.synthetic.cutout import Cutout, Pose
 from motes.evaluation.synthetic.dial_clips import clip_name, dial_clips, write_clip
 from motes.evaluation.synthetic.dial_film import DialFilm, scene_of
@@ -64,7 +63,7 @@ def test_the_box_is_what_the_pixels_show(dials: dict[str, float]) -> None:
         zip(np.abs(one - other).sum(axis=3), boxes(**dials), strict=True)
     ):
         y, x = np.nonzero(pixels > 375)
-        seen = Box(x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1)
+        seen = [x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1]
         assert np.abs(np.array(seen) - box).max() < 1.5, (index, seen, box)
 
 
@@ -165,7 +164,7 @@ def test_a_cutout_is_drawn_where_its_box_is() -> None:
     part, drawn = cutout.draw(picture, pose)
     y, x = np.nonzero(picture[:, :, 0] > 127)
     assert cutout.box(pose) == (20, 16, 20, 10)
-    assert (x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1) == (20, 16, 20, 10)
+    assert [x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1] == [20, 16, 20, 10]
     assert picture[part][:, :, 0] / 255 == pytest.approx(drawn)
     _, outside = cutout.draw(picture, pose._replace(x=-100))
     assert not outside.size
@@ -230,28 +229,24 @@ def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
         cut_out(films[:1])
 
 
-def plan_of(*names: str) -> Plan:
-    trackers = tuple(TrackerSpec(name, "", False, partial(int)) for name in names)
-    return Plan(trackers, ("light", "noise"), (0.0, 0.5, 1.0), 2, 10)
-
-
-def by_hand(now: Plan) -> Measured:
+def by_hand(*names: str) -> Measured:
     """Return results in which the first tracker loses 0.2 and 0.4 with the dial, others half."""
+    grid = Grid(("light", "noise"), (0.0, 0.5, 1.0), 2)
     aucs = {
-        each.name: {
-            clip_name(dial, level, seed): 0.9 - 0.4 * level / (1 + i) - 0.1 * seed
-            for dial in now.dials
-            for level in now.levels
-            for seed in range(2)
+        name: {
+            clip_name(dial, level, scene): 0.9 - 0.4 * level / (1 + i) - 0.1 * scene
+            for dial in grid.dials
+            for level in grid.levels
+            for scene in range(2)
         }
-        for i, each in enumerate(now.trackers)
+        for i, name in enumerate(names)
     }
-    return Measured(now, aucs, 2)
+    return Measured(grid, names, aucs)
 
 
 def test_tables_of_dials() -> None:
     nano = "cv2:nano=a.onnx,b.onnx"
-    now = by_hand(plan_of("default", nano))
+    now = by_hand("default", nano)
     table = report.means(now)
     assert table.head == ("dial", "default", "cv2:nano", "default minus cv2:nano")
     rows = {row[0].text: [cell.value for cell in row[1:]] for row in (*table.rows, *table.foot)}
@@ -264,9 +259,20 @@ def test_tables_of_dials() -> None:
     assert report.levels(now).rows[2][2].value == pytest.approx(0.45)
 
 
+def test_an_evaluation_of_kept_films_gives_the_same_tables() -> None:
+    now = by_hand("default", "nummiaro")
+    found = of_evaluation(
+        SavedScores("out", "ope", "auc", {name: dict(aucs) for name, aucs in now.aucs.items()})
+    )
+    assert found.grid == now.grid
+    assert report.means(found) == report.means(now)
+    with pytest.raises(SourceError, match="not an evaluation of films with dials"):
+        of_evaluation(SavedScores("out", "ope", "auc", {"default": {"David": 0.5}}))
+
+
 def test_the_figure_has_a_panel_for_each_dial() -> None:
     pytest.importorskip("matplotlib")
-    figure = report.figure(by_hand(plan_of("default", "nummiaro")))
+    figure = report.figure(by_hand("default", "nummiaro"))
     panels = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title(loc="left") for axes in panels] == ["light", "noise"]
     first, second = panels[0].lines
@@ -288,6 +294,12 @@ def test_dials_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[
     assert float(rows[0]["mean_shift"]) > 0.3
     assert (out / "dials.png").stat().st_size > 1000
     assert main([*words.split(), "--films", str(films)]) == 5
+    run = ["--tracker", "mean_shift", "--workers", "1", "--out", str(tmp_path / "run")]
+    assert main(["evaluate", str(films), *run]) == 0
+    again = tmp_path / "again"
+    code = main(["experiment", "dials", "--evaluated", run[-1], "--out", str(again)])
+    assert code == 0
+    assert (again / "dials-levels.csv").read_text() == (out / "dials-levels.csv").read_text()
     assert main([*words.split(), "--frames", "2"]) == 2
 
 

@@ -53,6 +53,13 @@ def dials(
         Path | None,
         Parameter(group=OUTPUT, help="Keep the films in this folder, as sequences."),
     ] = None,
+    evaluated: Annotated[
+        Path | None,
+        Parameter(
+            help="Folder of a motes evaluate over films that were kept; its results are shown, and "
+            "nothing is measured."
+        ),
+    ] = None,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Hard films: success against motion, light and others.
@@ -67,13 +74,18 @@ def dials(
     check_counts(scenes=count, frames=frames)
     if frames < MIN_FRAMES:
         raise ConfigError(f"--frames is {frames}; give {MIN_FRAMES} or more.")
-    if films is not None and films.is_dir() and any(films.iterdir()) and not results.overwrite:
-        raise FormatError(f"The folder {films} is not empty; choose another, or give --overwrite.")
     output = results.output("dials", "means", "levels", plot=True)
 
-    from motes.evaluation.adapters.registry import resolve
     from motes.evaluation.dials import report
-    from motes.evaluation.dials.measure import Plan
+    from motes.evaluation.dials.measure import Grid, measured, of_evaluation
+    from motes.evaluation.saved_scores import SavedScores
+
+    if evaluated is not None:
+        return show(report.results([of_evaluation(SavedScores.load(evaluated))]), output)
+    if films is not None and films.is_dir() and any(films.iterdir()) and not results.overwrite:
+        raise FormatError(f"The folder {films} is not empty; choose another, or give --overwrite.")
+
+    from motes.evaluation.adapters.registry import resolve
     from motes.evaluation.synthetic.dials import DIALS, Dials
     from motes.evaluation.synthetic.film_cutouts import cut_out
     from motes.evaluation.synthetic.scenes import Garden, Material
@@ -92,5 +104,6 @@ def dials(
             f"{len(cutouts.objects)} objects cut out, to be put before {len(cutouts.frames)} films."
         )
         material, problems = cutouts, [*problems, *unreadable]
-    plan = Plan(tuple(entries), chosen, FULL_LEVELS if full else LEVELS, count, frames)
-    return show(report.dials(plan, material, worker_count(workers), films), output, problems)
+    grid = Grid(chosen, FULL_LEVELS if full else LEVELS, count)
+    steps = measured(entries, grid, material, frames, worker_count(workers), films)
+    return show(report.results(steps), output, problems)

@@ -1,95 +1,104 @@
-"""Runs of trackers over films of all dials and levels, seed by seed."""
+"""Runs of trackers over films of all dials and levels, scene by scene."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from motes.core.errors import SourceError
 from motes.core.types import Floats
 from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.datasets.sot import Problem, load_dataset
 from motes.evaluation.finished_passes import finished_passes
 from motes.evaluation.report.sections import problems as failed_passes
+from motes.evaluation.saved_scores import SavedScores
 from motes.evaluation.scores import Outcome
-from motes.evaluation.synthetic.dial_clips import clip_name, dial_clips, write_clip
+from motes.evaluation.synthetic.dial_clips import (
+    clip_name,
+    dial_clips,
+    setting_of,
+    write_clip,
+)
+from motes.evaluation.synthetic.dials import DIALS
 from motes.evaluation.synthetic.scenes import Material
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What is measured.
+class Grid:
+    """The films that are measured.
 
     Attributes
     ----------
-    trackers
-        The trackers.
     dials, levels
         The dials, and the levels at which each is set; the first level is 0.
-    seeds
-        Number of scenes; each tracker runs once over each film.
-    frames
-        Length of a film.
+    scenes
+        Number of scenes, each with a film for every dial and level.
     """
 
-    trackers: tuple[TrackerSpec, ...]
     dials: tuple[str, ...]
     levels: tuple[float, ...]
-    seeds: int
-    frames: int
+    scenes: int
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The results so far.
+    """Results of trackers on films.
 
     Attributes
     ----------
-    plan
-        What is measured.
+    grid
+        The films that are done.
+    trackers
+        The names of the trackers.
     aucs
         The AUC of each tracker by the name of the film.
-    done
-        Number of seeds that are done.
     problems
         Failures.
     progress
         What was done last.
     """
 
-    plan: Plan
-    aucs: dict[str, dict[str, float]] = field(default_factory=dict)
-    done: int = 0
+    grid: Grid
+    trackers: tuple[str, ...]
+    aucs: Mapping[str, Mapping[str, float]]
     problems: tuple[Problem, ...] = ()
     progress: str = ""
 
     def of(self, tracker: str, dial: str, level: float) -> Floats:
-        """Return the AUC of each seed that is done, (seeds,); NaN where a run failed."""
+        """Return the AUC in each scene, (scenes,); NaN where a run failed."""
         found = self.aucs.get(tracker, {})
-        names = (clip_name(dial, level, seed) for seed in range(self.done))
+        names = (clip_name(dial, level, scene) for scene in range(self.grid.scenes))
         return np.array([found.get(name, np.nan) for name in names])
 
     def hard(self, tracker: str, dial: str) -> Floats:
-        """Return the mean AUC over the levels above 0 of each seed, (seeds,)."""
-        levels = [level for level in self.plan.levels if level]
+        """Return the mean AUC over the levels above 0 in each scene, (scenes,)."""
+        levels = [level for level in self.grid.levels if level]
         means: Floats = np.mean([self.of(tracker, dial, level) for level in levels], axis=0)
         return means
 
 
 def measured(
-    plan: Plan, material: Material, workers: int, films: Path | None = None
+    trackers: Sequence[TrackerSpec],
+    grid: Grid,
+    material: Material,
+    frames: int,
+    workers: int,
+    films: Path | None = None,
 ) -> Iterator[Measured]:
-    """Render films and run trackers over them; yield the results after each step.
+    """Render films and run trackers over them, once each; yield the results after each step.
 
     Parameters
     ----------
-    plan
+    trackers, grid
         What is measured.
     material
         What the films are made of.
+    frames
+        Length of a film.
     workers
         Number of processes.
     films
@@ -101,32 +110,51 @@ def measured(
         If a film cannot be written.
     """
     outcomes: list[Outcome] = []
-    now = Measured(plan)
-    for seed in range(plan.seeds):
+    names = tuple(each.name for each in trackers)
+    now = Measured(replace(grid, scenes=0), names, {})
+    for scene in range(grid.scenes):
         with TemporaryDirectory(prefix="motes-") as scratch:
-            folder, names = films or Path(scratch), set()
-            clips = dial_clips(plan.dials, plan.levels, [seed], material, frames=plan.frames)
-            for clip in clips:
+            folder, made = films or Path(scratch), set()
+            for clip in dial_clips(grid.dials, grid.levels, [scene], material, frames=frames):
                 write_clip(clip, folder)
-                names.add(clip.name)
-                yield _after(now, f"rendered {clip.name}")
-            found = [film for film in load_dataset(folder)[0] if film.name in names]
+                made.add(clip.name)
+                yield replace(now, progress=f"rendered {clip.name}")
+            found = [film for film in load_dataset(folder)[0] if film.name in made]
             ended: list[Outcome] = []
-            for step in finished_passes(plan.trackers, found, 1, workers):
+            for step in finished_passes(trackers, found, 1, workers):
                 ended = step.outcomes
-                yield _after(now, f"scene {seed + 1} of {plan.seeds}, {step.progress}")
+                progress = f"scene {scene + 1} of {grid.scenes}, {step.progress}"
+                yield replace(now, progress=progress)
             outcomes += ended
-        now = _result(plan, outcomes, seed + 1)
+        problems = tuple(failed_passes((), outcomes))
+        done = replace(grid, scenes=scene + 1)
+        now = Measured(done, names, _aucs(outcomes), problems, f"{scene + 1} scenes")
         yield now
 
 
-def _after(now: Measured, progress: str) -> Measured:
-    return Measured(now.plan, now.aucs, now.done, now.problems, progress)
-
-
-def _result(plan: Plan, outcomes: Sequence[Outcome], done: int) -> Measured:
+def _aucs(outcomes: Iterable[Outcome]) -> dict[str, dict[str, float]]:
     aucs: dict[str, dict[str, float]] = {}
     for outcome in outcomes:
         if (auc := outcome.scores["auc"]) is not None:
             aucs.setdefault(outcome.item.tracker, {})[outcome.item.sequence] = float(auc)
-    return Measured(plan, aucs, done, tuple(failed_passes((), outcomes)), f"{done} scenes")
+    return aucs
+
+
+def of_evaluation(scores: SavedScores) -> Measured:
+    """Return the results of an evaluation of films that were kept.
+
+    Raises
+    ------
+    SourceError
+        If it is one of other sequences.
+    """
+    names = {name for values in scores.values.values() for name in values}
+    settings = [setting_of(name) for name in names]
+    known = [setting for setting in settings if setting is not None]
+    levels = tuple(sorted({0.0, *(level for _, level, _ in known)}))
+    used = {dial for dial, _, _ in known}
+    dials = tuple(dial for dial in DIALS if dial in used)
+    if len(known) < len(settings) or not dials:
+        raise SourceError(f"{scores.name} is not an evaluation of films with dials, see --films.")
+    grid = Grid(dials, levels, 1 + max(scene for _, _, scene in known))
+    return Measured(grid, tuple(scores.values), scores.values)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,12 +12,11 @@ import numpy as np
 from motes.core.types import Floats
 from motes.evaluation.adapters.opencv import short_name
 from motes.evaluation.aggregate import Mean
-from motes.evaluation.dials.measure import Measured, Plan, measured
+from motes.evaluation.dials.measure import Measured
 from motes.evaluation.metrics.sot import paired_difference
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.plots import style
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, bars
-from motes.evaluation.synthetic.scenes import Material
 from motes.output import charts
 
 if TYPE_CHECKING:
@@ -29,16 +27,10 @@ COLUMNS = 4
 """Panels beside each other in the figure."""
 
 
-def dials(plan: Plan, material: Material, workers: int, films: Path | None = None) -> Experiment:
-    """Yield the success of trackers against each dial; the tables grow with each scene.
-
-    Parameters
-    ----------
-    plan, material, workers, films
-        See `measured`.
-    """
-    for now in measured(plan, material, workers, films):
-        if not now.done:
+def results(steps: Iterable[Measured]) -> Experiment:
+    """Yield tables and figure of the results so far; they grow with each scene."""
+    for now in steps:
+        if not now.grid.scenes:
             yield Result({}, progress=now.progress)
             continue
         tables = {"means": means(now), "levels": levels(now)}
@@ -53,15 +45,15 @@ def interval(values: Floats) -> tuple[float, float, float]:
 
 def means(now: Measured) -> Table:
     """Return a table with a row for each dial: means over its levels, and differences."""
-    first, *others = names = [each.name for each in now.plan.trackers]
-    easy = {name: now.of(name, now.plan.dials[0], 0.0) for name in names}
+    first, *others = names = now.trackers
+    easy = {name: now.of(name, now.grid.dials[0], 0.0) for name in names}
     rows = [_row("easy", easy, first, others)]
-    hard = [{name: now.hard(name, dial) for name in names} for dial in now.plan.dials]
+    hard = [{name: now.hard(name, dial) for name in names} for dial in now.grid.dials]
     rows += [
-        _row(dial, each, first, others) for dial, each in zip(now.plan.dials, hard, strict=True)
+        _row(dial, each, first, others) for dial, each in zip(now.grid.dials, hard, strict=True)
     ]
     whole = {name: np.mean([each[name] for each in hard], axis=0) for name in names}
-    above = ", ".join(f"{level:g}" for level in now.plan.levels if level)
+    above = ", ".join(f"{level:g}" for level in now.grid.levels if level)
     return Table(
         "Success on films with one hardness each",
         (
@@ -71,8 +63,8 @@ def means(now: Measured) -> Table:
         ),
         rows,
         (_row("mean of the dials", whole, first, others),),
-        f"Mean AUC over {now.done} scenes with the dial at {above}, and the paired difference "
-        "with its 95 % interval, a bootstrap over scenes.",
+        f"Mean AUC over {now.grid.scenes} scenes with the dial at {above}, and the paired "
+        f"difference with its 95 % interval, a bootstrap over scenes.",
     )
 
 
@@ -91,13 +83,13 @@ def _difference(values: Floats) -> Cell:
 
 def levels(now: Measured) -> Table:
     """Return a table with a row for each dial and level."""
-    names = [each.name for each in now.plan.trackers]
+    names = now.trackers
     rows: list[Row] = []
-    for dial in now.plan.dials:
-        for level in now.plan.levels:
+    for dial in now.grid.dials:
+        for level in now.grid.levels:
             values = (Mean.over(now.of(name, dial, level)) for name in names)
             rows.append((Cell(dial), Cell(f"{level:g}", level), *bars(values)))
-    note = f"AUC: mean ± standard deviation over {now.done} scenes."
+    note = f"AUC: mean ± standard deviation over {now.grid.scenes} scenes."
     return Table(
         "Success at each level", ("dial", "level", *map(short_name, names)), rows, note=note
     )
@@ -105,13 +97,13 @@ def levels(now: Measured) -> Table:
 
 def figure(now: Measured) -> Figure:
     """Draw the AUC of each tracker against each dial, with 95 % intervals over scenes."""
-    count = len(now.plan.dials)
+    count = len(now.grid.dials)
     rows = -(-count // COLUMNS)
     drawn = charts.new_figure(0.7 + 1.7 * rows)
     panels = drawn.subplots(rows, min(COLUMNS, count), sharex=True, sharey=True, squeeze=False)
     for panel in panels.flat[count:]:
         panel.set_visible(False)
-    for panel, dial in zip(panels.flat, now.plan.dials, strict=False):
+    for panel, dial in zip(panels.flat, now.grid.dials, strict=False):
         _panel(panel, now, dial)
     for panel in panels[-1]:
         panel.set_xlabel("dial", color=charts.INK)
@@ -124,11 +116,11 @@ def figure(now: Measured) -> Figure:
 
 def _panel(axes: Axes, now: Measured, dial: str) -> None:
     charts.style_axes(axes, dial, "", "")
-    x = np.array(now.plan.levels)
-    for i, tracker in enumerate(now.plan.trackers):
+    x = np.array(now.grid.levels)
+    for i, tracker in enumerate(now.trackers):
         color, _ = style(i)
-        found = [interval(now.of(tracker.name, dial, level)) for level in now.plan.levels]
+        found = [interval(now.of(tracker, dial, level)) for level in now.grid.levels]
         mean, low, high = np.array(found).T
         axes.fill_between(x, low, high, color=color, alpha=0.2, linewidth=0)
-        axes.plot(x, mean, "o-", color=color, markersize=3, label=short_name(tracker.name))
+        axes.plot(x, mean, "o-", color=color, markersize=3, label=short_name(tracker))
     axes.set(xlim=(-0.03, 1.03), ylim=(0, 1), xticks=[0, 0.5, 1])

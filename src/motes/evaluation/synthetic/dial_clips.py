@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -45,6 +46,15 @@ class DialClip(NamedTuple):
 def clip_name(dial: str, level: float, seed: int) -> str:
     """Return the name of a clip."""
     return f"{dial}-{level:.2f}-{seed}" if level else f"{EASY}-{seed}"
+
+
+def setting_of(name: str) -> tuple[str, float, int] | None:
+    """Return the dial, the level and the seed of a clip; None for another name."""
+    match = re.fullmatch(r"(?:([a-z]+)-(\d\.\d\d)|easy)-(\d+)", name)
+    if match is None:
+        return None
+    dial, level, seed = match.groups()
+    return dial or EASY, float(level or 0), int(seed)
 
 
 def dial_clips(
