@@ -40,11 +40,11 @@ def plain(color: tuple[int, int, int], seed: int = 0) -> Scene:
 SCENE = plain((200, 60, 60))
 
 
-def film(scene: Scene = SCENE, **dials: float) -> DialFilm:
+def film(scene: Scene = SCENE, /, **dials: float) -> DialFilm:
     return DialFilm(scene, Dials(**dials), 3, SIZE, FRAMES)
 
 
-def shown(scene: Scene = SCENE, **dials: float) -> NDArray[np.float64]:
+def shown(scene: Scene = SCENE, /, **dials: float) -> NDArray[np.float64]:
     """Return all frames of a film, (frames, H, W, 3)."""
     return np.array([frame.pixels for frame, _ in film(scene, **dials)], np.float64)
 
