@@ -212,21 +212,28 @@ def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
     pytest.importorskip("cv2")
     from motes.evaluation.synthetic.film_cutouts import cut_out
 
-    films = [real_film(tmp_path / str(seed), seed) for seed in range(2)]
+    films = [real_film(tmp_path / str(seed), seed) for seed in range(3)]
     found = cut_out(films)
-    assert len(found.objects) == len(found.frames) == 2
-    for each in found.objects:
+    assert len(found.objects) == len(found.frames) == 3
+    for each in found.objects.values():
         area = math.pi * 30**2
         assert each.matte.sum() == pytest.approx(area, rel=0.12)  # the border pixel is left out
         assert each.inside[:, 0].min() > 200  # no pixel of the background
         assert ((each.matte > 0.1) & (each.matte < 0.9)).sum() > 100
     scene = scene_of(found, 1, SIZE)
-    assert isinstance(found, Films)
     frame, truth = DialFilm(scene, Dials(), 1, SIZE, FRAMES)[0]
     x, y = (round(v) for v in (truth.box.x + truth.box.width / 2, truth.box.y + 24))
     assert frame.pixels[y, x, 0] > 180
     with pytest.raises(SourceError, match="1 objects can be cut out"):
         cut_out(films[:1])
+
+
+def test_an_object_is_never_before_its_own_film() -> None:
+    films = {str(i): np.full((200, 300, 3), 40 * i, np.uint8) for i in range(3)}
+    found = Films(dict.fromkeys("01", SCENE.target) | {"2": SCENE.back}, films)
+    for seed in range(20):
+        scene = scene_of(found, seed, SIZE)
+        assert scene.target is SCENE.target or scene.background.max() < 80
 
 
 def by_hand(*names: str) -> Measured:

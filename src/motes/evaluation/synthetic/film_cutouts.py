@@ -46,11 +46,12 @@ def cut_out(films: Iterable[Sequence]) -> Films:
     Raises
     ------
     SourceError
-        If a film cannot be read, or there are fewer than two objects or frames.
+        If a film cannot be read, or there are fewer than two objects or three frames.
     MissingDependencyError
         If OpenCV is not installed.
     """
-    objects, frames = [], []
+    objects: dict[str, Cutout] = {}
+    frames: dict[str, Bytes] = {}
     for film in films:
         sides = np.sqrt(film.boxes[:, 2] * film.boxes[:, 3])
         large = np.flatnonzero(sides >= SMALLEST)
@@ -58,15 +59,15 @@ def cut_out(films: Iterable[Sequence]) -> Films:
         with open_source(film.source, start=index, end=index + 1) as source:
             pixels = np.array(next(iter(source)).pixels)
         if pixels.shape[1] >= SMALLEST_FRAME[0] and pixels.shape[0] >= SMALLEST_FRAME[1]:
-            frames.append(pixels)
+            frames[film.name] = pixels
         if large.size and (found := _cut(pixels, film.boxes[index])) is not None:
-            objects.append(found)
-    if min(len(objects), len(frames)) < 2:
+            objects[film.name] = found
+    if len(objects) < 2 or len(frames) < 3:
         raise SourceError(
-            f"{len(objects)} objects can be cut out, and {len(frames)} frames are large enough; "
-            f"give a dataset with two or more of each, or none for rendered scenes."
+            f"{len(objects)} objects can be cut out, and {len(frames)} films are large enough; "
+            f"give a dataset with 2 and 3 or more, or none for rendered scenes."
         )
-    return Films(tuple(objects), tuple(frames))
+    return Films(objects, frames)
 
 
 def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:

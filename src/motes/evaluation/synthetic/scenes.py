@@ -7,6 +7,7 @@ out of the first frames of sequences with truth, and puts them into the frames o
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -63,22 +64,24 @@ class Garden:
 
 @dataclass(frozen=True)
 class Films:
-    """Objects that were cut out of real films, and frames of these films.
+    """Objects that were cut out of real films, and frames of films.
 
     Attributes
     ----------
     objects, frames
-        For each film, the object that was cut out of it, and a picture without it or with it.
+        By the name of the film. An object is never put before its own film, where it is to be seen
+        once more.
     """
 
-    objects: tuple[Cutout, ...]
-    frames: tuple[Bytes, ...]
+    objects: Mapping[str, Cutout]
+    frames: Mapping[str, Bytes]
 
     def scene(self, rng: np.random.Generator, size: tuple[int, int]) -> Scene:
-        """Return a scene with a background of a width and height; object and frames differ."""
-        target, back = rng.choice(len(self.objects), 2, replace=False).tolist()
-        behind, front = rng.choice(len(self.frames), 2, replace=False).tolist()
-        background, other = (_fitted(rng, self.frames[each], size) for each in (behind, front))
+        """Return a scene with a background of a width and height."""
+        target, back = rng.choice(sorted(self.objects), 2, replace=False).tolist()
+        others = sorted(self.frames.keys() - {target})
+        behind, front = rng.choice(others, 2, replace=False).tolist()
+        background, other = (_fitted(rng, self.frames[name], size) for name in (behind, front))
         return Scene(background, self.objects[target], self.objects[back], _occluder(rng, other))
 
 
