@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -224,6 +225,10 @@ def test_objects_are_cut_out_of_films(tmp_path: Path) -> None:
     frame, truth = DialFilm(scene, Dials(), 1, SIZE, FRAMES)[0]
     x, y = (round(v) for v in (truth.box.x + truth.box.width / 2, truth.box.y + 24))
     assert frame.pixels[y, x, 0] > 180
+    whole = replace(films[0], boxes=np.array([[0.0, 0, 380, 260]]))
+    thin = replace(films[0], boxes=np.array([[195.0, 0, 3, 260]]))
+    with pytest.raises(SourceError, match="1 objects can be cut out"):
+        cut_out([films[1], whole, thin])
     with pytest.raises(SourceError, match="1 objects can be cut out"):
         cut_out(films[:1])
 

@@ -73,17 +73,20 @@ def cut_out(films: Iterable[Sequence]) -> Films:
 def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:
     """Return the object in a box; None if the cut fails."""
     x, y, width, height = box
-    border = AROUND * math.sqrt(width * height)
-    left, top = max(math.floor(x - border), 0), max(math.floor(y - border), 0)
-    right, bottom = math.ceil(x + width + border), math.ceil(y + height + border)
-    part = np.ascontiguousarray(pixels[top:bottom, left:right])
-    mask = _grab(part, box - (left, top, 0, 0))
+    side = math.sqrt(width * height)
+    left, top = max(math.floor(x - AROUND * side), 0), max(math.floor(y - AROUND * side), 0)
+    right, bottom = math.ceil(x + width + AROUND * side), math.ceil(y + height + AROUND * side)
+    image = Image.fromarray(np.ascontiguousarray(pixels[top:bottom, left:right]))
+    scale = min(LARGEST / side, 1)
+    size = round(image.width * scale), round(image.height * scale)
+    part = np.asarray(image.resize(size, Image.Resampling.LANCZOS))
+    mask = _grab(part, (box - (left, top, 0, 0)) * scale)
     mask = ndimage.binary_opening(ndimage.binary_closing(mask, iterations=1), iterations=1)
     labels, _ = ndimage.label(mask)
     if not labels.any():
         return None
     mask = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
-    if not SHARES[0] <= mask.sum() / (width * height) <= SHARES[1]:
+    if not SHARES[0] <= mask.sum() / (width * height * scale**2) <= SHARES[1]:
         return None
     return _soft(part, mask)
 
@@ -105,6 +108,8 @@ def _grab(part: Bytes, box: NDArray[np.float64]) -> NDArray[np.bool_]:
     v = (rows - y - (height - 1) / 2) / (height / 2)
     mask = np.where(np.maximum(abs(u), abs(v)) <= 1, cv2.GC_PR_FGD, cv2.GC_BGD).astype(np.uint8)
     mask[np.hypot(u, v) <= CORE] = cv2.GC_FGD
+    if not {cv2.GC_BGD, cv2.GC_FGD} <= set(np.unique(mask).tolist()):  # it needs both
+        return np.zeros(mask.shape, np.bool_)
     cv2.setRNGSeed(0)
     models = np.zeros((1, 65)), np.zeros((1, 65))
     bgr = np.ascontiguousarray(part[:, :, ::-1])
@@ -113,20 +118,17 @@ def _grab(part: Bytes, box: NDArray[np.float64]) -> NDArray[np.bool_]:
     return found
 
 
-def _soft(part: Bytes, mask: NDArray[np.bool_]) -> Cutout:
-    """Return a cutout with a soft border, just inside of a mask's, and its own colors beyond."""
-    core = ndimage.binary_erosion(mask, iterations=1)
-    _, (rows, columns) = ndimage.distance_transform_edt(
-        ~ndimage.binary_erosion(core, iterations=1), return_indices=True
-    )
-    colors = part[rows, columns]
+def _soft(part: Bytes, mask: NDArray[np.bool_]) -> Cutout | None:
+    """Return a cutout with a soft border, just inside of a mask's, and its own colors beyond.
+
+    None if the object is too thin.
+    """
+    core = ndimage.binary_erosion(mask)
+    inner = ndimage.binary_erosion(core)
+    if not inner.any():
+        return None
+    _, (rows, columns) = ndimage.distance_transform_edt(~inner, return_indices=True)
     y, x = (np.flatnonzero(core.any(axis=axis)) for axis in (1, 0))
     window = slice(max(y[0] - 3, 0), y[-1] + 4), slice(max(x[0] - 3, 0), x[-1] + 4)
     matte = ndimage.gaussian_filter(core[window].astype(np.float32), 0.8)
-    side = math.sqrt(float(np.ptp(y) + 1) * float(np.ptp(x) + 1))
-    if side > LARGEST:
-        height, width = (np.array(matte.shape) * LARGEST / side).astype(int).tolist()
-        colors_image = Image.fromarray(colors[window]).resize((width, height))
-        matte_image = Image.fromarray(matte).resize((width, height), Image.Resampling.BILINEAR)
-        return Cutout(np.asarray(colors_image), np.asarray(matte_image).clip(0, 1))
-    return Cutout(np.ascontiguousarray(colors[window]), matte.clip(0, 1))
+    return Cutout(np.ascontiguousarray(part[rows, columns][window]), matte.clip(0, 1))
