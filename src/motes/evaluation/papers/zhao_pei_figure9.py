@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
+from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
@@ -68,7 +69,10 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
     ConfigError
         If there is no such preset.
     """
-    scene = Scene(detector or _default_detector(sequence), preset, seed)
+    finder = detector or _default_detector(sequence)
+    if isinstance(finder, PreparedDetector):
+        prepare(finder, sequence.source, sequence.rate)
+    scene = Scene(finder, preset, seed)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
     with open_source(sequence.source) as source:
@@ -83,7 +87,8 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
                 if each.track.status is not Status.LOST
             ]  # fmt: skip
             truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
-            counts.append(_count(*evaluated_rows(truth, rows_of(lines), sequence.distractors)))
+            compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
+            counts.append(count_accurate(*compared))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
             foot = (Cell("all"), *_cells(np.array(counts)))
             title = f"Objects detected over objects present, {sequence.name}"
@@ -103,7 +108,7 @@ def _default_detector(sequence: MotSequence) -> Detector:
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
 
 
-def _count(truth: Rows, results: Rows) -> tuple[int, int, int]:
+def count_accurate(truth: Rows, results: Rows) -> tuple[int, int, int]:
     """Return the numbers of objects present, followed, and detected accurately in a frame."""
     overlaps = iou(truth.boxes[:, None], results.boxes)
     accurate = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
