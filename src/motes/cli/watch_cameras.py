@@ -17,7 +17,7 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.camera_reporter import CameraMessage
+from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 

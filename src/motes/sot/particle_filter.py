@@ -192,6 +192,28 @@ class ParticleFilter(
         start = scatter(rng, places, size, self.particles)
         return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
+    def hand_over(
+        self, frame: Frame, models: dict[str, Model], samples: Floats
+    ) -> tuple[FilterState, FilterInfo]:
+        """Start with the samples and models that another tracker gives: section VII.
+
+        The status is that of the appearance rule: `tracking` if the target is there.
+
+        Parameters
+        ----------
+        frame
+            The first frame.
+        models
+            The target's model for each cue.
+        samples
+            (N, 5) ellipses where the target may be: the first particles.
+        """
+        size, _ = mean_ellipse(samples, np.full(len(samples), 1 / len(samples)))
+        backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
+        low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
+        places = np.array([[*low, *np.maximum(high - low, 1.0)]])
+        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+
     def step(
         self,
         rng: np.random.Generator,
@@ -270,7 +292,7 @@ class ParticleFilter(
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
-            weights=Weights.uniform(self.particles),
+            weights=Weights.uniform(len(ellipses)),
             models=models,
             memories={},
             backgrounds=backgrounds,
@@ -279,7 +301,7 @@ class ParticleFilter(
             status=status,
             frames_missed=0,
         )
-        return self._observe(state, frame, state.states, np.zeros(self.particles))
+        return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.cues.color import Color
 from motes.mot.boxes import intersection_over_first
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.arrivals import expected_of
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes.mot.cameras.rig_config import Camera
+from motes.mot.expected import CUE, Expected
+from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
-
-CUE = Color()
-"""The cue whose histograms cameras compare."""
 
 COMING = 1.0
 """Longest delay, in seconds, of the first report of an object that enters at the border.
@@ -28,32 +27,6 @@ It is reported when its whole box is in the frame: a part of a person looks like
 """
 MARGIN = 2.0
 """Pixels; a box that is nearer to the border may be cut off by it."""
-
-
-class CameraMessage(msgspec.Struct, frozen=True, tag=True):
-    """A message about a camera for the user."""
-
-    camera: str
-    text: str
-
-
-class CameraEnded(msgspec.Struct, frozen=True, tag=True):
-    """The end of a camera: how many frames it had and dropped, and its failure, if any."""
-
-    camera: str
-    frames: int
-    dropped: int = 0
-    failure: str | None = None
-
-
-class Ready(msgspec.Struct, frozen=True, tag=True):
-    """A camera is open. Live cameras share a clock; recordings are read in the order of time."""
-
-    camera: str
-    live: bool
-
-
-Message = CameraReport | CameraMessage | CameraEnded | Ready
 
 
 @dataclass(slots=True)
@@ -90,12 +63,21 @@ class CameraReporter:
         The camera.
     scene
         Its scene, which finds and follows objects.
+    seed
+        Seed of the samples of expected objects.
     """
 
-    def __init__(self, camera: Camera, scene: Scene) -> None:
-        self._camera, self._scene = camera, scene
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0) -> None:
+        self._camera, self._scene, self._seed = camera, scene, seed
+        self._arrivals: dict[int, Arrival] = {}
+        self._begun: dict[int, int] = {}
+        """Identities in the rig of the objects that began as an arrival from an overlap."""
         self._views: dict[int, _View] = {}
         self._places: dict[str, NDArray[np.float64]] | None = None
+
+    def expect(self, arrivals: Iterable[Arrival]) -> None:
+        """Expect objects from the next frame on; of an object, the newest arrival counts."""
+        self._arrivals |= {each.identity: each for each in arrivals}
 
     def report(self, frame: Frame) -> CameraReport:
         """Return the report of a frame, whose time is that of the rig.
@@ -111,9 +93,28 @@ class CameraReporter:
             self._places = {
                 place.name: np.array(place.boxes(frame), np.float64) for place in self._camera.place
             }
-        sightings = (self._sighting(frame, track) for track in self._scene.update(frame))
+        self._scene.expect(self._expected(frame))
+        tracks = self._scene.update(frame)
+        came = {own: self._arrivals.pop(key) for own, key in self._scene.admitted.items()}
+        self._begun |= {own: each.identity for own, each in came.items() if each.place is None}
+        sightings = [self._sighting(frame, track) for track in tracks]
         reported = tuple(sighting for sighting in sightings if sighting is not None)
-        return CameraReport(self._camera.name, frame.index, frame.time, reported)
+        size = frame.width, frame.height
+        return CameraReport(self._camera.name, frame.index, frame.time, reported, size)
+
+    def _expected(self, frame: Frame) -> list[Expected]:
+        """Return the objects that are expected in a frame, with samples."""
+        assert self._places is not None
+        self._arrivals = {
+            identity: each for identity, each in self._arrivals.items() if frame.time <= each.until
+        }
+        count = self._scene.config.tracker.particles
+        found = []
+        for identity, each in self._arrivals.items():
+            rng = np.random.default_rng((self._seed, frame.index, identity))
+            boxes = self._places.get(each.place or "", np.empty((0, 4)))
+            found.append(expected_of(each, rng, frame.time, boxes, count))
+        return found
 
     def _sighting(self, frame: Frame, each: SceneTrack) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
@@ -133,11 +134,14 @@ class CameraReporter:
                 look = CUE.learn(frame, track.ellipse).histogram
                 view.look = look.astype(np.float32).tobytes()
         appears = not view.reported and seen
-        if appears and view.places and not whole and frame.time - view.since < COMING:
+        expected = self._begun.get(each.identity)
+        waits = view.places and not whole and frame.time - view.since < COMING
+        if appears and waits and expected is None:
             return None
         vanishes, view.seen = view.seen and not seen, seen
         if track.status is Status.LOST:
             del self._views[each.identity]
+            self._begun.pop(each.identity, None)
         if not (view.reported or seen):
             return None
         view.reported = True
@@ -149,7 +153,10 @@ class CameraReporter:
             each.occluded_by,
             each.detected,
             view.places,
-            view.look if appears or vanishes else None,
+            view.look if seen or vanishes else None,
+            each.velocity,
+            tuple(track.covariance.ravel().tolist()),
+            expected,
         )
 
     def _at(self, box: Box) -> tuple[str, ...]:
@@ -168,3 +175,9 @@ def _whole(box: Box, frame: Frame) -> bool:
     right, bottom = box.x + box.width, box.y + box.height
     room = min(box.x, box.y, frame.width - right, frame.height - bottom)
     return room >= MARGIN
+
+
+def reporter_of(camera: Camera, seed: int) -> CameraReporter:
+    """Return a reporter with the camera's detector and preset."""
+    detector = named_detector(camera.detector)
+    return CameraReporter(camera, Scene(detector, camera.preset, seed), seed)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
@@ -80,26 +78,26 @@ class Overlap(Config, frozen=True):
         Their names.
     homography
         3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
-        in the second camera's, up to scale.
+        in the second camera's, up to scale. Without it, the map is learned from objects that both
+        cameras see at the same time.
     reach
         Largest distance between the feet of the same object in the second camera's picture, in
         widths of the object.
     """
 
     cameras: tuple[str, str]
-    homography: tuple[Triple, Triple, Triple]
+    homography: tuple[Triple, Triple, Triple] | None = None
     reach: Positive = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.cameras[0] == self.cameras[1]:
+            raise ConfigError(f"An overlap needs two cameras; got {self.cameras[0]!r} twice")
+        if self.homography is None:
+            return
         matrix = np.array(self.homography)
         if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
             raise ConfigError("homography: A matrix that can be inverted is needed, got another")
-
-    def there(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Return a ground point of the first camera in the second; infinite if it is nowhere."""
-        x, y, w = (np.array(self.homography) @ (*point, 1.0)).tolist()
-        return (x / w, y / w) if w else (math.inf, math.inf)
 
 
 class Rig(Config, frozen=True):
