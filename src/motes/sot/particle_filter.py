@@ -214,6 +214,18 @@ class ParticleFilter(
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
         return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
 
+    def expect(self, state: FilterState, samples: Floats) -> FilterState:
+        """Return the state of a search that goes on from other samples, ellipses (N, 5).
+
+        Another tracker expects the target there (section VII). While the target is tracked, the
+        state stays as it is.
+        """
+        if state.status is Status.TRACKING:
+            return state
+        return replace(
+            state, states=self.motion.initial(samples), weights=Weights.uniform(len(samples))
+        )
+
     def step(
         self,
         rng: np.random.Generator,

@@ -23,10 +23,12 @@ from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
+from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import Place, Target, boxes_of
+from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 
@@ -162,6 +164,21 @@ class Tracker:
         self._restart()
         begun = config.search(self._rng, picture, {"color": target.model}, size, boxes, empty)
         return self._take(picture, begun)
+
+    def expect(self, samples: Floats) -> None:
+        """Search at samples, ellipses (N, 5), in the next frame, unless the target is tracked.
+
+        Another camera has seen the target there: Nummiaro et al., section VII.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`, or if the tracker is no particle filter.
+        """
+        state, _ = self._started()
+        if not isinstance(self.config, ParticleFilter):
+            raise ConfigError("Only a particle filter takes samples; choose preset nummiaro.")
+        self._state = self.config.expect(state, samples)
 
     def update(self, frame: Picture) -> Track:
         """Return the track of the target in the next frame.

@@ -20,7 +20,8 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.worker_processes import blocked_signals, cause
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.camera_reporter import reporter_of
+from motes.mot.cameras.camera_reporter import CameraReporter
+from motes.mot.cameras.known_target import KnownTargetReporter
 from motes.mot.cameras.messages import (
     CameraEnded,
     CameraMessage,
@@ -31,9 +32,14 @@ from motes.mot.cameras.messages import (
 )
 from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.mot.cameras.rig_config import Camera
+from motes.mot.pipeline_config import named_detector
+from motes.mot.scene import Scene
+from motes.sot.known_target import Target
 from motes.video.live import Live, open_watched
 from motes.video.reconnect import LONGEST_PAUSE
 
+PRESET = "nummiaro:adaptive"
+"""The preset of the filters that follow all objects."""
 DELAY = 0.03
 """Seconds from a report until other recordings know it: less than a frame.
 
@@ -51,7 +57,9 @@ class CameraProcess:
       out. If it ends at the same frame again, the camera is given up.
     """
 
-    def __init__(self, camera: Camera, seed: int, origin: float) -> None:
+    def __init__(
+        self, camera: Camera, seed: int, origin: float, target: Target | None = None
+    ) -> None:
         self.name = camera.name
         self.reports: deque[CameraReport] = deque()
         self.live = self.over = False
@@ -59,7 +67,7 @@ class CameraProcess:
         """The time of the frame for which a recording waits for a `Go`."""
         self.due: float | None = None
         """When it will be started again; None while it runs, and after its end."""
-        self._args = camera, seed, origin
+        self._args = camera, seed, origin, target
         self._working: deque[float] = deque()
         """The times of the frames of which reports will come."""
         self._last = -math.inf
@@ -195,7 +203,19 @@ def _renumbered(sighting: ObjectReport, offset: int) -> ObjectReport:
     return replace(sighting, identity=sighting.identity + offset, occluded_by=occluded_by)
 
 
-def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
+def reporter_of(
+    camera: Camera, seed: int, target: Target | None = None
+) -> CameraReporter | KnownTargetReporter:
+    """Return what makes a camera's reports: of a known target, or of all objects."""
+    if target is not None:
+        return KnownTargetReporter(camera, target, seed)
+    scene = Scene(named_detector(camera.detector), camera.preset or PRESET, seed)
+    return CameraReporter(camera, scene, seed)
+
+
+def _serve(
+    pipe: Connection, camera: Camera, seed: int, origin: float, target: Target | None
+) -> None:
     """Watch a camera until it ends, and send a report of each frame."""
     os.dup2(2, 1)  # standard output is for rows
     inbox: queue.SimpleQueue[Go] = queue.SimpleQueue()
@@ -211,7 +231,7 @@ def _serve(pipe: Connection, camera: Camera, seed: int, origin: float) -> None:
 
     with suppress(BrokenPipeError):
         try:
-            reporter = reporter_of(camera, seed)
+            reporter = reporter_of(camera, seed, target)
             with open_watched(camera.source, origin) as film:
                 send(Ready(camera.name, isinstance(film, Live)))
                 if isinstance(film, Live):

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.mot.boxes import intersection_over_first
 from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE, Expected
-from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
+from motes.sot.known_target import Place
 
 COMING = 1.0
 """Longest delay, in seconds, of the first report of an object that enters at the border.
@@ -54,6 +54,30 @@ class _View:
     reported: bool = False
 
 
+class Doors:
+    """The places of a camera, in the pixels of its frames.
+
+    Raises
+    ------
+    ConfigError
+        If a place lies outside the frame.
+    """
+
+    def __init__(self, places: Sequence[Place], frame: Frame) -> None:
+        self._boxes = {place.name: np.array(place.boxes(frame), np.float64) for place in places}
+
+    def boxes(self, name: str | None) -> Floats:
+        """Return the boxes (R, 4) of a place; none without a name."""
+        return np.empty((0, 4)) if name is None else self._boxes[name]
+
+    def at(self, box: Box) -> tuple[str, ...]:
+        """Return the names of the places that a box touches."""
+        one = np.array([box])
+        return tuple(
+            name for name, boxes in self._boxes.items() if intersection_over_first(one, boxes).any()
+        )
+
+
 class CameraReporter:
     """Turns a camera's frames into reports.
 
@@ -73,7 +97,7 @@ class CameraReporter:
         self._begun: dict[int, int] = {}
         """Identities in the rig of the objects that began as an arrival from an overlap."""
         self._views: dict[int, _View] = {}
-        self._places: dict[str, NDArray[np.float64]] | None = None
+        self._doors: Doors | None = None
 
     def expect(self, arrivals: Iterable[Arrival]) -> None:
         """Expect objects from the next frame on; of an object, the newest arrival counts."""
@@ -89,22 +113,19 @@ class CameraReporter:
         SourceError
             If frames change their size.
         """
-        if self._places is None:
-            self._places = {
-                place.name: np.array(place.boxes(frame), np.float64) for place in self._camera.place
-            }
-        self._scene.expect(self._expected(frame))
+        if self._doors is None:
+            self._doors = Doors(self._camera.place, frame)
+        self._scene.expect(self._expected(frame, self._doors))
         tracks = self._scene.update(frame)
         came = {own: self._arrivals.pop(key) for own, key in self._scene.admitted.items()}
         self._begun |= {own: each.identity for own, each in came.items() if each.place is None}
-        sightings = [self._sighting(frame, track) for track in tracks]
+        sightings = [self._sighting(frame, track, self._doors) for track in tracks]
         reported = tuple(sighting for sighting in sightings if sighting is not None)
         size = frame.width, frame.height
         return CameraReport(self._camera.name, frame.index, frame.time, reported, size)
 
-    def _expected(self, frame: Frame) -> list[Expected]:
+    def _expected(self, frame: Frame, doors: Doors) -> list[Expected]:
         """Return the objects that are expected in a frame, with samples."""
-        assert self._places is not None
         self._arrivals = {
             identity: each for identity, each in self._arrivals.items() if frame.time <= each.until
         }
@@ -112,11 +133,10 @@ class CameraReporter:
         found = []
         for identity, each in self._arrivals.items():
             rng = np.random.default_rng((self._seed, frame.index, identity))
-            boxes = self._places.get(each.place or "", np.empty((0, 4)))
-            found.append(expected_of(each, rng, frame.time, boxes, count))
+            found.append(expected_of(each, rng, frame.time, doors.boxes(each.place), count))
         return found
 
-    def _sighting(self, frame: Frame, each: SceneTrack) -> ObjectReport | None:
+    def _sighting(self, frame: Frame, each: SceneTrack, doors: Doors) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
         Its histogram is from the last detection with a whole box.
@@ -125,7 +145,7 @@ class CameraReporter:
         view = self._views.get(each.identity)
         if view is None or seen:
             whole = _whole(track.box, frame)
-            places = self._at(track.box)
+            places = doors.at(track.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
             if view.reported:
@@ -159,25 +179,9 @@ class CameraReporter:
             expected,
         )
 
-    def _at(self, box: Box) -> tuple[str, ...]:
-        """Return the names of the places that a box touches."""
-        assert self._places is not None
-        one = np.array([box])
-        return tuple(
-            name
-            for name, boxes in self._places.items()
-            if intersection_over_first(one, boxes).any()
-        )
-
 
 def _whole(box: Box, frame: Frame) -> bool:
     """Return whether the border cuts off no part of a box."""
     right, bottom = box.x + box.width, box.y + box.height
     room = min(box.x, box.y, frame.width - right, frame.height - bottom)
     return room >= MARGIN
-
-
-def reporter_of(camera: Camera, seed: int) -> CameraReporter:
-    """Return a reporter with the camera's detector and preset."""
-    detector = named_detector(camera.detector)
-    return CameraReporter(camera, Scene(detector, camera.preset, seed), seed)

@@ -18,6 +18,7 @@ from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Rig
+from motes.sot.known_target import Target
 
 
 class RigRunner:
@@ -34,6 +35,8 @@ class RigRunner:
         The cameras, and how they are joined.
     seed
         The seed of the random numbers.
+    target
+        A known target for which all cameras wait, in place of all objects. Its identity is 1.
 
     Attributes
     ----------
@@ -41,11 +44,11 @@ class RigRunner:
         Process identifiers by the cameras' names.
     """
 
-    def __init__(self, rig: Rig, seed: int = 0) -> None:
-        self.handover = CrossCameraAssociation(rig)
+    def __init__(self, rig: Rig, seed: int = 0, target: Target | None = None) -> None:
+        self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()
         with blocked_signals():
-            self._cameras = [CameraProcess(camera, seed, origin) for camera in rig.camera]
+            self._cameras = [CameraProcess(camera, seed, origin, target) for camera in rig.camera]
 
     @property
     def pids(self) -> dict[str, int | None]:

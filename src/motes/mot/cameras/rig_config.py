@@ -23,8 +23,11 @@ class Camera(Config, frozen=True):
         Its name in rows and messages, and before the names of its places: "name/place".
     source
         Its video, as for `motes.open_source`.
-    detector, preset
-        The detector, and the particle filter that follows each object, as for `motes watch`.
+    detector
+        The detector, as for `motes watch`.
+    preset
+        The particle filter that follows each object, as for `motes watch`; by default
+        `nummiaro:adaptive`, and `nummiaro` where all cameras wait for a known target.
     offset
         Seconds from the start of the rig to the start of a recording.
     place
@@ -34,7 +37,7 @@ class Camera(Config, frozen=True):
     name: str
     source: str
     detector: str | None = None
-    preset: str = "nummiaro:adaptive"
+    preset: str | None = None
     offset: float = 0.0
     place: tuple[Place, ...] = ()
 
