@@ -20,9 +20,10 @@ from motes.evaluation.datasets.distractors import evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.papers.result import Experiment, Result, over, wilson_interval
 from motes.evaluation.papers.two_rooms import EMPTY
-from motes.evaluation.report.tables import Cell, Row, Table, number, percent
+from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.evaluation.synthetic.beetle import Target
 from motes.evaluation.synthetic.clips import Clip
+from motes.mot.cameras.arrivals import VISIBLE
 from motes.mot.cameras.camera_report import ObjectReport
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
@@ -33,8 +34,8 @@ from motes.video.sources import open_source
 
 SHARED = 0.25
 """Share of a film's width that both pictures show."""
-WINDOW = 10
-"""Frames after an entry that are measured."""
+WINDOW, LATER = 10, 50
+"""Frames after an entry that are measured, and after which the identity is read again."""
 KNOWN = 5
 """Frames for which somebody is in the first picture before entering the second one."""
 MATCH_IOU = 0.3
@@ -83,14 +84,14 @@ def real_film(sequence: MotSequence) -> Film:
     return Film(sequence.name, moments)
 
 
-def rendered_film(seed: int, frames: int = 320, people: int = 6) -> Film:
+def rendered_film(seed: int, frames: int = 500, people: int = 8) -> Film:
     """Return a film in which objects of random colors walk through the picture, both ways."""
     rng = np.random.default_rng((seed, 5))
     width, height = 400, 200
     targets = []
     for person in range(people):
         a, b = 17 * rng.uniform(0.9, 1.1), 12 * rng.uniform(0.9, 1.1)
-        pace, start = rng.uniform(2.0, 3.5), EMPTY + int(rng.integers(0, frames // 4))
+        pace, start = rng.uniform(2.0, 3.5), EMPTY + int(rng.integers(0, frames // 2))
         path = pace * (np.arange(frames) - start) - a
         back = bool(rng.integers(2))
         x, theta = (width - 1 - path, np.pi) if back else (path, 0.0)
@@ -115,16 +116,15 @@ def views_of(width: int) -> tuple[range, range]:
 
 
 def part(box: Box, columns: range) -> Box | None:
-    """Return the part of a box in a picture, in its coordinates; None if its center is outside."""
+    """Return the part of a box in a picture, in its coordinates; None if it is too small."""
     left, right = max(box.x, columns.start), min(box.x + box.width, columns.stop)
-    middle = box.x + (box.width - 1) / 2
-    if not columns.start <= middle <= columns.stop - 1:
+    if right - left < VISIBLE * box.width:
         return None
     return Box(left - columns.start, box.y, right - left, box.height)
 
 
 def detected_part(found: Detection, columns: range) -> Detection | None:
-    """Return a detection as a detector would see it in a picture: half of it or more."""
+    """Return a detection as a detector would give it in a picture."""
     box = part(found.box, columns)
     return None if box is None else Detection(box, found.score)
 
@@ -211,8 +211,9 @@ def _matched(
     identities: Mapping[int, int],
 ) -> dict[tuple[int, int], Found]:
     """Return what a picture's objects are of the people in it."""
-    boxes = np.array([each.box for each in seen], np.float64).reshape(-1, 4)
-    answer = {}
+    picture = range(len(columns))
+    parts = [part(each.box, picture) or Box(0, 0, 0, 0) for each in seen]
+    boxes, answer = np.array(parts, np.float64).reshape(-1, 4), {}
     for person, whole in truth.items():
         box = part(whole, columns)
         if box is None or not seen:
@@ -235,11 +236,14 @@ class Score(NamedTuple):
         `WINDOW` if not within that time.
     overlap
         Mean overlap with the truth over `WINDOW` frames; 0 in frames without the person.
+    later
+        Whether the identity is the first camera's in the last of `LATER` frames.
     """
 
     any: int
     same: int
     overlap: float
+    later: bool
 
 
 def score(answers: Sequence[Mapping[tuple[int, int], Found]], entry: Entry) -> Score | None:
@@ -256,7 +260,13 @@ def score(answers: Sequence[Mapping[tuple[int, int], Found]], entry: Entry) -> S
     has = [n for n, each in enumerate(after) if each is not None]
     right = [n for n in has if (each := after[n]) is not None and each.identity == before[-1]]
     overlap = float(np.mean([0.0 if each is None else each.overlap for each in after]))
-    return Score(min([*has, WINDOW]), min([*right, WINDOW]), overlap)
+    names = [
+        answers[index][person, view].identity
+        for index in range(first, min(first + LATER, len(answers)))
+        if (person, view) in answers[index]
+    ]
+    later = bool(names) and names[-1] == before[-1]
+    return Score(min([*has, WINDOW]), min([*right, WINDOW]), overlap, later)
 
 
 def handover(films: Sequence[Film], seeds: int) -> Experiment:
@@ -278,8 +288,12 @@ def handover(films: Sequence[Film], seeds: int) -> Experiment:
 def _table(scores: Mapping[str, Sequence[Score]]) -> Table:
     rows: list[Row] = []
     for name, results in scores.items():
-        kept = sum(each.same < WINDOW for each in results)
-        low, high = wilson_interval(kept, len(results))
+        kept = [sum(each.same < WINDOW for each in results), sum(each.later for each in results)]
+        shares: list[Cell] = []
+        for count in kept:
+            low, high = wilson_interval(count, len(results))
+            text = f"{count / len(results):.0%} ({low:.0%} to {high:.0%})" if results else NO_VALUE
+            shares.append(Cell(text, low))
         rows.append(
             (
                 Cell(name),
@@ -287,16 +301,15 @@ def _table(scores: Mapping[str, Sequence[Score]]) -> Table:
                 number(over(each.any for each in results), 1),
                 number(over(each.same for each in results), 1),
                 number(over(each.overlap for each in results), 3),
-                percent(kept / len(results) if results else float("nan")),
-                Cell(f"{low:.0%} to {high:.0%}", low),
+                *shares,
             )
         )
     head = (
         "cameras exchange", "entries", "frames until there", "frames until known",
-        f"IoU over {WINDOW} frames", "known", "95 % interval",
+        f"IoU over {WINDOW} frames", f"known after {WINDOW} frames", f"after {LATER} frames",
     )  # fmt: skip
     note = (
-        f"Frames from the entry of the person's center into the second picture; {WINDOW} if it "
-        f"is not there by then. Known: with the identity of the first camera."
+        f"Frames from when a quarter of the person is in the second picture; {WINDOW} if it is "
+        f"not there by then. Known: with the identity of the first camera; with 95 % intervals."
     )
     return Table("Handing over between overlapping cameras", head, rows, note=note)

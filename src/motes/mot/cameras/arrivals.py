@@ -12,14 +12,17 @@ from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.known_object import KnownObject
 from motes.mot.expected import Expected, normal_samples, samples_at
 
+VISIBLE = 0.25
+"""An object is expected when this share of it should be in the picture."""
+
 
 def in_overlap(
     ground: CommonGround, known: KnownObject, size: tuple[int, int], now: float, until: float
 ) -> Arrival | None:
     """Return where an object that one camera sees should be in the other's picture.
 
-    None if it is outside of the picture there. Its foot and its velocity are mapped by the ground.
-    The covariance is mapped likewise, and grows by that of the ground, whose error is within
+    None if less than `VISIBLE` of it is in the picture there. Its foot and its velocity are mapped
+    by the ground. The covariance is mapped likewise, and grows by that of the ground, whose error is within
     `reach` widths in 95 % of cases: 2 standard deviations.
 
     Parameters
@@ -41,9 +44,7 @@ def in_overlap(
     wider, higher = ground.sizes(known.foot(now), slope, known.camera)
     a, b = wider * box.width / 2, higher * box.height / 2
     center = foot[0], foot[1] + 0.5 - b
-    if not all(0 <= at < side for at, side in zip(center, size, strict=True)):
-        return None
-    if not 1 <= a <= size[0] or not 1 <= b <= size[1]:
+    if _visible((*center, a, b), size) < VISIBLE or not 1 <= a <= size[0] or not 1 <= b <= size[1]:
         return None
     change = np.zeros((5, 5))
     change[:2, :2], change[2, 2], change[3, 3] = slope, wider, higher
@@ -114,3 +115,11 @@ def expected_of(
 
 def _bytes(known: KnownObject) -> bytes:
     return known.look.astype(np.float32).tobytes()
+
+
+def _visible(ellipse: tuple[float, float, float, float], size: tuple[int, int]) -> float:
+    """Return the share of the box around an upright ellipse x, y, a, b that is in a picture."""
+    (x, y, a, b), (width, height) = ellipse, size
+    wide = min(x + a, width - 0.5) - max(x - a, -0.5)
+    high = min(y + b, height - 0.5) - max(y - b, -0.5)
+    return max(wide, 0.0) * max(high, 0.0) / (4 * a * b)

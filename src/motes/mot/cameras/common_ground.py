@@ -9,8 +9,8 @@ from collections import deque
 
 import numpy as np
 
+from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.mot.cameras.camera_report import ObjectReport
 from motes.mot.cameras.rig_config import Overlap
 
 Point = tuple[float, float]
@@ -44,12 +44,10 @@ class CommonGround:
         self._pairs: deque[tuple[float, ...]] = deque(maxlen=MEMORY)
         self._homography = None if overlap.homography is None else np.array(overlap.homography)
 
-    def add(self, first: ObjectReport, second: ObjectReport) -> None:
-        """Learn from an object that both cameras see at the same time."""
-        sizes = np.log([second.box.width, second.box.height]) - np.log(
-            [first.box.width, first.box.height]
-        )
-        self._pairs.append((*first.foot, *second.foot, *sizes.tolist()))
+    def add(self, feet: tuple[Point, Point], first: Box, second: Box) -> None:
+        """Learn from the feet and boxes of an object that both cameras see at the same time."""
+        sizes = np.log(second[2:]) - np.log(first[2:])
+        self._pairs.append((*feet[0], *feet[1], *sizes.tolist()))
 
     def there(self, point: Point, width: float, start: str) -> Point | None:
         """Return where a point of one camera's picture is in the other's; None if nowhere.

@@ -244,7 +244,8 @@ class CrossCameraAssociation:
         for one, other in learned:
             alike = float(bhattacharyya(one.look[None], other.look)[0]) <= DISTANCE
             if one.identity == other.identity or (alike and len(ones) == len(others) == 1):
-                ground.add(one.last, other.last)
+                feet = one.foot(now), other.foot(now)
+                ground.add(feet, one.last.box, other.last.box)
         cameras = set(ground.overlap.cameras)
         self._together = {
             pair: since

@@ -65,7 +65,7 @@ def admit(
         return Admission(begun, keys, list(free), initiation, log)
     visible = [each for each in objects if not each.occluded]
     boxes = [*(each.track.box for each in visible), *(each.box for each in free)]
-    held = _held([each.samples for each in expected], boxes)
+    held = _held([each.samples for each in expected], boxes, frame)
     fraction = config.tracker.presence.fraction
     places = dict(assign(np.where(held > fraction, 1 - held, np.inf)))
     used = set[int]()
@@ -90,13 +90,20 @@ def admit(
     return Admission(begun, keys, left, after, log)
 
 
-def _held(samples: Sequence[Floats], boxes: Sequence[Box]) -> Floats:
-    """Return for each set of samples (N, 5) the share of centers in each box: (sets, boxes)."""
+def _held(samples: Sequence[Floats], boxes: Sequence[Box], frame: Frame) -> Floats:
+    """Return the share of each set of samples (N, 5) that each box holds: (sets, boxes).
+
+    A box holds a sample if it holds the middle of the part that lies in the frame: at the border,
+    only a part of an object is detected.
+    """
     held = np.zeros((len(samples), len(boxes)))
+    ends = np.array([frame.width, frame.height]) - 0.5
     for i, each in enumerate(samples):
+        low = (each[:, :2] - each[:, 2:4]).clip(-0.5, ends)
+        high = (each[:, :2] + each[:, 2:4]).clip(-0.5, ends)
+        middles = (low + high) / 2
         for j, (x, y, width, height) in enumerate(boxes):
-            inside = (np.abs(each[:, 0] - (x + (width - 1) / 2)) <= width / 2) & (
-                np.abs(each[:, 1] - (y + (height - 1) / 2)) <= height / 2
-            )
-            held[i, j] = inside.mean()
+            center = x + (width - 1) / 2, y + (height - 1) / 2
+            inside = np.abs(middles - center) <= (width / 2, height / 2)
+            held[i, j] = (inside.all(axis=1) & (high > low).all(axis=1)).mean()
     return held
