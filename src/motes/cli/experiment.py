@@ -16,6 +16,7 @@ app.command("motes.cli.experiment_ng_delp:ng_delp_table1", name="ng-delp-table1"
 app.command("motes.cli.experiment_ng_delp:ng_delp_figure3", name="ng-delp-figure3")
 app.command("motes.cli.experiment_nummiaro:nummiaro_leaps", name="nummiaro-leaps")
 app.command("motes.cli.experiment_nummiaro:two_rooms", name="two-rooms")
+app.command("motes.cli.experiment_nummiaro:handover", name="handover")
 app.command("motes.cli.experiment_nummiaro:nummiaro_figure9", name="nummiaro-figure9")
 app.command("motes.cli.experiment_maggio:maggio_table1", name="maggio-table1")
 app.command("motes.cli.experiment_maggio:maggio_figure5", name="maggio-figure5")

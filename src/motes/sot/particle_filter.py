@@ -214,32 +214,30 @@ class ParticleFilter(
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
         return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
 
-    def expect(self, state: FilterState, samples: Floats) -> FilterState:
-        """Return the state of a search that goes on from other samples, ellipses (N, 5).
-
-        Another tracker expects the target there (section VII). While the target is tracked, the
-        state stays as it is.
-        """
-        if state.status is Status.TRACKING:
-            return state
-        return replace(
-            state, states=self.motion.initial(samples), weights=Weights.uniform(len(samples))
-        )
-
     def step(
         self,
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
         max_particles: int | None = None,
+        expected: Floats | None = None,
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
+
+        A target that is searched for is first looked for at `expected`, ellipses (N, 5) where
+        another tracker sees it (section VII). If it is there, they are the particles.
 
         While the target is searched for, half of the particles move on, and the other half is
         spread over the search regions. With a budget there are at most `max_particles`, but never
         fewer than its smallest number.
         """
         searching = state.status is not Status.TRACKING
+        if searching and expected is not None:
+            there = self._observe(
+                state, frame, self.motion.initial(expected), np.zeros(len(expected))
+            )
+            if there[1].track.status is Status.TRACKING:
+                return there
         n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):

@@ -82,6 +82,7 @@ class Tracker:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: Any = None
         self._frame: Frame | None = None
+        self._expected: Floats | None = None
 
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
@@ -166,19 +167,18 @@ class Tracker:
         return self._take(picture, begun)
 
     def expect(self, samples: Floats) -> None:
-        """Search at samples, ellipses (N, 5), in the next frame, unless the target is tracked.
+        """Look for the target at ellipses (N, 5) first in the next frame, if it is searched for.
 
         Another camera has seen the target there: Nummiaro et al., section VII.
 
         Raises
         ------
         ConfigError
-            Before `init` or `search`, or if the tracker is no particle filter.
+            If the tracker is no particle filter.
         """
-        state, _ = self._started()
         if not isinstance(self.config, ParticleFilter):
             raise ConfigError("Only a particle filter takes samples; choose preset nummiaro.")
-        self._state = self.config.expect(state, samples)
+        self._expected = samples
 
     def update(self, frame: Picture) -> Track:
         """Return the track of the target in the next frame.
@@ -202,6 +202,10 @@ class Tracker:
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
             )
+        expected, self._expected = self._expected, None
+        if expected is not None and isinstance(self.config, ParticleFilter):
+            found = self.config.step(self._rng, state, picture, expected=expected)
+            return self._take(picture, found)
         if self._paced is None:
             return self._take(picture, self._algorithm.step(self._rng, state, picture))
         algorithm, pace = self._paced

@@ -144,12 +144,16 @@ def entries(truths: Sequence[Mapping[int, Box]], views: Sequence[range]) -> list
     return found
 
 
+def overlap_of(views: Sequence[range]) -> Overlap:
+    """Return how the two pictures overlap."""
+    shift = float(views[0].start - views[1].start)
+    return Overlap(NAMES, ((1.0, 0.0, shift), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+
+
 def rigs(views: Sequence[range]) -> dict[str, tuple[Rig, bool]]:
     """Return the rigs that are compared, and whether their cameras give each other samples."""
     cameras = tuple(Camera(name, "") for name in NAMES)
-    shift = float(views[0].start - views[1].start)
-    homography = ((1.0, 0.0, shift), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    given, learned = Overlap(NAMES, homography), Overlap(NAMES)
+    given, learned = overlap_of(views), Overlap(NAMES)
     return {
         "births alone": (Rig(cameras), False),
         "names": (Rig(cameras, overlap=(given,)), False),

@@ -22,8 +22,8 @@ def in_overlap(
     """Return where an object that one camera sees should be in the other's picture.
 
     None if less than `VISIBLE` of it is in the picture there. Its foot and its velocity are mapped
-    by the ground. The covariance is mapped likewise, and grows by that of the ground, whose error is within
-    `reach` widths in 95 % of cases: 2 standard deviations.
+    by the ground. The covariance is mapped likewise, and grows by that of the ground, whose error
+    is within `reach` widths in 95 % of cases: 2 standard deviations.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
@@ -50,6 +51,11 @@ class KnownTargetReporter:
         self._arrivals: tuple[Arrival, ...] = ()
         self._path: list[tuple[float, float, float]] = []
         self._places: tuple[str, ...] = ()
+
+    def start(self, frame: Frame, region: Ellipse) -> None:
+        """Begin with the target in a region, as if it had been found there."""
+        self._doors = Doors(self._camera.place, frame)
+        self._tracker.init(frame, region)
 
     def expect(self, arrivals: Iterable[Arrival]) -> None:
         """Expect the target from the next frame on."""
