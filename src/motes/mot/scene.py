@@ -19,6 +19,7 @@ from motes.core.detection import Detection, Detector
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.seed import checked_seed
+from motes.mot.detection.adapters import as_detections
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -209,7 +210,7 @@ class Scene:
 
     def _detect(self, frame: Frame) -> _Found:
         """Return what the detector finds in a frame."""
-        found = self._detector(frame)
+        found = as_detections(self._detector(frame))
         return _Found(found, dict(getattr(self._detector, "warnings", {})))
 
     def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
