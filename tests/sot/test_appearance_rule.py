@@ -80,6 +80,22 @@ def test_a_target_as_large_as_the_frame_leaves_no_other_background() -> None:
     assert inside == outside
 
 
+def test_some_thousand_positions_give_the_threshold_of_every_pixel() -> None:
+    """Neighboring regions share most of their pixels."""
+    rng = np.random.default_rng(5)
+    blocks = rng.integers(0, 256, (15, 20, 3), dtype=np.uint8)
+    picture = frame(np.kron(blocks, np.ones((16, 16, 1), np.uint8)))
+    region = Ellipse(150, 120, 12, 20)
+    cue = Color(bins=(4, 4, 4))
+    model = cue.learn(picture, region)
+    few, every = (
+        rule.threshold(rule.background(cue, model, picture, region, target_in_frame=True))
+        for rule in (AppearanceRule(margin=0.7), AppearanceRule(margin=0.7, max_positions=400_000))
+    )
+    assert few != every
+    assert few == pytest.approx(every, abs=0.002)
+
+
 @pytest.mark.parametrize(
     ("background", "threshold"),
     [
@@ -181,7 +197,7 @@ class Counting:
     """A cue that counts how many regions it compares."""
 
     def __init__(self) -> None:
-        self.regions: list[int] = []  # threads may ask at the same time
+        self.regions: list[int] = []
 
     def distances(self, model: Any, frame: Frame, ellipses: Floats) -> Floats:
         """Return zeros."""

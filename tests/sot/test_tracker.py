@@ -740,6 +740,19 @@ def test_a_resemblance_of_a_few_frames_is_no_known_target() -> None:
     assert set(statuses[5]) == {Status.SEARCHING}
 
 
+def test_what_another_tracker_sees_is_found_at_once() -> None:
+    tracker = Tracker("nummiaro", 1)
+    tracker.search(scene(0, None), known("nummiaro"))
+    assert tracker.update(scene(1, None)).status is Status.SEARCHING
+    tracker.expect(np.tile(np.array(region(path(2))), (100, 1)))
+    assert tracker.update(scene(2, path(2))).status is Status.TRACKING
+    config = preset("nummiaro")
+    assert isinstance(config, ParticleFilter)
+    models = dict(known("nummiaro").models)
+    samples = np.tile(np.array(region(path(2))), (100, 1))
+    assert config.hand_over(scene(2, path(2)), models, samples)[1].track.status is Status.TRACKING
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SURE_SEARCHERS)
 def test_a_target_that_never_comes_is_never_tracked(name: str) -> None:

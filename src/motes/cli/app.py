@@ -45,6 +45,7 @@ app.command("motes.cli.config:app", name="config", help="List presets and all co
 app.command("motes.cli.histogram:app", name="histogram", help="Save the histograms of a target.")
 app.command("motes.cli.faces:app", name="faces", help="Train a detector of faces.")
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
+app.command("motes.cli.compare:app", name="compare", help="Compare evaluations.")
 app.command(
     "motes.cli.experiment:app",
     name="experiment",

@@ -6,10 +6,7 @@ Nummiaro et al., section V, equations 11 to 13.
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -71,7 +68,8 @@ class AppearanceRule(Config, frozen=True):
         is every pixel. A larger value is faster and less exact.
     max_positions
         Largest number of positions at which the background is measured. A smaller value is faster
-        and less exact: `stride` grows in frames with more positions.
+        and less exact: `stride` grows in frames with more positions. Neighboring regions share most
+        of their pixels, so that not every one is needed.
     """
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
@@ -82,12 +80,12 @@ class AppearanceRule(Config, frozen=True):
     max_threshold: Share = 0.9
     in_frame: bool = False
     stride: Count = 1
-    max_positions: Count = 400_000
+    max_positions: Count = 20_000
 
     def background(
         self, cue: Cue, model: Any, frame: Frame, region: Ellipse, *, target_in_frame: bool
     ) -> BackgroundStatistics:
-        """Return mean and standard deviation of rho over every pixel (equations 11 and 12).
+        """Return mean and standard deviation of rho over the frame (equations 11 and 12).
 
         Parameters
         ----------
@@ -114,10 +112,7 @@ class AppearanceRule(Config, frozen=True):
             )
             if beside.any():
                 moved = moved[beside]
-        # Kernels release the GIL, so threads share the work.
-        with ThreadPoolExecutor(cores()) as pool:
-            parts = pool.map(partial(cue.distances, model, frame), np.array_split(moved, cores()))
-            rho = 1 - np.concatenate(list(parts)) ** 2
+        rho = 1 - cue.distances(model, frame, moved) ** 2
         return BackgroundStatistics(float(rho.mean()), float(rho.std()))
 
     def threshold(self, background: BackgroundStatistics) -> float:
@@ -183,10 +178,3 @@ class Calibration(Config, frozen=True):
         """Return the probability for an estimate at this distance to the target model."""
         # The hyperbolic tangent cannot overflow.
         return 0.5 - 0.5 * math.tanh((distance - self.middle) / (2 * self.width))
-
-
-def cores() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
