@@ -37,13 +37,15 @@ def tracker_config(
     SourceError
         If the file cannot be read.
     """
+    from msgspec import to_builtins
+
     from motes.core.config import from_toml, to_dict
     from motes.sot import presets
 
     base = presets.preset(preset)
     if target is not None:
-        known = {name: to_dict(cue) for name, cue in target.cues.items() if name in base.cues}
-        base = presets.configure(base, known)
+        cues = {name: to_builtins(cue) for name, cue in target.cues.items() if name in base.cues}
+        base = presets.configure(base, cues)
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
