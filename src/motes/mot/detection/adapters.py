@@ -84,6 +84,12 @@ def label_of(number: Any, names: Names) -> str | None:
     return str(names[index]) if known else str(index)
 
 
+def class_names(detector: Any) -> list[str]:
+    """Return the names of the classes that a detector knows; none if it does not have them."""
+    classes: Names = getattr(detector, "classes", ())
+    return list(classes.values() if isinstance(classes, Mapping) else classes)
+
+
 def _from_sides(value: Any, names: Names) -> list[Detection]:
     sides = np.asarray(value.xyxy, np.float64).reshape(-1, 4)
     scores = _column(value, "confidence", len(sides), 1.0)
