@@ -315,7 +315,7 @@ def test_a_detector_of_ones_own(go: Go) -> None:
         "        return []\n"
         "    return [(x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1, 0.9, 'box')]\n"
     )
-    code, out, error = go("FILM --detector my_red:red -o - --line 80,96,80,0")
+    code, _, error = go("FILM --detector my_red:red -o - --line 80,96,80,0")
     assert code == 0, error
     assert "crosses line 1 right box 1" in error
     code, _, error = go("FILM --detector my_red:blue -o r.csv")
