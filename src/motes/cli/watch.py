@@ -181,9 +181,11 @@ def watch(
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.scene import Scene
+    from motes.video.sources import is_recorded
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
@@ -193,6 +195,9 @@ def watch(
         else:
             detector = config.detector.detector()
         check_classes(detector, config.detections.classes)
+        if isinstance(detector, PreparedDetector) and is_recorded(source):
+            with frames.open(source) as film:
+                detector.prepare(film)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
         opened: list[Output] = []

@@ -15,9 +15,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.mot.detection.adapters import as_detections
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
@@ -37,6 +38,9 @@ from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import SceneTrack, TrackedObject
 from motes.video.prefetch import prefetch
+
+LAG = 3
+"""Frames after which a detector learns of a frame's objects: it may run two frames ahead."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -135,6 +139,8 @@ class Scene:
 
     Attributes
     ----------
+    detector
+        The detector.
     detection_log
         What became of every detection of the last frame.
     created, terminated
@@ -158,13 +164,14 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        self._detector, self._seed = detector, checked_seed(seed)
+        self.detector, self._seed = detector, checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
+        self._detected = self._stepped = 0
+        self._moved: dict[int, list[Box]] = {}
         self.detection_log, self.admitted, self.warnings = [], {}, {}
         self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
-        self._frames = 0
 
     @property
     def created(self) -> int:
@@ -220,10 +227,14 @@ class Scene:
 
     def _detect(self, frame: Frame) -> _Found:
         """Return what the detector finds in a frame, if it is its turn."""
-        turn = self._frames % self.config.detections.every == 0
-        self._frames += 1
-        found = as_detections(self._detector(frame)) if turn else None
-        return _Found(found, dict(getattr(self._detector, "warnings", {})))
+        every = self.config.detections.every
+        turn = self._detected % every == 0
+        moved = self._moved.pop(self._detected - LAG - (every - 1), [])
+        self._detected += 1
+        if turn and isinstance(self.detector, ObservingDetector):
+            self.detector.observe(moved)
+        found = as_detections(self.detector(frame)) if turn else None
+        return _Found(found, dict(getattr(self.detector, "warnings", {})))
 
     def _step(self, frame: Frame, found: _Found) -> SceneTracks:
         """Follow all objects into the next frame."""
@@ -232,6 +243,10 @@ class Scene:
         self._state, info = step(
             self._seed, self._state, frame, dt, found.detections, self.config, self._expected
         )
+        if isinstance(self.detector, ObservingDetector):
+            moved = [each.track.box for each in self._state.objects if each.moved]
+            self._moved[self._stepped] = moved
+        self._stepped += 1
         self._expected = ()
         tracks, self.detection_log, self.admitted = info
         self._warn(frame)

@@ -231,8 +231,10 @@ class ParticleFilter(
         spread over the search regions. With a budget there are at most `max_particles`, but never
         fewer than its smallest number.
         """
-        searching = state.status is not Status.TRACKING
-        if searching and expected is not None:
+        absent = state.status is not Status.TRACKING
+        # A known target that has just appeared is looked at more closely before it counts as found.
+        searching = absent and not state.frames_missed
+        if absent and expected is not None:
             there = self._observe(
                 state, frame, self.motion.initial(expected), np.zeros(len(expected))
             )
@@ -310,6 +312,7 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
+            known=status is Status.SEARCHING,
         )
         return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
 
@@ -331,9 +334,12 @@ class ParticleFilter(
         threshold = 0.0
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
-        appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
-        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        status, missed = self.presence.next_status(
+            state.status, there, state.frames_missed, known=state.known
+        )
         update = ModelUpdate(state.models, state.memories, {})
         if there and frame.time > state.time:  # a model learns at most once from a frame
             update = update_models(

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
@@ -27,6 +27,7 @@ from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
+from motes.video.sources import open_source
 
 PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
 """Names, and the classes of the package `trackers`."""
@@ -47,6 +48,8 @@ class SequenceInfo(NamedTuple):
         Number of frames, and frames per second.
     width, height
         Size of a frame, in pixels.
+    source
+        The frames, for a detector that sees the film's begin before (`PreparedDetector`).
     """
 
     name: str
@@ -54,6 +57,7 @@ class SequenceInfo(NamedTuple):
     rate: float
     width: int
     height: int
+    source: str | Path | None = None
 
 
 class FoundObject(NamedTuple):
@@ -201,6 +205,12 @@ class CallableMotAdapter:
         """Do nothing."""
 
 
+def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None:
+    """Show a detector the begin of a sequence, at its frame rate."""
+    with open_source(source) as film:
+        detector.prepare(Frame(each.index, each.index / rate, each.pixels) for each in film)
+
+
 def import_peers() -> tuple[Any, Any]:
     """Return the modules supervision and trackers.
 
@@ -282,6 +292,8 @@ class DetectorAdapter:
 
     def start(self, info: SequenceInfo) -> None:
         """Start the tracker."""
+        if isinstance(self._detector, PreparedDetector) and info.source is not None:
+            prepare(self._detector, info.source, info.rate)
         self._adapter.start(info)
 
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:

@@ -8,6 +8,7 @@ A name of a tracker of one object is one of these:
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
 | `cv2:nano=BACKBONE,HEAD` | NanoTrack of OpenCV, with its two ONNX files |
+| `cv2:vit=NETWORK` | VitTrack of OpenCV, with its ONNX file |
 | `trax:COMMAND ARGUMENTS` | a program with the TraX protocol |
 | `module:factory` | a Python callable |
 
@@ -53,7 +54,8 @@ from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.core.import_callable import explain, import_callable
 from motes.evaluation.adapters import mot as mot
-from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, nano_files, opencv
+from motes.evaluation.adapters.networks import NETWORKS, network_files
+from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv
 from motes.evaluation.adapters.sot import (
     CallableAdapter,
     MotesAdapter,
@@ -68,7 +70,7 @@ from motes.sot import presets
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 
-KNOWN = [*presets.PRESETS, *PEERS]
+KNOWN = [*presets.PRESETS, *PEERS, *NETWORKS]
 """Names of the trackers of one object that motes has or knows."""
 KNOWN_MOT = [mot.SCENE, *mot.PEERS]
 """Names of the trackers of many objects that motes has or knows."""
@@ -133,7 +135,7 @@ def tracker_spec(name: str) -> TrackerSpec:
         return _motes_spec(name, presets.PRESETS[name])
     if is_peer(name):
         version = f"OpenCV {opencv(name).__version__}"
-        for file in nano_files(name) or ():
+        for file in network_files(name):
             version += f" {hashlib.sha256(file.read_bytes()).hexdigest()}"
         return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCVAdapter, name))
     kind, colon, rest = name.partition(":")

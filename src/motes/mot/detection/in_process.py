@@ -10,7 +10,12 @@ from typing import Self
 import msgspec
 import numpy as np
 
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import (
+    Detection,
+    DetectorConfig,
+    ObservingDetector,
+    PreparedDetector,
+)
 from motes.core.errors import ConfigError, MotesError
 from motes.core.frame import Frame
 from motes.core.import_callable import explain
@@ -56,7 +61,8 @@ class DetectorProcess:
     Raises
     ------
     ConfigError
-        If the detector cannot be made.
+        If the detector cannot be made, or learns from the film and the objects in it, as background
+        detectors do.
     """
 
     def __init__(self, config: DetectorConfig) -> None:
@@ -126,6 +132,10 @@ def _serve(pipe: Connection, config: DetectorConfig) -> None:
             detector = config.detector()
         except MotesError as error:
             send(_Answer(error=str(error)))
+            return
+        if isinstance(detector, ObservingDetector | PreparedDetector):
+            what = "This detector learns from the film and the objects in it"
+            send(_Answer(error=f"{what}, so it cannot run in a process of its own."))
             return
         send(_Answer(classes=class_names(detector)))
         while True:
