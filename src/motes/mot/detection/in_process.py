@@ -18,6 +18,7 @@ from motes.core.detection import (
 )
 from motes.core.errors import ConfigError, MotesError
 from motes.core.frame import Frame
+from motes.core.geometry import Box
 from motes.core.import_callable import explain
 from motes.core.worker_processes import blocked_signals, cause
 from motes.mot.detection.adapters import as_detections, class_names
@@ -31,10 +32,18 @@ class _Asked(msgspec.Struct):
     shape: tuple[int, int]
 
 
+class _Row(msgspec.Struct, array_like=True):
+    """A detection."""
+
+    box: Box
+    score: float
+    label: str | None
+
+
 class _Answer(msgspec.Struct):
     """What the detector found, and all its warnings so far; or its classes; or an error."""
 
-    found: list[tuple[float, float, float, float, float, str | None]] = []
+    found: list[_Row] = []
     warnings: dict[str, str] = {}
     classes: list[str] = []
     error: str | None = None
@@ -91,10 +100,10 @@ class DetectorProcess:
         asked = _Asked(frame.index, frame.time, (frame.height, frame.width))
         with suppress(OSError):  # the answer will be missing, and that is reported
             self._pipe.send_bytes(msgspec.msgpack.encode(asked))
-            self._pipe.send_bytes(np.ascontiguousarray(frame.pixels).reshape(-1))
+            self._pipe.send_bytes(frame.pixels.tobytes())
         answer = self._answer()
         self.warnings = answer.warnings
-        return as_detections(answer.found)
+        return [Detection(each.box, each.score, each.label) for each in answer.found]
 
     def _answer(self) -> _Answer:
         try:
@@ -146,5 +155,7 @@ def _serve(pipe: Connection, config: DetectorConfig) -> None:
             except Exception as error:
                 send(_Answer(error=explain(error)))
                 continue
-            rows = [(*map(float, each.box), float(each.score), each.label) for each in found]
+            rows = [
+                _Row(Box(*map(float, each.box)), float(each.score), each.label) for each in found
+            ]
             send(_Answer(rows, dict(getattr(detector, "warnings", {}))))
