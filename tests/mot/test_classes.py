@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
+from motes.mot.tracked_object import SceneTrack
 from motes.output.documents import write_document
 from motes.output.journal import FrameRow, Header, Journal, JournalWriter, object_rows
 from scene_objects import RED, config, picture, visible
@@ -37,7 +39,7 @@ def moving(index: int) -> tuple[Frame, Box]:
     return picture(index, (box, RED)), box
 
 
-def scene_of(labels: list[str | None], settings: SceneConfig) -> list[list[str | None]]:
+def scene_of(labels: Sequence[str | None], settings: SceneConfig) -> list[list[str | None]]:
     """Return the classes of the objects in each frame, of an object detected as these labels."""
     found = iter(labels)
     scene = Scene(lambda frame: [Detection(moving(frame.index)[1], 0.9, next(found))], settings)
@@ -121,7 +123,7 @@ def test_events_and_counts_have_classes() -> None:
     )
 
 
-def objects_of_two_classes() -> list[list[object]]:
+def objects_of_two_classes() -> list[list[SceneTrack]]:
     """Return the objects of two frames; the second one's class changes."""
     frames = []
     for frame, name in enumerate(("van, old", "car")):

@@ -112,5 +112,5 @@ def _from_row(row: Any, names: Names) -> Detection:
         return row
     values = list(row)
     x, y, width, height = map(float, values[:4])  # fewer or more than six are refused
-    score, number = (*values[4:], *((1.0, None)[len(values) - 4 :]))
+    score, number = values[4:] + [1.0, None][len(values) - 4 :]
     return Detection(Box(x, y, width, height), float(score), label_of(number, names))
