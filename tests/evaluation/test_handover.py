@@ -27,7 +27,7 @@ def test_scores_count_frames_until_there_and_until_known() -> None:
     assert found is not None
     assert (found.any, found.same, found.later) == (2, 3, True)
     assert found.overlap == pytest.approx(0.75)
-    assert score([{}] * 10 + after, Entry(1, 1, 10)) is None
+    assert score([*({} for _ in range(10)), *after], Entry(1, 1, 10)) is None
 
 
 @pytest.mark.slow

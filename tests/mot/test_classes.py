@@ -144,7 +144,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     with Rows(str(path), form, False) as rows:  # type: ignore[arg-type]
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
-            rows.write(FrameResult(frame, tracks, []))  # type: ignore[arg-type]
+            rows.write(FrameResult(frame, tracks, []))
     if form == "mot":
         lines = path.read_text().splitlines()
         assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]
@@ -157,7 +157,7 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
     path = tmp_path / "rows.jsonl"
     writer = JournalWriter(path, Header("film", 200, 100, "thing"))
     for index, tracks in enumerate(objects_of_two_classes()):
-        writer.add(FrameRow(index, index / 4, object_rows(tracks)))  # type: ignore[arg-type]
+        writer.add(FrameRow(index, index / 4, object_rows(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
     write_document(document, Journal(path))
