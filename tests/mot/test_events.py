@@ -63,7 +63,7 @@ def test_events_of_one_visit() -> None:
     assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
-    assert counting.counts[0, "crosses", "gate", "left"] == 1
+    assert counting.counts[0, "crosses", "gate", "left", ""] == 1
     assert counting.counts.total() == 5
 
 
@@ -77,7 +77,7 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
     assert stays == [(4, "desk", 1.0), (15, "desk", 1.0)]  # four frames a second
-    assert counting.counts[0, "stays", "desk", ""] == 2
+    assert counting.counts[0, "stays", "desk", "", ""] == 2
     left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
     assert left == [(6, 1.5), (10, 0.75)]
 

@@ -60,9 +60,10 @@ def watch_config(
     file: Path | None,
     detector: str | None,
     like: str | None,
+    selection: Mapping[str, Any],
     settings: Mapping[str, Any],
 ) -> WatchConfig:
-    """Return the scene of a preset, changed by the file, the detector and the settings in turn.
+    """Return the scene of a preset, changed by the file, the options and the settings in turn.
 
     Parameters
     ----------
@@ -74,6 +75,8 @@ def watch_config(
         A TOML file.
     detector, like
         The values of --detector and --like; at most one of them.
+    selection
+        The keys that --classes and --least set.
     settings
         Options that are keys of the configuration.
 
@@ -106,6 +109,7 @@ def watch_config(
         config = changed(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
+    config = changed(config, selection)
     try:
         return changed(config, as_keys(settings))
     except ConfigError:

@@ -190,7 +190,8 @@ class ParticleFilter(
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
         start = scatter(rng, places, size, self.particles)
-        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, start, models, backgrounds, size, places, status, known=True)
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
@@ -212,7 +213,8 @@ class ParticleFilter(
         backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
         low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
-        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, samples, models, backgrounds, size, places, status)
 
     def step(
         self,
@@ -235,11 +237,15 @@ class ParticleFilter(
         # A known target that has just appeared is looked at more closely before it counts as found.
         searching = absent and not state.frames_missed
         if absent and expected is not None:
-            there = self._observe(
-                state, frame, self.motion.initial(expected), np.zeros(len(expected))
+            # The other tracker has seen it for long enough, so one frame is enough here.
+            after, info = self._observe(
+                replace(state, known=False, frames_missed=0),
+                frame,
+                self.motion.initial(expected),
+                np.zeros(len(expected)),
             )
-            if there[1].track.status is Status.TRACKING:
-                return there
+            if info.track.status is Status.TRACKING:
+                return replace(after, known=state.known), info
         n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -300,6 +306,8 @@ class ParticleFilter(
         first: Ellipse,
         places: Floats,
         status: Status,
+        *,
+        known: bool = False,
     ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
             time=frame.time,
@@ -312,7 +320,7 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
-            known=status is Status.SEARCHING,
+            known=known,
         )
         return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
 
