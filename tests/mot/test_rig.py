@@ -33,7 +33,7 @@ from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
 from motes.video.writer import VideoWriter

@@ -26,7 +26,7 @@ def tracker_config(
     settings: Mapping[str, Any],
     target: Target | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's cue, the file and the settings, in this order.
+    """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
     An unknown setting may be a misspelled option of the command `app`.
 
@@ -42,7 +42,8 @@ def tracker_config(
 
     base = presets.preset(preset)
     if target is not None:
-        base = presets.configure(base, {"color": to_dict(target.cue)})
+        known = {name: to_dict(cue) for name, cue in target.cues.items() if name in base.cues}
+        base = presets.configure(base, known)
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
