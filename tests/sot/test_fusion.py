@@ -145,6 +145,16 @@ def test_equations_8_and_9(made: tuple[Floats, Floats, Floats], floor: float) ->
     assert (found > 0).all()
 
 
+@given(clouds, st.floats(0.1, 9))
+def test_a_weight_multiplies_the_certainty(
+    made: tuple[Floats, Floats, Floats], weight: float
+) -> None:
+    equal = shares(Adaptive(), made)
+    found = shares(Adaptive(weights={"orientation": weight}), made)
+    expected = np.where(np.arange(len(equal)) == 1, weight, 1) * equal
+    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
+
+
 @given(clouds, floors)
 def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor: float) -> None:
     ellipses, prior, logs = made
@@ -483,7 +493,7 @@ def test_a_filter_needs_a_cue() -> None:
             "fusion.weights names 'colour'; the cues in use are color",
         ),
         (
-            {"orientation": Orientation(), "fusion": Fixed(weights={"edges": 2.0})},
+            {"orientation": Orientation(), "fusion": Adaptive(weights={"edges": 2.0})},
             "the cues in use are color, orientation",
         ),
     ],

@@ -28,7 +28,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.fusion import Adaptive, Fixed, FusionRule, fuse_distances
+from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -125,7 +125,7 @@ class ParticleFilter(
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, Fixed):
+        if isinstance(self.fusion, WeightedProduct):
             named["fusion.weights"] = self.fusion.weights
         if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues

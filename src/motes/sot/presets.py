@@ -68,12 +68,13 @@ ROH = Orientation(
     bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
 )  # sections 3.2 and 5
 FOH = replace(ROH, form="fourier")  # section 3.2.1
+SHARES = {"color": 0.66, "orientation": 0.34}  # section 5
 MAGGIO = ParticleFilter(
     particles=150,  # section 5
     motion=EllipseWalk(position=5.5, size=0.05, eccentricity=0.021, angle=math.radians(10)),  # 5
     color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov"),  # sections 3.1 and 5
     orientation=ROH,
-    fusion=Adaptive(floor=0.3),  # after equations 8 to 10
+    fusion=Adaptive(floor=0.3, weights=SHARES),  # after equations 8 to 10
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
@@ -82,7 +83,8 @@ MAGGIO = ParticleFilter(
 MAGGIO_FOH = replace(
     MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
 )  # spectra differ less than histograms: a calibration of their own, as each cue alone has
-FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
+FIXED = Fixed(weights=SHARES)
+ALONE = Adaptive()  # one cue has the whole weight
 MAGGIO_PRINTED = replace(
     MAGGIO,
     color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov", sampling=EveryPixel()),
@@ -146,11 +148,15 @@ PRESETS: dict[str, TrackerConfig] = {
     "maggio": MAGGIO,
     "maggio:printed": MAGGIO_PRINTED,
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": replace(MAGGIO, orientation=None, calibration=Calibration(middle=0.36, width=0.1)),
-    "maggio:O-FOH": replace(
-        MAGGIO_FOH, color=None, calibration=Calibration(middle=0.02, width=0.1)
+    "maggio:C": replace(
+        MAGGIO, orientation=None, fusion=ALONE, calibration=Calibration(middle=0.36, width=0.1)
     ),
-    "maggio:O-ROH": replace(MAGGIO, color=None, calibration=Calibration(middle=0.17, width=0.05)),
+    "maggio:O-FOH": replace(
+        MAGGIO_FOH, color=None, fusion=ALONE, calibration=Calibration(middle=0.02, width=0.1)
+    ),
+    "maggio:O-ROH": replace(
+        MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)
+    ),
     "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
     "maggio:C+O-SS-ROH": replace(
         MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)

@@ -55,7 +55,19 @@ class WeightedProduct(Fusion, frozen=True):
 
     log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
     is the product. The factor J keeps the powers' sum at the number of cues.
+
+    Attributes
+    ----------
+    weights
+        The weight of one cue: NAME is the cue's name, such as color. A cue with a larger weight has
+        more influence. Weights need not sum to 1; a cue that is not named has weight 1.
     """
+
+    weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
+
+    def weights_of(self, names: Sequence[str]) -> Floats:
+        """Return the weight of each cue (J,)."""
+        return np.array([self.weights.get(name, 1.0) for name in names])
 
     @abstractmethod
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
@@ -72,20 +84,11 @@ class WeightedProduct(Fusion, frozen=True):
 
 
 class Fixed(WeightedProduct, frozen=True, tag="fixed"):
-    """Fixed shares: the same for each cue in every frame.
-
-    Attributes
-    ----------
-    weights
-        The weight of one cue: NAME is the cue's name, such as color. A cue with a larger weight has
-        more influence. Weights need not sum to 1; a cue that is not named has weight 1.
-    """
-
-    weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
+    """Fixed shares: each cue has its weight in every frame."""
 
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1: always the same."""
-        weights = np.array([self.weights.get(name, 1.0) for name in names])
+        weights = self.weights_of(names)
         shares: Floats = weights / weights.sum()
         return shares
 
@@ -94,8 +97,9 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     """Shares inversely proportional to each cue's uncertainty, after Maggio et al., section 4.2.
 
     A cue's uncertainty is the volume of the particles' error ellipsoid under its likelihood: the
-    root of the determinant of their covariance (equations 8 and 9). Three parts differ from
-    `PrintedMixture`, which is the paper's rule to the letter:
+    root of the determinant of their covariance (equations 8 and 9). Cues that are equally certain
+    have shares in proportion to their weights. Three parts differ from `PrintedMixture`, which is
+    the paper's rule:
 
     - The likelihoods are multiplied. The paper's sum (equation 10) averages the places of two cues;
       a product is where they agree.
@@ -117,7 +121,8 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1."""
         comparable = [_at_least(log, LEAST_LOG) for log in logs]
-        return _inverse(0.5 * log_determinants(prior, comparable, ellipses, self.floor))
+        volumes = 0.5 * log_determinants(prior, comparable, ellipses, self.floor)
+        return _inverse(volumes - np.log(self.weights_of(names)))
 
 
 class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
