@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.experiment_dials import dials
 from motes.cli.experiment_maggio import (
     maggio_figure3,
     maggio_figure5,
@@ -17,8 +18,8 @@ from motes.cli.experiment_maggio import (
     maggio_table1,
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
-from motes.cli.experiment_nummiaro import nummiaro_figure9, nummiaro_leaps, two_rooms
-from motes.cli.experiment_zhao_pei import occlusions, zhao_figure2, zhao_figure9
+from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
+from motes.cli.experiment_zhao_pei import occlusions, zhao_detections, zhao_figure2, zhao_figure9
 from motes.core.errors import ConfigError
 
 app = App(name="experiment", help_format="plaintext")
@@ -27,6 +28,7 @@ for _experiment in (
     ng_delp_figure3,
     nummiaro_leaps,
     two_rooms,
+    handover,
     nummiaro_figure9,
     maggio_table1,
     maggio_figure3,
@@ -35,7 +37,9 @@ for _experiment in (
     maggio_growth,
     zhao_figure2,
     zhao_figure9,
+    zhao_detections,
     occlusions,
+    dials,
 ):
     app.command(_experiment)
 

@@ -98,6 +98,33 @@ def zhao_figure9(
     )
 
 
+def zhao_detections(
+    sequences: Path,
+    /,
+    *,
+    detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, section 3.1: precision and recall of a detector, before tracking.
+
+    Parameters
+    ----------
+    sequences
+        A folder of sequences of many objects, as for motes evaluate.
+    """
+    output = results.output("zhao-detections")
+
+    from motes.evaluation.datasets.mot import load_mot_dataset
+    from motes.evaluation.papers import zhao_pei_detections
+    from motes.mot.pipeline_config import named_detector
+
+    named_detector(detector)
+    crowds, problems = load_mot_dataset(sequences)
+    refuse_none(sequences, crowds, problems)
+    steps = zhao_pei_detections.detections(crowds, lambda: named_detector(detector))
+    return show(steps, output, problems)
+
+
 def occlusions(
     *,
     hidden: Annotated[

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
+from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
@@ -82,6 +83,8 @@ def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) 
         If a frame cannot be read.
     """
     followed = scene(seed)
+    if isinstance(followed.detector, PreparedDetector):
+        prepare(followed.detector, sequence.source, sequence.rate)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
     part = "" if frames == sequence.frames else f", first {frames} of {sequence.frames} frames"
@@ -96,7 +99,8 @@ def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) 
                 if each.track.status is not Status.LOST
             ]  # fmt: skip
             truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
-            counts.append(_count(*evaluated_rows(truth, rows_of(lines), sequence.distractors)))
+            compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
+            counts.append(count_accurate(*compared))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
             foot = (Cell("all"), *_cells(np.array(counts)))
             title = f"Objects detected over objects present, {sequence.name}{part}"
@@ -124,7 +128,7 @@ def default_detector(sequence: MotSequence) -> Detector:
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
 
 
-def _count(truth: Rows, results: Rows) -> tuple[int, int, int]:
+def count_accurate(truth: Rows, results: Rows) -> tuple[int, int, int]:
     """Return the numbers of objects present, followed, and detected accurately in a frame."""
     overlaps = iou(truth.boxes[:, None], results.boxes)
     accurate = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))
