@@ -28,7 +28,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
+from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -107,7 +107,7 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: Fusion = Adaptive()
+    fusion: FusionRule = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
@@ -125,7 +125,7 @@ class ParticleFilter(
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, Fixed):
+        if isinstance(self.fusion, WeightedProduct):
             named["fusion.weights"] = self.fusion.weights
         if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues
@@ -332,7 +332,7 @@ class ParticleFilter(
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
         overall, distance = (
