@@ -55,7 +55,7 @@ def test_events_of_one_visit() -> None:
     kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
     assert kinds == [
         (0, "appears", None, None, None),
-        (6, "crosses", "gate", "left", None),  # in frame 5 it stands on the line
+        (5, "crosses", "gate", "left", None),  # where it stands on the line
         (6, "enters", "zone 1", None, None),
         (9, "leaves", "zone 1", None, 0.75),
         (13, "disappears", None, None, 2.75),
@@ -213,6 +213,12 @@ def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
 def test_who_is_known_for_a_moment_is_not_counted() -> None:
     assert crossings(gate(), [45, 55]) == []
     assert crossings(gate(), [45, 55, 60]) == [(1, "left")]
+
+
+def test_a_crossing_has_the_frame_in_which_the_foot_is_over() -> None:
+    """From frame 2 on; it is clear of the line in frame 5."""
+    assert crossings(gate(), [45, 48, 50.2, 50.6, 50.9, 52, 53, 54]) == [(2, "left")]
+    assert crossings(gate(), [45, 48, 50.2, 49.5, 50.6, 52, 53, 54]) == [(4, "left")]
 
 
 def test_the_end_of_a_film_settles_what_is_open() -> None:

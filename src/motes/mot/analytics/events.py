@@ -193,6 +193,8 @@ class _Trajectory:
         Names of the zones in which it stays.
     first
         Its first place.
+    over
+        For each line, the event of crossing it, until the object is clearly on the other side.
     pending
         For each line or zone, an event that does not count yet, as the object may come back.
     """
@@ -203,6 +205,7 @@ class _Trajectory:
     clear: dict[str, Point]
     stays: set[str]
     first: Point
+    over: dict[str, Event]
     pending: dict[str, Event]
 
 
@@ -269,12 +272,12 @@ class EventCounter:
 
     def _walk(self, each: SceneTrack) -> list[Event]:
         """Return the events of a visible object."""
-        foot, time = _foot(each), each.track.time
+        foot, time = foot_of(each), each.track.time
         walk = self._walks.get(each.identity)
         events = []
         if walk is None:
             walk = self._walks[each.identity] = _Trajectory(
-                time, deque([(time, foot)]), {}, {}, set(), foot, {}
+                time, deque([(time, foot)]), {}, {}, set(), foot, {}, {}
             )
             events.append(self._event(each, walk, foot, "appears"))
         walk.feet.append((time, foot))
@@ -282,18 +285,7 @@ class EventCounter:
             walk.feet.popleft()
         events += _settled(walk, time, SETTLED)
         for name, line in self._lines.items():
-            margin = CLEAR * each.track.box.height
-            if _distance(line.points, foot) < margin:
-                continue
-            before = walk.clear.get(name)
-            if before is None:
-                past = _past(walk, foot, time)
-                before = past if _distance(line.points, past) >= margin else foot
-            side = crossing(line.points, before, foot)
-            walk.clear[name] = foot
-            if side is not None and walk.pending.pop(name, None) is None:  # else it is back
-                label = line.label[side == "right"]
-                walk.pending[name] = self._event(each, walk, foot, "crosses", name, label)
+            self._cross(each, walk, foot, name, line)
         for name, zone in self._zones.items():
             holds = zone.holds(foot)
             if holds and name not in walk.zones:
@@ -312,6 +304,27 @@ class EventCounter:
                     walk.stays.add(name)
                     events.append(self._event(each, walk, foot, "stays", name, seconds=inside))
         return events
+
+    def _cross(
+        self, each: SceneTrack, walk: _Trajectory, foot: Point, name: str, line: Line
+    ) -> None:
+        """Note where an object is beside a line, and whether it has crossed it."""
+        margin, before = CLEAR * each.track.box.height, walk.clear.get(name)
+        clear = _distance(line.points, foot) >= margin
+        if before is None and clear:
+            past = _past(walk, foot, each.track.time)
+            before = past if _distance(line.points, past) >= margin else foot
+        side = None if before is None else crossing(line.points, before, foot)
+        if side is None:
+            walk.over.pop(name, None)
+        else:
+            event = self._event(each, walk, foot, "crosses", name, line.label[side == "right"])
+            walk.over.setdefault(name, event)
+        if clear:
+            walk.clear[name] = foot
+            crossed = walk.over.pop(name, None)
+            if crossed is not None and walk.pending.pop(name, None) is None:  # else it is back
+                walk.pending[name] = crossed
 
     def _end(self, each: SceneTrack) -> list[Event]:
         """Return the events of an object that is lost, at its last visible place."""
@@ -402,7 +415,7 @@ def _distance(line: tuple[float, float, float, float], point: Point) -> float:
     return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
 
 
-def _foot(each: SceneTrack) -> Point:
+def foot_of(each: SceneTrack) -> Point:
     """Return the place of an object's foot."""
     box = each.track.box
     return box.x + (box.width - 1) / 2, box.y + box.height - 1

@@ -30,7 +30,12 @@ from motes.mot.detection.background_models import (
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.detection.ghosts import Steps, gradients, without_ghosts
-from motes.mot.detection.illumination import Background, without_light, without_tremble
+from motes.mot.detection.illumination import (
+    Background,
+    with_enclosed,
+    without_light,
+    without_tremble,
+)
 from motes.mot.detection.images import Mask, opencv
 from motes.mot.detection.selective_update import SelectiveUpdate
 
@@ -280,10 +285,12 @@ class BackgroundDetector:
             self._background = Background(picture, config.noise)
             self._learned: Steps = gradients(picture)
         self._frames += 1
-        return without_light(
-            self._model.foreground(pixels), pixels, self._background, shadow=config.shadow,
-            highlight=config.highlight, tint=config.tint, texture=config.texture,
+        differs = self._model.foreground(pixels)
+        mask = without_light(
+            differs, pixels, self._background, shadow=config.shadow, highlight=config.highlight,
+            tint=config.tint, texture=config.texture,
         )  # fmt: skip
+        return with_enclosed(mask, differs)
 
     def _objects(self, frame: Frame, pixels: Mask, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
