@@ -23,6 +23,7 @@ app.command("motes.cli.experiment_maggio:maggio_rotation", name="maggio-rotation
 app.command("motes.cli.experiment_maggio:maggio_growth", name="maggio-growth")
 app.command("motes.cli.experiment_zhao_pei:zhao_figure2", name="zhao-figure2")
 app.command("motes.cli.experiment_zhao_pei:zhao_figure9", name="zhao-figure9")
+app.command("motes.cli.experiment_zhao_pei:zhao_figure10", name="zhao-figure10")
 app.command("motes.cli.experiment_zhao_pei:zhao_detections", name="zhao-detections")
 app.command("motes.cli.experiment_zhao_pei:occlusions", name="occlusions")
 

@@ -9,7 +9,8 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
 from motes.cli.experiment_output import ResultOptions, show
-from motes.cli.input_checks import check_counts
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.load_config import error_context
 from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
 from motes.core.errors import ConfigError, SourceError
 
@@ -75,6 +76,42 @@ def zhao_figure9(
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)
+
+
+def zhao_figure10(
+    truth: Path,
+    films: Path,
+    /,
+    *,
+    detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
+    preset: ObjectPreset = "nummiaro:adaptive",
+    seed: Seed = 0,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 10: objects that cross lines, counted.
+
+    Parameters
+    ----------
+    truth
+        A TOML file of true crossings: [[clip]] with file, and [[clip.line]] with points, left and
+        right, the frames of the crossings to each side.
+    films
+        The folder of the films.
+    """
+    output = results.output("zhao-figure10")
+
+    from motes.evaluation.datasets.crossings import parse_crossings
+    from motes.evaluation.papers import zhao_pei_figure10
+    from motes.mot.pipeline_config import named_detector
+
+    named_detector(detector)
+    text = read_text(truth)
+    with error_context(truth):
+        clips = parse_crossings(text, str(truth))
+    return show(
+        zhao_pei_figure10.figure10(clips, films, lambda: named_detector(detector), preset, seed),
+        output,
+    )
 
 
 def zhao_detections(

@@ -90,8 +90,8 @@ class WatchOutputs(OutputOptions):
     slit: Annotated[
         Path | None,
         Parameter(
-            help="Picture of the pixels under each line, .png: time downwards, the line across, each "
-            "counted crossing marked. With several lines, a file for each."
+            help="Picture of the pixels under each line, .png: time downwards, the line across, "
+            "each counted crossing marked. With several lines, a file for each."
         ),
     ] = None
     heatmap: Annotated[
