@@ -68,8 +68,9 @@ class ObjectOptions:
         str | None,
         HYPHEN,
         Parameter(
-            help="In place of a detector: track all that look like the target in this box of the "
-            "first frame, such as the players of a team: x,y,width,height. The camera may move.",
+            help="Track all that look like the target in this box of the first frame, such as the "
+            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
+            "Without --detector, the camera may move.",
         ),
     ] = None
 
