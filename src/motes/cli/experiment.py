@@ -19,7 +19,13 @@ from motes.cli.experiment_maggio import (
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
-from motes.cli.experiment_zhao_pei import occlusions, zhao_detections, zhao_figure2, zhao_figure9
+from motes.cli.experiment_zhao_pei import (
+    occlusions,
+    zhao_detections,
+    zhao_figure2,
+    zhao_figure9,
+    zhao_figure10,
+)
 from motes.core.errors import ConfigError
 
 app = App(name="experiment", help_format="plaintext")
@@ -37,6 +43,7 @@ for _experiment in (
     maggio_growth,
     zhao_figure2,
     zhao_figure9,
+    zhao_figure10,
     zhao_detections,
     occlusions,
     dials,

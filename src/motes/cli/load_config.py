@@ -75,7 +75,7 @@ def watch_config(
     file
         A TOML file.
     detector, like
-        The values of --detector and --like; at most one of them.
+        The values of --detector and --like; together, what the detector finds is compared.
     selection
         The keys that --classes and --least set.
     settings
@@ -94,9 +94,6 @@ def watch_config(
     from motes.mot.pipeline_config import WatchConfig, detector_values
     from motes.mot.scene_config import scene_config
 
-    if like is not None and detector is not None:
-        raise ConfigError("--like and --detector contradict each other; give one of them.")
-
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
         new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
         return new
@@ -107,7 +104,10 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
-        config = changed(config, {"detector": {"type": "like", "box": box}})
+        values: dict[str, Any] = {"type": "like", "box": box}
+        if detector is not None:
+            values["candidates"] = detector_values(detector)
+        config = changed(config, {"detector": values})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
     config = changed(config, selection)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -90,8 +90,9 @@ class ObjectOptions:
         str | None,
         HYPHEN,
         Parameter(
-            help="In place of a detector: track all that look like the target in this box of the "
-            "first frame, such as the players of a team: x,y,width,height. The camera may move.",
+            help="Track all that look like the target in this box of the first frame, such as the "
+            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
+            "Without --detector, the camera may move.",
         ),
     ] = None
     histogram: Annotated[
@@ -115,6 +116,19 @@ class WatchOutputs(OutputOptions):
             help="Events as they happen, as JSON Lines: a file, or - for standard output. An "
             "object appears, disappears, crosses, enters, stays or leaves.",
         ),
+    ] = None
+    slit: Annotated[
+        Path | None,
+        Parameter(
+            help="Picture of the pixels under each line, .png: time downwards, the line across, "
+            "each counted crossing marked. With several lines, a file for each."
+        ),
+    ] = None
+    heatmap: Annotated[
+        Path | None, Parameter(help="Picture of how long feet have been at each place, .png.")
+    ] = None
+    paths: Annotated[
+        Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
     ] = None
 
 
@@ -140,8 +154,8 @@ def watch(
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
-    An object keeps its identity from entry to exit, also while it is occluded. Without -o, --events
-    and --overlay the rows go to standard output; if that is a terminal, they go to a file named
+    An object keeps its identity from entry to exit, also while it is occluded. Without any output
+    the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
     """
     if source is not None and source.endswith(".toml"):
@@ -166,7 +180,8 @@ def watch(
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
     output, events, overlay = outputs.output, outputs.events, outputs.overlay
-    if output is None and overlay is None and events is None:
+    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
+    if output is None and overlay is None and events is None and not pictures:
         output = default_output(source)
     if output == events == "-":
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
@@ -177,10 +192,12 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     if output is not None and is_document(output):
         files.append(journal_of(output))
+    files += pictures
     check_not_source(source, overlay, *files)
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.detection.in_process import DetectorProcess
@@ -205,6 +222,12 @@ def watch(
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
         if events is not None:
             opened.append(Events(events, overwrite))
+        if outputs.slit is not None:
+            opened.append(Slits(outputs.slit, where, overwrite=overwrite))
+        if outputs.heatmap is not None:
+            opened.append(Heatmap(outputs.heatmap, overwrite=overwrite))
+        if outputs.paths is not None:
+            opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
             opened.append(objects_output(output, film, overwrite=overwrite, label=outputs.label))
         return _run(film, scene, counter, opened)
@@ -256,8 +279,16 @@ def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Ou
 
     def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
+            last: FrameResult | None = None  # of a recorded film, which gets its open events
             for frame, tracks in watched:
-                yield FrameResult(frame, tracks, counter.update(tracks))
+                if last is not None:
+                    yield last
+                last = FrameResult(frame, tracks, counter.update(tracks))
+                if film.live:
+                    yield last
+                    last = None
+            if last is not None:
+                yield replace(last, events=[*last.events, *counter.finish()])
 
     def note(moment: FrameResult) -> str:
         nonlocal frames

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -311,7 +311,7 @@ def film_state(writer: VideoWriter) -> str | None:
 
 
 class Overlay:
-    """An annotated video."""
+    """An annotated video, with the time, and the crossings, entries and exits so far."""
 
     def __init__(
         self, path: Path, source: Source, stride: int, places: Regions, *, overwrite: bool
@@ -320,6 +320,7 @@ class Overlay:
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._places = places
         self._trails: dict[int, deque[Point]] = {}
+        self._totals: Counter[str] = Counter()
         self._start: float | None = None
 
     def write(self, moment: FrameResult) -> None:
@@ -331,7 +332,13 @@ class Overlay:
         for each in moment.tracks:
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
             trail.append(each.track.ellipse[:2])
-        pixels = draw_scene(moment.frame.pixels, moment.tracks, self._trails, self._places)
+        for event in moment.events:
+            if event.event in ("crosses", "enters", "leaves"):
+                self._totals[f"{event.place} {event.direction or event.event}"] += 1
+        minutes, seconds = divmod(int(moment.frame.time), 60)
+        totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
+        caption = [f"{minutes}:{seconds:02}", *totals]
+        pixels = draw_scene(moment.frame.pixels, moment.tracks, self._trails, self._places, caption)
         if self._start is None:
             self._start = moment.frame.time
         self._writer.write(pixels, moment.frame.time - self._start)

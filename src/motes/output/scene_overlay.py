@@ -33,6 +33,7 @@ def draw_scene(
     tracks: Sequence[SceneTrack],
     trails: Mapping[int, Sequence[Point]],
     regions: Regions | None = None,
+    caption: Sequence[str] = (),
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
@@ -47,6 +48,8 @@ def draw_scene(
         The past centers of each identity, oldest first.
     regions
         Lines and zones of the event counter.
+    caption
+        Lines of text in the upper left corner, such as time and totals.
     """
     from PIL import Image, ImageDraw
 
@@ -75,6 +78,12 @@ def draw_scene(
         if not hidden:
             pen.rectangle((x, y, x + right, y + bottom), (*color, 255))
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
+    y = line
+    for text in caption:
+        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
+        pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
+        pen.text((2 * line, y), text, (255, 255, 255), typeface)
+        y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
 
