@@ -96,6 +96,17 @@ def test_perturbed_starts_stay_in_the_frame() -> None:
     assert {label: found[label] for label in expected} == expected
 
 
+def test_starts_moved_by_a_pixel() -> None:
+    film = sequence([ABSENT, [10, 20, 30, 40]])
+    assert starts("pixel", film, 200, 100) == [
+        ("pixel", "0", 1, (10, 20, 30, 40)),
+        ("pixel", "-1", 1, (9, 19, 30, 40)),
+        ("pixel", "+1", 1, (11, 21, 30, 40)),
+    ]
+    corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
+    assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
+
+
 @pytest.mark.parametrize(
     ("frames", "absent", "expected"),
     [

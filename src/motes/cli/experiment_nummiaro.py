@@ -8,9 +8,10 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.experiment_inputs import Clips, on_clips, region_of
-from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.experiment_output import ResultOptions, announce, show
+from motes.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN, Region, Seeds
+from motes.cli.options import RUN, ObjectPreset, Region, Seeds
 
 
 def nummiaro_leaps(
@@ -36,17 +37,31 @@ def nummiaro_leaps(
 
 def two_rooms(
     *,
-    seeds: Annotated[int, Parameter(group=RUN, help="Number of rooms, with one run in each.")] = 5,
+    seeds: Annotated[
+        int | None,
+        Parameter(
+            group=RUN,
+            help="Number of pairs of rooms, with one run in each. The default is 1; with --full, "
+            "it is 5.",
+        ),
+    ] = None,
     frames: Annotated[int, Parameter(group=RUN, help="Length of each run in frames.")] = 1500,
+    detector: RenderedDetector = "gaussian",
+    preset: ObjectPreset = "nummiaro:adaptive",
+    full: Full = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Nummiaro et al., section VII: from room to room."""
+    seeds = (5 if full else 1) if seeds is None else seeds
     check_counts(seeds=seeds, frames=frames)
     output = results.output("two-rooms")
+    scene = rendered_scene_factory(detector, preset)
 
     from motes.evaluation.papers import two_rooms as rooms
 
-    return show(rooms.two_rooms(seeds, frames), output)
+    expected = rooms.expected(seeds, frames, scene)
+    announce(expected, full)
+    return show(rooms.two_rooms(seeds, frames, scene), output, (), expected.seconds)
 
 
 def nummiaro_figure9(

@@ -146,12 +146,18 @@ def watch(
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.scene import Scene
+    from motes.video.sources import is_recorded
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
-    scene = Scene(config.detector.detector(), config, values.seed)
+    detector = config.detector.detector()
+    if isinstance(detector, PreparedDetector) and is_recorded(source):
+        with frames.open(source) as film:
+            detector.prepare(film)
+    scene = Scene(detector, config, values.seed)
     with frames.open(source) as film:
         opened: list[Output] = []
         if overlay is not None:

@@ -8,7 +8,8 @@ from motes.core.config import from_dict
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
-from motes.mot.detection.background import BackgroundConfig, Method
+from motes.mot.detection.background import BackgroundConfig
+from motes.mot.detection.background_models import Method
 from motes.mot.detection.lookalike import LookalikeConfig
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig

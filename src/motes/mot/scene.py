@@ -15,9 +15,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Box
 from motes.core.seed import checked_seed
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.scene_config import SceneConfig, scene_config
@@ -33,6 +34,9 @@ from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import SceneTrack, TrackedObject
 from motes.video.prefetch import prefetch
+
+LAG = 3
+"""Frames after which a detector learns of a frame's objects: it may run two frames ahead."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -110,6 +114,8 @@ class Scene:
 
     Attributes
     ----------
+    detector
+        The detector.
     detection_log
         What became of every detection of the last frame.
     created, terminated
@@ -129,9 +135,11 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        self._detector, self._seed = detector, checked_seed(seed)
+        self.detector, self._seed = detector, checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
+        self._detected = self._stepped = 0
+        self._moved: dict[int, list[Box]] = {}
         self.detection_log, self.warnings = [], {}
         self._own_warnings: dict[str, str] = {}
 
@@ -183,8 +191,11 @@ class Scene:
 
     def _detect(self, frame: Frame) -> _Found:
         """Return what the detector finds in a frame."""
-        found = self._detector(frame)
-        return _Found(found, dict(getattr(self._detector, "warnings", {})))
+        if isinstance(self.detector, ObservingDetector):
+            self.detector.observe(self._moved.pop(self._detected - LAG, []))
+        self._detected += 1
+        found = self.detector(frame)
+        return _Found(found, dict(getattr(self.detector, "warnings", {})))
 
     def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
@@ -193,6 +204,10 @@ class Scene:
         self._state, (tracks, self.detection_log) = step(
             self._seed, self._state, frame, dt, found.detections, self.config
         )
+        if isinstance(self.detector, ObservingDetector):
+            moved = [each.track.box for each in self._state.objects if each.moved]
+            self._moved[self._stepped] = moved
+        self._stepped += 1
         self._warn(frame)
         self.warnings = {**found.warnings, **self._own_warnings}
         return tracks

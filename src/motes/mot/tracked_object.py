@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -103,6 +104,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         Its edges when another object last came so near.
     occluder_candidate
         The identity of the object that last occluded it, until both are told apart.
+    origin
+        The center of its first detection.
+    moved
+        Whether a detection was ever farther from there than its mean half-axis.
     """
 
     identity: int
@@ -120,6 +125,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     near_other: bool = False
     shape_model: HogModel | None = None
     occluder_candidate: int | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    moved: bool = False
 
     @classmethod
     def begin(
@@ -138,7 +145,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         if now > began:
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
-        return cls(identity, tracker, rng, state, track, velocity, began, now, end, state)
+        return cls(
+            identity, tracker, rng, state, track, velocity, began, now, end, state,
+            origin=(start.x, start.y), moved=_far(start, end),
+        )  # fmt: skip
 
     @property
     def occluded(self) -> bool:
@@ -175,8 +185,15 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             frames_missed=0,
         )
         track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
+        moved = self.moved or _far(ellipse._replace(x=self.origin[0], y=self.origin[1]), ellipse)
         return replace(
-            self, state=state, track=track, last_time=time, detected=True, occluded_by=None
+            self,
+            state=state,
+            track=track,
+            last_time=time,
+            detected=True,
+            occluded_by=None,
+            moved=moved,
         )
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
@@ -254,6 +271,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         ellipses[:, :2] += np.array(new[:2]) - old[:2]
         ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
         return replace(state, states=motion.initial(ellipses))
+
+
+def _far(first: Ellipse, second: Ellipse) -> bool:
+    """Return whether an ellipse is farther from another than its mean half-axis."""
+    away = math.hypot(second.x - first.x, second.y - first.y)
+    return away > math.sqrt(second.a * second.b)
 
 
 def ellipse_from_box(tracker: ParticleFilter, box: Box) -> Ellipse:

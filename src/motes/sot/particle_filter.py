@@ -205,7 +205,8 @@ class ParticleFilter(
         spread over the search regions. With a budget there are at most `max_particles`, but never
         fewer than its smallest number.
         """
-        searching = state.status is not Status.TRACKING
+        # A known target that has just appeared is looked at more closely before it counts as found.
+        searching = state.status is not Status.TRACKING and not state.frames_missed
         n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -278,6 +279,7 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
+            known=status is Status.SEARCHING,
         )
         return self._observe(state, frame, state.states, np.zeros(self.particles))
 
@@ -299,9 +301,12 @@ class ParticleFilter(
         threshold = 0.0
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
-        appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
-        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        status, missed = self.presence.next_status(
+            state.status, there, state.frames_missed, known=state.known
+        )
         update = ModelUpdate(state.models, state.memories, {})
         if there and frame.time > state.time:  # a model learns at most once from a frame
             update = update_models(

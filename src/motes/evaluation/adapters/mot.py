@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
@@ -25,6 +25,7 @@ from motes.evaluation.datasets.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
+from motes.video.sources import open_source
 
 PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
 """Names, and the classes of the package `trackers`."""
@@ -45,6 +46,8 @@ class SequenceInfo(NamedTuple):
         Number of frames, and frames per second.
     width, height
         Size of a frame, in pixels.
+    source
+        The frames, for a detector that sees the film's begin before (`PreparedDetector`).
     """
 
     name: str
@@ -52,6 +55,7 @@ class SequenceInfo(NamedTuple):
     rate: float
     width: int
     height: int
+    source: str | Path | None = None
 
 
 class FoundObject(NamedTuple):
@@ -199,6 +203,12 @@ class CallableMotAdapter:
         """Do nothing."""
 
 
+def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None:
+    """Show a detector the begin of a sequence, at its frame rate."""
+    with open_source(source) as film:
+        detector.prepare(Frame(each.index, each.index / rate, each.pixels) for each in film)
+
+
 def import_peers() -> tuple[Any, Any]:
     """Return the modules supervision and trackers.
 
@@ -280,6 +290,8 @@ class DetectorAdapter:
 
     def start(self, info: SequenceInfo) -> None:
         """Start the tracker."""
+        if isinstance(self._detector, PreparedDetector) and info.source is not None:
+            prepare(self._detector, info.source, info.rate)
         self._adapter.start(info)
 
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:
