@@ -1,9 +1,9 @@
-# motes in a container, without a compiler and not as root:
+# motes in a container, without a compiler and not as root; the current folder is /data:
 #
 #     docker build -t motes .
-#     docker run --rm -v "$PWD:/data" motes track film.mp4 --init 300,200,40,60 -o track.csv
+#     docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/data" motes track video.mp4 --init 300,200,40,60 -o track.csv
 #
-# EXTRAS are those of pyproject.toml: docker build --build-arg EXTRAS='[opencv,report]' -t motes .
+# Extras of pyproject.toml are added by: docker build --build-arg EXTRAS='[opencv,report]' -t motes .
 ARG PYTHON=3.13
 
 FROM python:${PYTHON}-slim AS build
