@@ -17,7 +17,7 @@ from motes.cli.experiment_maggio import (
     maggio_table1,
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
-from motes.cli.experiment_nummiaro import nummiaro_figure9, nummiaro_leaps, two_rooms
+from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
 from motes.cli.experiment_zhao_pei import occlusions, zhao_detections, zhao_figure2, zhao_figure9
 from motes.core.errors import ConfigError
 
@@ -27,6 +27,7 @@ for _experiment in (
     ng_delp_figure3,
     nummiaro_leaps,
     two_rooms,
+    handover,
     nummiaro_figure9,
     maggio_table1,
     maggio_figure5,

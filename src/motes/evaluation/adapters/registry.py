@@ -52,6 +52,7 @@ from typing import Any
 from motes import __version__
 from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.core.import_callable import explain, import_callable
 from motes.evaluation.adapters import mot as mot
 from motes.evaluation.adapters.networks import NETWORKS, network_files
 from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv
@@ -60,8 +61,6 @@ from motes.evaluation.adapters.sot import (
     MotesAdapter,
     OpenCVAdapter,
     TraxAdapter,
-    explain,
-    import_factory,
 )
 from motes.evaluation.datasets.sot import Problem
 from motes.mot.detection.background import BackgroundDetector
@@ -271,7 +270,7 @@ def _import_callable(name: str, known: list[str]) -> tuple[str, bool]:
     module = name.partition(":")[0]
     try:
         with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
-            seeded = "seed" in inspect.signature(import_factory(name)).parameters
+            seeded = "seed" in inspect.signature(import_callable(name)).parameters
         # The module's text is included, so that a changed tracker has another configuration.
         source = getattr(sys.modules[module], "__file__", None)
         digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""
