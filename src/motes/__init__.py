@@ -42,6 +42,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
         Zone as Zone,
     )
     from motes.mot.analytics.ground_plane import Ground as Ground
+    from motes.mot.detection.adapters import (
+        as_detections as as_detections,
+        from_supervision as from_supervision,
+    )
     from motes.mot.detection.background import (
         BackgroundConfig as BackgroundConfig,
         BackgroundDetector as BackgroundDetector,
@@ -49,6 +53,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.mot.detection.lookalike import (
         LookalikeConfig as LookalikeConfig,
         LookalikeDetector as LookalikeDetector,
+    )
+    from motes.mot.detection.onnx_detector import (
+        OnnxConfig as OnnxConfig,
+        OnnxDetector as OnnxDetector,
     )
     from motes.mot.detection.pretrained import (
         FaceDetector as FaceDetector,
@@ -58,6 +66,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     )
     from motes.mot.scene import Scene as Scene
     from motes.mot.scene_config import SceneConfig as SceneConfig, scene_config as scene_config
+    from motes.mot.scene_tracks import SceneTracks as SceneTracks
     from motes.mot.tracked_object import SceneTrack as SceneTrack
     from motes.output.overlay import draw as draw
     from motes.output.read_rows import read_track as read_track
@@ -100,11 +109,14 @@ _NAMES = {
     "core.track": "Status Track",
     "mot.analytics.events": "Event EventCounter Line Regions Zone",
     "mot.analytics.ground_plane": "Ground",
+    "mot.detection.adapters": "as_detections from_supervision",
     "mot.detection.background": "BackgroundConfig BackgroundDetector",
     "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",
+    "mot.detection.onnx_detector": "OnnxConfig OnnxDetector",
     "mot.detection.pretrained": "FaceDetector FacesConfig PeopleConfig PeopleDetector",
     "mot.scene": "Scene",
     "mot.scene_config": "SceneConfig scene_config",
+    "mot.scene_tracks": "SceneTracks",
     "mot.tracked_object": "SceneTrack",
     "output.overlay": "draw",
     "output.read_rows": "read_track",

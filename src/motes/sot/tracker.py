@@ -322,7 +322,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 4
+FORMAT = 5
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

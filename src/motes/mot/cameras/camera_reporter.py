@@ -177,6 +177,7 @@ class CameraReporter:
             each.velocity,
             tuple(track.covariance.ravel().tolist()),
             expected,
+            each.label,
         )
 
 
