@@ -135,7 +135,7 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.14, width=0.15),
+    calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
 
@@ -178,6 +178,7 @@ NG_DELP_PRINTED = replace(
 ZHAO_PEI_PRINTED = replace(
     _reading(ZHAO_PEI, EveryPixel()),  # section 3.1, equation 2
     presence=ALWAYS_PRESENT,
+    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
     adaptation=PerCue(
         cues={
             "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15; section 2.2
