@@ -73,6 +73,13 @@ class ObjectOptions:
             "Without --detector, the camera may move.",
         ),
     ] = None
+    histogram: Annotated[
+        Path | None,
+        Parameter(
+            help="For a file of several cameras: all wait for the target in this file, which motes "
+            "histogram has written, and tell each other where they saw it.",
+        ),
+    ] = None
 
 
 @Parameter(name="*", group=OUTPUT)
@@ -110,7 +117,7 @@ def watch(
         Parameter(
             help="A video, a folder or pattern of images, the number of a camera, or an address. "
             "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite and --seed may be given."
+            "(docs/cameras.md); then only -o, --overwrite, --seed and --histogram may be given."
         ),
     ] = None,
     /,
@@ -134,7 +141,11 @@ def watch(
 
         from motes.cli.watch_cameras import watch_rig
 
-        return watch_rig(source, outputs.output, outputs.overwrite, values.seed)
+        return watch_rig(source, outputs.output, outputs.overwrite, values.seed, objects.histogram)
+    if objects.histogram is not None:
+        raise ConfigError(
+            "--histogram is for a file of several cameras; for one, give it to motes track."
+        )
     where = counting.regions()
     config = watch_config(app, preset, values.config, objects.detector, objects.like, settings)
     if values.dump_config:
@@ -208,7 +219,11 @@ def _check_no_single(
         "preset": preset, **asdict(values), **settings,
     }  # fmt: skip
     for option, value in given.items():
-        if option not in ("output", "overwrite", "seed") and value and value != usual.get(option):
+        if (
+            option not in ("output", "overwrite", "seed", "histogram")
+            and value
+            and value != usual.get(option)
+        ):
             name = option.replace("_", "-")
             raise ConfigError(f"--{name} is for one camera, not for a file of several.")
 

@@ -13,10 +13,21 @@ from motes.core.geometry import Box
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """An object found in a frame: its box and a score. A larger score is more certain."""
+    """An object found in a frame.
+
+    Attributes
+    ----------
+    box
+        Where it is.
+    score
+        A larger score is more certain.
+    label
+        The name of its class, such as "car"; None if the detector knows no classes.
+    """
 
     box: Box
     score: float = 1.0
+    label: str | None = None
 
 
 class Detector(Protocol):

@@ -16,6 +16,7 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
 from motes.core.types import Floats
 from motes.cues.hog import HogModel
+from motes.mot.expected import CUE, Expected
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
@@ -36,12 +37,15 @@ class SceneTrack:
         The identity of the object that occludes it, if any.
     detected
         Whether a detection confirms it in this frame.
+    velocity
+        In x and y, in pixels a second.
     """
 
     identity: int
     track: Track
     occluded_by: int | None = None
     detected: bool = False
+    velocity: tuple[float, float] = (0.0, 0.0)
 
     @property
     def box(self) -> Box:
@@ -150,6 +154,46 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             origin=(start.x, start.y), moved=_far(start, end),
         )  # fmt: skip
 
+    @classmethod
+    def take_over(
+        cls,
+        identity: int,
+        tracker: ParticleFilter,
+        rng: np.random.Generator,
+        frame: Frame,
+        expected: Expected,
+        box: Box | None,
+    ) -> Self | None:
+        """Return an expected object whose filter begins with the samples and the model it is given.
+
+        Without a detection it is None, unless the samples fulfill the appearance rule.
+
+        Parameters
+        ----------
+        identity, tracker, rng, frame
+            As in `begin`.
+        expected
+            The object.
+        box
+            Its detection, if it has one.
+        """
+        colors_only = tracker.cues == {"color": CUE}
+        finder = tracker
+        if not colors_only:
+            finder = ParticleFilter(color=CUE, motion=tracker.motion, presence=tracker.presence)
+        state, info = finder.hand_over(frame, {"color": expected.model}, expected.samples)
+        if box is None and info.track.status is not Status.TRACKING:
+            return None
+        if not colors_only:  # other cues learn where the samples match best
+            region = info.track.ellipse if box is None else ellipse_from_box(tracker, box)
+            state, info = tracker.init(rng, frame, region)
+        track = replace(info.track, status=Status.TRACKING)
+        begun = cls(
+            identity, tracker, rng, state, track, expected.velocity, frame.time, frame.time,
+            track.ellipse, state, detected=False,
+        )  # fmt: skip
+        return begun if box is None else begun.detect(box, frame.time)
+
     @property
     def occluded(self) -> bool:
         """Whether it is there, but cannot be seen."""
@@ -163,7 +207,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     @property
     def scene_track(self) -> SceneTrack:
         """Its public part."""
-        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected)
+        dx, dy = self.velocity.tolist()
+        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected, (dx, dy))
 
     def predict(self, dt: float) -> Self:
         """Move its particles to where it should be after some seconds."""

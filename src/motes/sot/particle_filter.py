@@ -192,20 +192,54 @@ class ParticleFilter(
         start = scatter(rng, places, size, self.particles)
         return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
+    def hand_over(
+        self, frame: Frame, models: dict[str, Model], samples: Floats
+    ) -> tuple[FilterState, FilterInfo]:
+        """Start with the samples and models that another tracker gives: section VII.
+
+        The status is that of the appearance rule: `tracking` if the target is there.
+
+        Parameters
+        ----------
+        frame
+            The first frame.
+        models
+            The target's model for each cue.
+        samples
+            (N, 5) ellipses where the target may be: the first particles.
+        """
+        size, _ = mean_ellipse(samples, np.full(len(samples), 1 / len(samples)))
+        backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
+        low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
+        places = np.array([[*low, *np.maximum(high - low, 1.0)]])
+        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+
     def step(
         self,
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
         max_particles: int | None = None,
+        expected: Floats | None = None,
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
+
+        A target that is searched for is first looked for at `expected`, ellipses (N, 5) where
+        another tracker sees it (section VII). If it is there, they are the particles.
 
         While the target is searched for, half of the particles move on, and the other half is
         spread over the search regions. With a budget there are at most `max_particles`, but never
         fewer than its smallest number.
         """
-        searching = state.status is not Status.TRACKING
+        absent = state.status is not Status.TRACKING
+        # A known target that has just appeared is looked at more closely before it counts as found.
+        searching = absent and not state.frames_missed
+        if absent and expected is not None:
+            there = self._observe(
+                state, frame, self.motion.initial(expected), np.zeros(len(expected))
+            )
+            if there[1].track.status is Status.TRACKING:
+                return there
         n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -270,7 +304,7 @@ class ParticleFilter(
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
-            weights=Weights.uniform(self.particles),
+            weights=Weights.uniform(len(ellipses)),
             models=models,
             memories={},
             backgrounds=backgrounds,
@@ -278,8 +312,9 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
+            known=status is Status.SEARCHING,
         )
-        return self._observe(state, frame, state.states, np.zeros(self.particles))
+        return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
@@ -299,9 +334,12 @@ class ParticleFilter(
         threshold = 0.0
         for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
-        appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         there = appearing > self.presence.fraction * len(states)
-        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        status, missed = self.presence.next_status(
+            state.status, there, state.frames_missed, known=state.known
+        )
         update = ModelUpdate(state.models, state.memories, {})
         if there and frame.time > state.time:  # a model learns at most once from a frame
             update = update_models(

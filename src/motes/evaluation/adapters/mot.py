@@ -19,8 +19,9 @@ from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
+from motes.core.import_callable import import_callable
 from motes.core.track import Status
-from motes.evaluation.adapters.sot import LARGEST, import_factory
+from motes.evaluation.adapters.sot import LARGEST
 from motes.evaluation.datasets.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
@@ -173,7 +174,7 @@ class CallableMotAdapter:
     """
 
     def __init__(self, name: str, seed: int | None = None) -> None:
-        self._name, self._factory = name, import_factory(name)
+        self._name, self._factory = name, import_callable(name)
         self._arguments = {} if seed is None else {"seed": seed}
 
     def start(self, info: SequenceInfo) -> None:
@@ -284,7 +285,7 @@ class DetectorAdapter:
     ) -> None:
         self._name = detector
         self._detector: Detector = (
-            BackgroundDetector() if detector == BACKGROUND else import_factory(detector)()
+            BackgroundDetector() if detector == BACKGROUND else import_callable(detector)()
         )
         self._adapter = make() if seed is None else make(seed)
 
