@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.kernels.structures import Noise
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
@@ -22,18 +23,24 @@ def close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
 @pytest.mark.parametrize("orders", [0, 1, 2])
 def test_walk(orders: int) -> None:
     """A random walk, at constant velocity, at constant acceleration."""
-    first, steps, kept, returned, growth = (9.0, 4.0), 1.5, 0.8, 0.9, 0.1
+    (a, b), steps, persistence = (9.0, 4.0), 1.5, 0.8
+    position, size, returned, aspect, angle = 0.6, 0.5, 0.1, 0.02, 0.1
+    changes = np.array([0.5, 0.2])[:orders]
+    noise = Noise(position, size, returned, aspect, angle, changes, persistence)
     states = RNG.normal(5, 9, (50, 5 + 4 * orders))
-    normal, deviations = RNG.normal(size=(50, 6 + 4 * orders)), RNG.random(5 + 4 * orders)
-    out = np.empty_like(states)
-    kernels.particles.walk(states, normal, deviations, steps, kept, *first, returned, growth, out)
-    expected = states + deviations * normal[:, :-1]
+    normal, out = RNG.normal(size=(50, 6 + 4 * orders)), np.empty_like(states)
+    kernels.particles.walk(states, normal, noise, steps, (a, b), out)
+    spread = np.array([position * math.sqrt(a * b)] * 2 + [aspect * a, aspect * b])
+    deviations = np.concatenate([spread, [angle], np.outer(changes, spread).ravel()])
+    expected = states + math.sqrt(steps) * deviations * normal[:, :-1]
+    kept = persistence**steps
     expected[:, 5:] -= (1 - kept) * states[:, 5:]
     for lower, change in ((5, 9), (0, 5))[2 - orders :]:
         expected[:, lower : lower + 4] += steps * expected[:, change : change + 4]
-    for column, half in zip((2, 3), first, strict=True):
+    growth = math.sqrt(steps) * size * normal[:, -1]
+    for column, half in ((2, a), (3, b)):
         far = np.log(np.maximum(expected[:, column], 1) / half)
-        scaled = half * np.exp(returned * far + growth * normal[:, -1])
+        scaled = half * np.exp((1 - returned) ** steps * far + growth)
         expected[:, column] = np.maximum(scaled, 1)
     close(out, expected)
     assert (out[:, 2:4] == 1).any()

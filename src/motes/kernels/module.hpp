@@ -4,6 +4,7 @@
 #include "bilinear.hpp"
 #include "binding.hpp"  // first, as Python wants it
 #include "color.hpp"
+#include "color_filter.hpp"
 #include "color_posterior.hpp"
 #include "fourier_ridge.hpp"
 #include "gradients.hpp"
@@ -25,6 +26,12 @@ template <> struct Reader<sampling::Reading>
     : TupleReader<sampling::Reading, Plane<const float>, sampling::Grid, int> {};
 template <> struct Reader<color::Bins>
     : TupleReader<color::Bins, int, std::uint32_t, std::uint32_t, std::uint32_t> {};
+template <> struct Reader<color::Target>
+    : TupleReader<color::Target, sampling::Reading, Row<const std::uint32_t>, Floats, color::Bins> {};
+template <> struct Reader<particles::Noise>
+    : TupleReader<particles::Noise, double, double, double, double, double, Floats, double> {};
+template <> struct Reader<color_filter::Likelihood>
+    : TupleReader<color_filter::Likelihood, double, double> {};
 template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
 // clang-format on
@@ -54,6 +61,7 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
                 unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
                {{"RGB", color::RGB}, {"HSV", color::HSV}, {"HSV_V", color::HSV_V}}) &&
+           add(extension, "color_filter", {unlocked<color_filter::step>("step")}) &&
            add(extension, "color_posterior",
                {unlocked<color_posterior::add_colors>("add_colors"),
                 unlocked<color_posterior::color_integral>("color_integral")}) &&

@@ -5,7 +5,7 @@ With several cues, after Maggio et al., section 4, or Ng and Delp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -28,6 +28,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
+from motes.sot.filtering.color_step import ColorStep
 from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
@@ -40,6 +41,7 @@ from motes.sot.filtering.model_update import (
 )
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
+from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -150,6 +152,11 @@ class ParticleFilter(
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
         return {name: self.adaptation.strategy(name) for name in names}
 
+    @cached_property
+    def color_step(self) -> ColorStep | None:
+        """The compiled step that gives the same as one part by part; None for most filters."""
+        return ColorStep.of(self.resampling, self.motion, self.cues, self.likelihood)
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, FilterInfo]:
@@ -207,19 +214,26 @@ class ParticleFilter(
         """
         searching = state.status is not Status.TRACKING
         n = self._count(state, max_particles)
+        dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
+        if self.color_step is not None and not searching:
+            [model] = state.models.values()
+            seen = self.color_step(
+                rng, frame, state.states, state.weights, n, dt, first, model,
+                self._threshold(state, (1.0,)),
+            )  # fmt: skip
+            return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
             states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
             prior = np.zeros(n)
-        dt = min(frame.time - state.time, LONGEST_INTERVAL)
-        states = self.motion.propagate(rng, states, dt, state.reference_size)
+        states = self.motion.propagate(rng, states, dt, first)
         if searching:
-            fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
+            fresh = scatter(rng, state.search_regions, first, (n + 1) // 2)
             # The half is random: most schemes return ancestors in order, and a fixed half would
             # always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
-        return self._observe(state, frame, states, prior)
+        return self._judge(state, frame, self._observe(state, frame, states, prior))
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
@@ -227,7 +241,8 @@ class ParticleFilter(
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
-        return self._observe(state, frame, states, np.zeros(self.particles))
+        seen = self._observe(state, frame, states, np.zeros(self.particles))
+        return self._judge(state, frame, seen)
 
     def check(self, state: FilterState, frame: Frame) -> FilterState:
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
@@ -279,12 +294,13 @@ class ParticleFilter(
             status=status,
             frames_missed=0,
         )
-        return self._observe(state, frame, state.states, np.zeros(self.particles))
+        seen = self._observe(state, frame, state.states, np.zeros(self.particles))
+        return self._judge(state, frame, seen)
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
-    ) -> tuple[FilterState, FilterInfo]:
-        """Weight the new states, with log-weights `prior`, by the frame; estimate, judge, learn."""
+    ) -> Observation:
+        """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
@@ -292,46 +308,57 @@ class ParticleFilter(
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
-        overall, distance = (
-            fuse_distances(distances, shares),
-            float(fuse_distances(seen, shares)[0]),
-        )
-        threshold = 0.0
-        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
-            threshold += share * self.presence.threshold(background)
+        overall = fuse_distances(distances, shares)
+        distance = float(fuse_distances(seen, shares)[0])
+        threshold = self._threshold(state, shares.tolist())
         appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
-        there = appearing > self.presence.fraction * len(states)
+        return Observation(
+            states, ellipses, weights, overall, shares, estimate, covariance, distance,
+            appearing, support,
+        )  # fmt: skip
+
+    def _threshold(self, state: FilterState, shares: Sequence[float]) -> float:
+        """Return the rho above which a particle shows the target, over cues of these shares."""
+        each = map(self.presence.threshold, state.backgrounds.values())
+        return sum(share * threshold for share, threshold in zip(shares, each, strict=True))
+
+    def _judge(
+        self, state: FilterState, frame: Frame, seen: Observation
+    ) -> tuple[FilterState, FilterInfo]:
+        """Decide whether the target is there, and learn from it if so."""
+        there = seen.appearing > self.presence.fraction * len(seen.states)
         status, missed = self.presence.next_status(state.status, there, state.frames_missed)
         update = ModelUpdate(state.models, state.memories, {})
         if there and frame.time > state.time:  # a model learns at most once from a frame
             update = update_models(
-                self.cues, self.strategies, state.models, state.memories, frame, estimate
+                self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
             )
+        confidence = self.calibration.probability(seen.distance) * min(1.0, seen.support)
         track = Track(
             frame=frame.index,
             time=frame.time,
-            ellipse=estimate,
-            covariance=covariance,
-            confidence=self.calibration.probability(distance) * min(1.0, support),
+            ellipse=seen.estimate,
+            covariance=seen.covariance,
+            confidence=confidence,
             status=status,
-            distance=distance,
-            effective_sample_size=weights.effective_sample_size,
+            distance=seen.distance,
+            effective_sample_size=seen.weights.effective_sample_size,
         )
         info = FilterInfo(
             track,
-            ellipses,
-            weights.values,
-            overall,
-            appearing,
+            seen.ellipses,
+            seen.weights.values,
+            seen.distances,
+            seen.appearing,
             state.models,
-            dict(zip(self.cues, shares.tolist(), strict=True)),
+            dict(zip(self.cues, seen.shares.tolist(), strict=True)),
             update.diagnostics,
         )
         after = replace(
             state,
             time=frame.time,
-            states=states,
-            weights=weights,
+            states=seen.states,
+            weights=seen.weights,
             models=update.models,
             memories=update.memories,
             status=status,
