@@ -80,8 +80,9 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),
-                brief<particles::combine>("combine"), brief<particles::appearing>("appearing"),
-                brief<particles::moments>("moments")}) &&
+                brief<particles::combine>("combine"),
+                brief<particles::effective_sample_size>("effective_sample_size"),
+                brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
                 unlocked<sampling::values_within>("values_within"),

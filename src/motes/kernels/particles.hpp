@@ -109,6 +109,13 @@ inline bool normalize(Row<double> logs, Row<double> values) {
     return false;
 }
 
+// Returns 1 / sum of squared weights, in four sums side by side.
+inline double effective_sample_size(Floats weights) {
+    double sums[4] = {};
+    for (Index n = 0; n < weights.size; ++n) sums[n % 4] += weights[n] * weights[n];
+    return 1.0 / ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+}
+
 // Writes the root of the mean of the squared distances (J, N) of cues by their shares (J,).
 inline void combine(Plane<const double> distances, Floats shares, Row<double> out) {
     for (Index n = 0; n < out.size; ++n) {

@@ -5,7 +5,7 @@ With several cues, after Maggio et al., section 4, or Ng and Delp.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -153,6 +153,12 @@ class ParticleFilter(
         return {name: self.adaptation.strategy(name) for name in names}
 
     @cached_property
+    def learns(self) -> bool:
+        """Whether any model ever changes."""
+        own = any(type(cue).update_reading is not Cue.update_reading for cue in self.cues.values())
+        return own or any(strategy.learns for strategy in self.strategies.values())
+
+    @cached_property
     def color_step(self) -> ColorStep | None:
         """The compiled step that gives the same as one part by part; None for most filters."""
         return ColorStep.of(self.resampling, self.motion, self.cues, self.likelihood)
@@ -216,10 +222,10 @@ class ParticleFilter(
         n = self._count(state, max_particles)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
-            [model] = state.models.values()
+            [model], [background] = state.models.values(), state.backgrounds.values()
             seen = self.color_step(
                 rng, frame, state.states, state.weights, n, dt, first, model,
-                self._threshold(state, (1.0,)),
+                self.presence.threshold(background),
             )  # fmt: skip
             return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
@@ -310,17 +316,13 @@ class ParticleFilter(
         seen = self._distances(state.models, frame, np.array([estimate]))
         overall = fuse_distances(distances, shares)
         distance = float(fuse_distances(seen, shares)[0])
-        threshold = self._threshold(state, shares.tolist())
+        each = map(self.presence.threshold, state.backgrounds.values())
+        threshold = sum(share * one for share, one in zip(shares.tolist(), each, strict=True))
         appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
         return Observation(
             states, ellipses, weights, overall, shares, estimate, covariance, distance,
             appearing, support,
         )  # fmt: skip
-
-    def _threshold(self, state: FilterState, shares: Sequence[float]) -> float:
-        """Return the rho above which a particle shows the target, over cues of these shares."""
-        each = map(self.presence.threshold, state.backgrounds.values())
-        return sum(share * threshold for share, threshold in zip(shares, each, strict=True))
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation
@@ -329,7 +331,8 @@ class ParticleFilter(
         there = seen.appearing > self.presence.fraction * len(seen.states)
         status, missed = self.presence.next_status(state.status, there, state.frames_missed)
         update = ModelUpdate(state.models, state.memories, {})
-        if there and frame.time > state.time:  # a model learns at most once from a frame
+        # A model learns at most once from a frame.
+        if self.learns and there and frame.time > state.time:
             update = update_models(
                 self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
             )
