@@ -10,7 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.cues.search_window import CELL_SIZE, features, sectors
 from motes.kernels.structures import Noise
+from oracles import mosaic
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
@@ -112,6 +114,42 @@ def test_ridge_regression_on_spectra() -> None:
     kernels.fourier_ridge.teach(seen, label, 0.3, numerator, denominator)
     close(numerator, 0.7 * learned + 0.3 * label * seen, 1e-5)
     close(denominator, 0.7 * power + 0.3 * (np.abs(seen) ** 2).sum(axis=0), 1e-5)
+
+
+def test_a_response_is_padded_and_centered() -> None:
+    """As numpy's transforms want it, with more values than there are frequencies."""
+    shape, more = (7, 9), (14, 18)
+    learned, first = (np.fft.rfft2(RNG.normal(size=shape)).astype(np.complex64) for _ in range(2))
+    out = np.empty((14, 10), np.complex64)
+    kernels.fourier_ridge.pad(learned, first, 0.3, 4.0, out)
+    plane = np.fft.irfft2(out, more).astype(np.float32)
+    expected = np.fft.irfft2(0.7 * learned + 0.3 * first, shape)
+    close(plane[::2, ::2], expected, 1e-4)
+    for size in ((7, 10), (6, 9)):
+        values, middle = RNG.random(size).astype(np.float32), np.empty(size, np.float32)
+        kernels.fourier_ridge.center(values, middle)
+        np.testing.assert_array_equal(middle, np.fft.fftshift(values))
+
+
+def test_cells_of_sizes_are_those_of_each_size() -> None:
+    pixels, place = mosaic(3, 60, 80), (38.0, 31.0, 11.0, 16.0, 0.2)
+    factors, tapers = np.array([0.8, 1.0, 1.3]), np.array([0.1, 1.0, 0.4], np.float32)
+    out, window = np.empty((30 * 4 * 3, 3), np.float32), np.empty((3, 16, 12), np.float32)
+    kernels.search_window.cells_of_sizes(
+        pixels, place, factors, tapers, 4, 3, CELL_SIZE, sectors(), out
+    )
+    for n, factor in enumerate(factors.tolist()):
+        step = 22 * factor / 12, 32 * factor / 16
+        kernels.search_window.cut_around(pixels, place, step, window)
+        np.testing.assert_array_equal(out[:, n], tapers[n] * features(window).ravel())
+    across, down = np.array([np.cos(0.2), np.sin(0.2)]), np.array([-np.sin(0.2), np.cos(0.2)])
+    corner = np.array(place[:2]) - 5.5 * step[0] * across - 7.5 * step[1] * down
+    again = np.empty_like(window)
+    kernels.search_window.cut(
+        pixels, tuple(corner.tolist()), tuple((step[0] * across).tolist()),
+        tuple((step[1] * down).tolist()), again,
+    )  # fmt: skip
+    close(window, again, 1e-3)
 
 
 def test_colors_in_a_box_and_outside_of_another() -> None:

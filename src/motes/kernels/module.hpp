@@ -32,6 +32,8 @@ template <> struct Reader<particles::Noise>
     : TupleReader<particles::Noise, double, double, double, double, double, Floats, double> {};
 template <> struct Reader<color_filter::Likelihood>
     : TupleReader<color_filter::Likelihood, double, double> {};
+template <> struct Reader<search_window::Place>
+    : TupleReader<search_window::Place, double, double, double, double, double> {};
 template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
 // clang-format on
@@ -67,6 +69,7 @@ inline bool add_kernels(PyObject* extension) {
                 unlocked<color_posterior::color_integral>("color_integral")}) &&
            add(extension, "fourier_ridge",
                {unlocked<fourier_ridge::correlate>("correlate"),
+                unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
                 unlocked<fourier_ridge::teach>("teach")}) &&
            add(extension, "gradients", {brief<gradients::turns>("turns")}) &&
            add(extension, "histograms",
@@ -93,6 +96,8 @@ inline bool add_kernels(PyObject* extension) {
                 {"GAUSSIAN", sampling::GAUSSIAN}}) &&
            add(extension, "search_window",
                {unlocked<search_window::cut>("cut"),
+                unlocked<search_window::cut_around>("cut_around"),
+                unlocked<search_window::cells_of_sizes>("cells_of_sizes"),
                 unlocked<search_window::gradient_cells>("gradient_cells")}) &&
            add(extension, "sobel",
                {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),

@@ -19,6 +19,8 @@ Box = tuple[float, float, float, float]
 """Left, top, right and bottom, in samples."""
 Pair = tuple[float, float]
 """x and y."""
+Place = tuple[float, float, float, float, float]
+"""An ellipse: x, y, a, b and theta."""
 
 
 class Grid(NamedTuple):

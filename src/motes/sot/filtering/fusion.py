@@ -115,12 +115,13 @@ class Adaptive(Mixture, frozen=True, tag="adaptive"):
         """
         mean = math.sqrt(first.a * first.b)
         units = np.array([mean, mean, first.a, first.b, 1.0])
-        volumes = np.empty(len(names))
-        center, covariance = np.empty(5), np.empty((5, 5))
-        for j, likelihood in enumerate(np.ascontiguousarray(likelihoods)):
+        center, covariances = np.empty(5), np.empty((len(names), 5, 5))
+        for likelihood, covariance in zip(
+            np.ascontiguousarray(likelihoods), covariances, strict=True
+        ):
             kernels.particles.moments(ellipses, likelihood, center, covariance)  # equation 8
-            scaled = covariance / np.outer(units, units) + self.floor**2 * np.eye(5)
-            volumes[j] = np.linalg.slogdet(scaled)[1]  # equation 9
+        scaled = covariances / np.outer(units, units) + self.floor**2 * np.eye(5)
+        volumes = np.linalg.slogdet(scaled)[1]  # equation 9
         certainties = np.exp(volumes.min() - volumes)
         shares: Floats = certainties / certainties.sum()
         return shares
