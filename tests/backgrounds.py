@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 
-from motes.mot.detection.background import Method
+from motes.mot.detection.background_models import Method
 
 NO_CV2 = importlib.util.find_spec("cv2") is None
 METHODS = [

@@ -48,6 +48,14 @@ CONFIGS: dict[str, TrackerConfig] = {
 DISTINCT = [name for i, name in enumerate(CONFIGS) if CONFIGS[name] not in [*CONFIGS.values()][:i]]
 ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
 """One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
+VARIANTS = [
+    "nummiaro:printed",
+    "ng_delp:half",
+    "ng_delp:quarter",
+    "ng_delp:printed",
+    "zhao_pei:printed",
+]
+"""They differ from another kind in the pixels that are read, or in one rule."""
 KINDS = [
     "default",
     "mean_shift",
@@ -62,10 +70,13 @@ KINDS = [
     "random walk, residual",
     "stratified, half of the pixels",
     "learned against the surroundings",
+    *VARIANTS,
 ]
 """Together they have each part that any has: for what depends on parts, but not on numbers."""
 FILTERS = [name for name in DISTINCT if isinstance(CONFIGS[name], ParticleFilter)]
-FILTER_KINDS = [name for name in KINDS if name in FILTERS and name in PRESETS]
+FILTER_KINDS = [
+    name for name in KINDS if name in FILTERS and name in PRESETS and name not in VARIANTS
+]
 """For what any filter can be combined with: they have one cue or two, fused in each way."""
 
 

@@ -347,7 +347,7 @@ def test_a_broken_package_without_a_name(site: Path) -> None:
     [
         ("trackers", "motes.sot.mean_shift:MeanShift", {"type": "odd"}),
         ("likelihoods", "motes.sot.filtering.likelihood:Exponential", {"likelihood": "odd"}),
-        ("model_updates", "motes.sot.filtering.model_update:GaussianBins", {"adaptation": "odd"}),
+        ("model_updates", "motes.sot.filtering.bin_updates:GaussianBins", {"adaptation": "odd"}),
     ],
 )
 def test_all_other_interfaces_are_open(

@@ -82,7 +82,7 @@ def test_reference_is_complete(site: Path) -> None:
     for name in [*motes.__all__, *names]:
         assert f'id="motes.{name}"' in api, name
     commands = (site / "reference/cli.html").read_text(encoding="utf-8")
-    for name in ("track", "watch", "evaluate", "experiment", "demo", "bench", "doctor"):
+    for name in ("track", "watch", "evaluate", "compare", "experiment", "demo", "bench", "doctor"):
         assert name in app
         assert f'id="motes-{name}"' in commands, name
     text = (site / "reference/configuration.html").read_text(encoding="utf-8")

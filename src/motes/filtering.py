@@ -16,13 +16,12 @@ from __future__ import annotations
 from motes.sot.discriminative.confidence_gate import ConfidenceGate
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
-    GaussianBins,
-    KalmanBins,
     PerCue,
     Strategy,
 )
@@ -42,6 +41,7 @@ from motes.sot.mean_shift import Kalman
 __all__ = [
     "Adaptation",
     "Adaptive",
+    "AnchoredKalman",
     "AppearanceRule",
     "Autoregressive",
     "BestParticle",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+import multiprocessing
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,19 +17,23 @@ import numpy as np
 import pytest
 
 from evaluations import pictures
-from motes import MissingDependencyError, SourceError
-from motes.cli import bench, main
+from motes import Frame, MissingDependencyError, MotesError, SourceError
+from motes.cli import main
+from motes.core.geometry import Ellipse
 from motes.evaluation import synthetic
 from motes.evaluation.datasets.sot import load_dataset
 from motes.evaluation.papers.result import files
 from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Table
+from motes.evaluation.speed import growth, parts
 from motes.evaluation.speed import measure as speed
 from motes.evaluation.speed import plot as speed_plot
 from motes.evaluation.speed import report as speed_report
+from motes.evaluation.speed.growth import Growth
 from motes.evaluation.speed.measure import MAIN, OURS, TARGETS, Film
-from motes.evaluation.speed.report import Growth, against, stored_ratios, trackers_table
+from motes.evaluation.speed.report import against, stored_ratios, trackers_table
 from motes.video.writer import VideoWriter
+from networks import brightness_network
 
 SMALL = (160, 120)
 SECONDS = {
@@ -38,6 +44,7 @@ SECONDS = {
     ("cv2:csrt", MAIN): [0.03] * 3,
 }
 NAME = Path("earlier.md")
+Timed = dict[tuple[str, float], list[float]]
 
 
 def texts(table: Table) -> list[dict[str, str]]:
@@ -99,15 +106,33 @@ def test_what_got_slower_is_marked() -> None:
 
 def test_the_power_of_growth() -> None:
     counts = (1, 10, 100, 1000)
-    seconds = {("linear", n): [0.001 * n] * 3 for n in counts}
+    seconds: Timed = {("linear", n): [0.001 * n] * 3 for n in counts}
     seconds |= {("root", n): [9.0, 0.002 * n**0.5, 0.0] for n in counts}
-    growth = Growth.over("targets", seconds)
-    assert growth.exponent("linear") == pytest.approx(1)
-    assert growth.exponent("root") == pytest.approx(0.5)
+    growth = Growth.over("targets", seconds, large="9x9")
+    assert growth.title == "nummiaro, frames of 9x9"
+    assert growth.powers["linear"] == pytest.approx((1, 1, 1))
+    assert growth.powers["root"] == pytest.approx((0.5, 0.5, 0.5))
     table = growth.table()
     assert table.head == ("targets", "linear, ms", "root, ms", "µs for each")
     assert [cell.text for cell in table.rows[1]] == ["10", "10.000", "6.325", "1000.0"]
-    assert [cell.text for cell in table.foot[0]] == ["power", "1.00", "0.50", ""]
+    power = ["power", "1.00 (1.00 to 1.00)", "0.50 (0.50 to 0.50)", ""]
+    assert [cell.text for cell in table.foot[0]] == power
+
+
+def test_the_power_of_each_round() -> None:
+    """Two updates a round, three rounds: their powers are 1, 2 and 1.5."""
+    seconds: Timed = {("one", n): [n, n, n**2, n**2, n**1.5, n**1.5] for n in (1, 2, 4)}
+    growth = Growth.over("particles", seconds, 3, size="9x9")
+    assert growth.powers["one"] == pytest.approx((1.5, 1, 2))
+
+
+def test_workers_that_share_the_work() -> None:
+    seconds: Timed = {("threads", n): [0.1 / n] * 3 for n in (1, 2, 4)}
+    growth = Growth.over("threads", seconds, large="9x9")
+    assert growth.powers["threads"] == pytest.approx((-1, -1, -1))
+    table = growth.table()
+    assert table.head[-1] == "times as fast"
+    assert [row[-1].text for row in table.rows] == ["1.000", "2.000", "4.000"]
 
 
 def test_files_are_compared_with_decoding_alone() -> None:
@@ -161,22 +186,67 @@ def test_peers_that_are_missing_are_left_out(
 
 
 def test_more_trackers_than_targets(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speed, "COUNTS", (1, 3))
-    jobs = speed.targets(film)
+    monkeypatch.setattr(growth, "COUNTS", (1, 3))
+    jobs = growth.targets(film)
     assert [*jobs] == [(line, n) for n in (1, 3) for line in ("1 thread", "2 threads")]
     for run in jobs.values():
         assert [len(run()), len(run())] == [2, 2]  # each from the same start
 
 
 def test_particles_become_more(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speed, "PARTICLES", (10, 20))
+    monkeypatch.setattr(growth, "PARTICLES", (10, 20))
     seen: list[int] = []
     monkeypatch.setattr(
         speed, "timed", lambda update, _: seen.append(update.__self__.config.particles)
     )
-    for run in speed.particles(film).values():
+    for run in growth.particles(film).values():
         run()
     assert seen == [10, 20]
+
+
+def test_a_scene_is_enlarged_with_its_target(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(growth, "FACTORS", (1, 3))
+    monkeypatch.setattr(growth, "FOLLOWERS", ("nummiaro",))
+    seen: list[tuple[tuple[int, ...], float, float]] = []
+
+    def timed(update: Any, images: Iterable[Frame]) -> None:
+        for frame in images:
+            track = update(frame)
+        seen.append((frame.pixels.shape, track.ellipse.x, track.ellipse.b))
+
+    monkeypatch.setattr(growth, "timed", timed)
+    jobs = growth.megapixels(film)
+    assert [*jobs] == [("nummiaro", 0.0192), ("nummiaro", 0.1728)]
+    for run in jobs.values():
+        run()
+    (small, x, b), (large, three_x, three_b) = seen
+    assert (small, large) == ((120, 160, 3), (360, 480, 3))
+    assert three_x == pytest.approx(3 * x, abs=6)
+    assert three_b == pytest.approx(3 * b, rel=0.2)
+
+
+@pytest.mark.slow
+def test_targets_are_divided_among_threads_and_processes(
+    film: Film, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(growth, "WORKERS", (1, 2))
+    monkeypatch.setattr(growth, "DIVIDED", 3)
+    assert {key: len(run()) for key, run in growth.threads(film).items()} == {
+        ("threads", 1): 2,
+        ("threads", 2): 2,
+    }
+    jobs = growth.processes(film)
+    assert [*jobs] == [("processes", 1), ("processes", 2)]
+    assert len(jobs["processes", 2]()) == growth.PASSES
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.slow
+def test_a_process_that_ends_is_reported(film: Film) -> None:
+    """It fails on a region that does not fit its frame."""
+    outside = film._replace(regions=[Ellipse(9999, 9999, 3, 3, 0)])
+    with pytest.raises(MotesError, match=r"A measured process ended with exit code 1\."):
+        growth.processes(outside)["processes", 1]()
 
 
 def test_a_crowd_circles_without_a_seam() -> None:
@@ -247,24 +317,49 @@ def test_trackers_on_a_real_sequence_take_turns_on_bgr_frames(
     monkeypatch.setattr(speed, "OpenCVTracker", Recorder)
     monkeypatch.setattr(speed, "peer", Recorder)
     [sequence] = load_dataset(sequences / "sot")[0]
-    found = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    found, problems = speed.in_lockstep(["nummiaro", "cv2:kcf"], sequence, 3)
+    assert not problems
     names, values, third = zip(*seen, strict=True)
     assert names == ("nummiaro", "cv2:kcf") * 3
     assert values == (240, 240, 230, 230, 220, 220)
     assert third == (*[(40, 30, 40, 50)] * 2, *[(120, 160, 3)] * 4)
     assert {name: len(times) for name, times in found.items()} == {"nummiaro": 2, "cv2:kcf": 2}
-    longer = speed.in_lockstep(["nummiaro"], sequence, 99)
+    longer, _ = speed.in_lockstep(["nummiaro"], sequence, 99)
     assert len(longer["nummiaro"]) == 3
 
 
-@pytest.mark.parametrize("growths", [0, 1, 2])
+def test_a_tracker_of_opencv_that_fails_is_left_out(
+    sequences: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Failing:
+        def init(self, image: np.ndarray, box: list[int]) -> None:
+            self.left = 2
+
+        def update(self, image: np.ndarray) -> None:
+            self.left -= 1
+            if not self.left:
+                raise ValueError("outside\nthe frame")
+
+    monkeypatch.setattr(speed, "peer", lambda _: Failing())
+    [sequence] = load_dataset(sequences / "sot")[0]
+    found, (problem,) = speed.in_lockstep(["cv2:kcf", "nummiaro"], sequence, 4)
+    assert {name: len(times) for name, times in found.items()} == {"cv2:kcf": 1, "nummiaro": 3}
+    assert (problem.where, problem.what) == ("cv2:kcf on David", "ValueError: outside the frame")
+    real = {("David", name): times for name, times in found.items()}
+    real["David", "default"] = real["David", "nummiaro"]
+    assert "cv2:kcf" not in {cell.text for row in speed_report.sequences_table(real, "").rows
+                             for cell in row}  # fmt: skip
+
+
+@pytest.mark.parametrize("growths", [0, 1, 3])
 @pytest.mark.parametrize("peers", [True, False])
 def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
     pytest.importorskip("matplotlib")
     seconds = {job: times for job, times in SECONDS.items() if peers or "cv2" not in job[0]}
-    steps = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
-    parts = [Growth.over(what, steps) for what in ("targets", "particles")][:growths]
-    figure: Any = speed_plot.figure(seconds, parts)
+    steps: Timed = {(line, n): [0.001 * n] for line in ("one", "two") for n in (1, 10)}
+    whats = ("targets", "threads", "processes")[:growths]
+    grown = [Growth.over(what, steps, large="9x9") for what in whats]
+    figure: Any = speed_plot.figure(seconds, grown)
     figure.canvas.draw()
     bars, *lower = figure.axes
     names = [label.get_text() for label in bars.get_yticklabels()]
@@ -272,27 +367,33 @@ def test_the_plot_shows_what_was_measured(growths: int, peers: bool) -> None:
                      if peers or "cv2" not in name]  # fmt: skip
     widths = {name: SECONDS[name, MAIN][1] * 1e3 for name in names}
     assert sorted(bar.get_width() for bar in bars.patches) == pytest.approx(sorted(widths.values()))
-    assert [axes.get_xlabel() for axes in lower] == ["targets", "particles"][:growths]
+    assert [axes.get_xlabel() for axes in lower] == [*whats]
     for axes in lower:
         assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
         one, _, straight = axes.lines
-        np.testing.assert_allclose(straight.get_ydata(), one.get_ydata())
-        assert one.get_label() == "one: power 1.00"
+        np.testing.assert_allclose(one.get_ydata(), [1, 10])
+        wanted = [1, 10] if axes.get_xlabel() == "targets" else [1, 0.1]
+        np.testing.assert_allclose(straight.get_ydata(), wanted)
+        assert one.get_label() == "one: power 1.00 (1.00 to 1.00)"
 
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Let the command measure little, in an empty folder."""
     for module, name, value in (
-        (bench, "SIZE", (200, 160)),
-        (bench, "LARGE", (260, 320)),
-        (bench, "LENGTH", 4),
-        (bench, "LARGE_LENGTH", 3),
+        (parts, "SIZE", (200, 160)),
+        (parts, "LARGE", (260, 320)),
+        (parts, "SMALL", (160, 120)),
+        (parts, "LENGTH", 4),
+        (parts, "LARGE_LENGTH", 3),
         (speed, "TARGETS", (MAIN,)),
         (speed, "OURS", ("nummiaro",)),
         (speed, "PEERS", ("cv2:mosse",)),
-        (speed, "COUNTS", (1, 2)),
-        (speed, "PARTICLES", (10, 20)),
+        (growth, "COUNTS", (1, 2)),
+        (growth, "PARTICLES", (10, 20)),
+        (growth, "FACTORS", (1, 2)),
+        (growth, "WORKERS", (1, 2)),
+        (growth, "DIVIDED", 2),
     ):
         monkeypatch.setattr(module, name, value)
     monkeypatch.chdir(tmp_path)
@@ -312,7 +413,8 @@ def test_the_command_writes_all_there_is(
     assert error.endswith(f"wrote {Path('new') / 'bench'}.md, with CSV and PNG.\n")
     assert "slower" not in out
     written = {path.name for path in Path("new").iterdir()}
-    assert written == set(files("bench", bench.TABLES, plot=True))
+    tables = [table for part, each in parts.PARTS.items() if part != "sequences" for table in each]
+    assert written == set(files("bench", tables, plot=True))
     assert Path("new/bench.png").read_bytes().startswith(b"\x89PNG")
     rows = [*csv.DictReader(Path("new/bench-targets.csv").read_text().splitlines())]
     assert [row["targets"] for row in rows] == ["1", "2", "power"]
@@ -320,7 +422,7 @@ def test_the_command_writes_all_there_is(
     assert [row["H.264 file"] for row in rows] == ["200x160, one target", "260x320, ten targets"]
 
     measured: list[object] = []
-    monkeypatch.setattr(bench, "_measured", lambda *given: measured.append(given))
+    monkeypatch.setattr(parts.Measured, "steps", lambda *given: measured.append(given))
     assert main(line) == 5  # before anything is measured
     Path("bench").mkdir()
     Path("bench/bench.png").touch()
@@ -333,13 +435,26 @@ def test_the_command_writes_all_there_is(
     assert {path.name for path in Path("new").iterdir()} == written
 
 
+def test_one_part_is_measured(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new", "--part", "files"]
+    assert main(line) == 0
+    assert {path.name for path in Path("new").iterdir()} == {"bench.md", "bench-files.csv"}
+    for more, message in (
+        (["--plot"], "Plots are of the parts trackers and growth; omit --plot."),
+        (["--against", "none.md"], "--against compares the part trackers"),
+        (["--part", "sequences"], "Real sequences are in a folder; give it with --data."),
+    ):
+        assert main([*line, "--overwrite", *more]) == 2
+        assert message in capfd.readouterr().err
+
+
 def test_an_earlier_run_is_compared_with(small: Path, capfd: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cv2")
     table = trackers_table({job: [times[0] / 1e4] * 3 for job, times in SECONDS.items()}, "")
     fast = re.sub(r"(nummiaro \| 60x100 .*\| )[\d.]+( \| [\d.]+ \|)$", r"\g<1>1e-9\2",
                   markdown.table(table), flags=re.MULTILINE)  # fmt: skip
     Path("earlier.md").write_text(fast)
-    line = "bench --frames 3 --rounds 1 --against earlier.md --out new"
+    line = "bench --frames 3 --rounds 1 --part trackers --against earlier.md --out new"
     assert main(line.split()) == 0
     out = capfd.readouterr().out
     assert re.search(r"nummiaro +60x100 +cv2:mosse +\S+ +1\.00e-09 +\+\d+% +slower", out)
@@ -358,12 +473,15 @@ def test_real_sequences_are_measured_too(
     monkeypatch.setattr(speed, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed_report, "FOLLOWERS", ("nummiaro",))
     monkeypatch.setattr(speed, "RIVALS", ("cv2:mosse",))
+    brightness_network(Path("white.onnx"))
     line = ["bench", "--frames", "3", "--rounds", "1", "--out", "new"]
     monkeypatch.setenv("MOTES_DATA", str(sequences))
-    assert main(line) == 0
+    assert main([*line, "--vit", "white.onnx", "--part", "sequences"]) == 0
     rows = [*csv.DictReader(Path("new/bench-sequences.csv").read_text().splitlines())]
     assert [(row["sequence"], row["tracker"]) for row in rows] == [
-        (name, tracker) for name in ("David", "all") for tracker in ("nummiaro", "cv2:mosse")
+        (name, tracker)
+        for name in ("David", "all")
+        for tracker in ("nummiaro", "cv2:mosse", "cv2:vit")
     ]
     capfd.readouterr()
 
@@ -375,7 +493,9 @@ def test_real_sequences_are_measured_too(
         (["--data", "new"], 3, "There is no sequence in new"),
         (["--data", "mine"], 3, "--data mine has none of the sequences David, Jogging-1"),
         (["--nano", "a,b"], 2, "--nano needs real sequences; give their folder with --data."),
-        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs two ONNX files"),
+        (["--vit", "a"], 2, "--vit needs real sequences; give their folder with --data."),
+        (["--data", "david", "--nano", "a,b"], 2, "cv2:nano needs 2 ONNX files"),
+        (["--data", "david", "--vit", "a"], 2, "cv2:vit needs an ONNX file"),
     ):
         assert main([*line[:-1], "other", *more]) == code
         assert message in capfd.readouterr().err

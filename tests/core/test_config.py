@@ -22,9 +22,10 @@ from motes.cues.structure_tensor import Orientation
 from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
-from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
     Autoregressive,
     ConstantVelocity,
@@ -329,8 +330,11 @@ def test_numbers_of_zhao_and_pei() -> None:
     assert config.hog == Hog(cells=1, bins=8, kernel="gaussian", rotation_normalized=True)
     assert isinstance(config.motion, Autoregressive)
     assert isinstance(config.likelihood, Exponential)
-    assert config.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
-    assert config.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
+    assert config.strategies == dict.fromkeys(["color", "hog"], AnchoredKalman())
+    printed = preset("zhao_pei:printed")
+    assert isinstance(printed, ParticleFilter)
+    assert printed.strategies["color"] == KalmanBins(frames=10, alpha=0.1)
+    assert printed.strategies["hog"] == GaussianBins(beta=0.1, deviations=3)
     for name, cues in (("zhao_pei:color", ["color"]), ("zhao_pei:hog", ["hog"])):
         variant = preset(name)
         assert isinstance(variant, ParticleFilter)
@@ -340,6 +344,40 @@ def test_numbers_of_zhao_and_pei() -> None:
     assert isinstance(fixed, ParticleFilter)
     assert list(fixed.cues) == list(config.cues)
     assert not any(strategy.learns for strategy in fixed.strategies.values())
+
+
+def test_the_printed_presets_are_to_the_letter() -> None:
+    nummiaro, half, quarter, ng_delp, zhao_pei = (
+        preset(name)
+        for name in (
+            "nummiaro:printed",
+            "ng_delp:half",
+            "ng_delp:quarter",
+            "ng_delp:printed",
+            "zhao_pei:printed",
+        )
+    )
+    assert isinstance(nummiaro, ParticleFilter)
+    assert isinstance(nummiaro.motion, ConstantVelocity)
+    assert nummiaro.motion.persistence == 1  # equation 8
+    assert nummiaro.motion.noise.size_return == 0
+    assert nummiaro.color == Color(space="rgb", bins=(8, 8, 8), sampling=EveryPixel())
+    rule = nummiaro.presence
+    assert (rule.fraction, rule.deviations, rule.margin, rule.max_threshold) == (0.1, 2, 0, 1)
+    assert (rule.stride, rule.in_frame, rule.found_frames) == (1, True, 1)
+    assert rule.max_positions > 4096 * 2160
+    for config, sampling in (
+        (half, Checkerboard(share="half")),
+        (quarter, Checkerboard(share="quarter")),
+        (ng_delp, EveryPixel()),
+    ):
+        assert isinstance(config, ParticleFilter)
+        assert {cue.sampling for cue in (config.color, config.edges) if cue} == {sampling}
+    assert isinstance(ng_delp, ParticleFilter)
+    assert isinstance(ng_delp.likelihood, BestParticle)
+    assert ng_delp.likelihood.epsilon == 0.1  # figure 3
+    assert isinstance(zhao_pei, ParticleFilter)
+    assert {cue.sampling for cue in (zhao_pei.color, zhao_pei.hog) if cue} == {EveryPixel()}
 
 
 def test_extreme_but_allowed_values_work() -> None:

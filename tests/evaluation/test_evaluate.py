@@ -96,6 +96,17 @@ def test_perturbed_starts_stay_in_the_frame() -> None:
     assert {label: found[label] for label in expected} == expected
 
 
+def test_starts_moved_by_a_pixel() -> None:
+    film = sequence([ABSENT, [10, 20, 30, 40]])
+    assert starts("pixel", film, 200, 100) == [
+        ("pixel", "0", 1, (10, 20, 30, 40)),
+        ("pixel", "-1", 1, (9, 19, 30, 40)),
+        ("pixel", "+1", 1, (11, 21, 30, 40)),
+    ]
+    corner = starts("pixel", sequence([[0, 60, 30, 40]]), 200, 100)  # boxes stay in the frame
+    assert [start.box for start in corner] == [(0, 60, 30, 40), (0, 59, 30, 40), (1, 60, 30, 40)]
+
+
 @pytest.mark.parametrize(
     ("frames", "absent", "expected"),
     [
@@ -380,35 +391,6 @@ def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> No
     assert not entries
     for problem in problems:
         assert "4.9 has no cv2:" in problem.what
-
-
-def test_nano_needs_its_files(home: Path) -> None:
-    pytest.importorskip("cv2")
-    Path("a.onnx").write_text("no network")
-    names = ["cv2:nano", "cv2:nano=a.onnx", "cv2:nano=a.onnx,none.onnx", "cv2:nano=a.onnx,a.onnx"]
-    entries, problems = resolve(names)
-    assert not entries
-    for problem in problems[:3]:
-        assert "cv2:nano needs two ONNX files: cv2:nano=BACKBONE,HEAD" in problem.what
-    assert "cannot read a.onnx or a.onnx" in problems[3].what
-
-
-def test_nano_is_the_same_with_the_same_files(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[tuple[str, str]] = []
-    other = types.SimpleNamespace(
-        __version__="4.14",
-        setNumThreads=lambda _: None,
-        error=RuntimeError,
-        TrackerNano_Params=types.SimpleNamespace,
-        TrackerNano_create=lambda given: made.append((given.backbone, given.neckhead)),
-    )
-    monkeypatch.setitem(sys.modules, "cv2", other)
-    Path("a.onnx").write_text("a"), Path("b.onnx").write_text("b")
-    spec = tracker_spec("cv2:nano=a.onnx,b.onnx")
-    assert (spec.stochastic, made) == (False, [("a.onnx", "b.onnx")])
-    assert tracker_spec("cv2:nano=a.onnx,b.onnx").configuration == spec.configuration
-    Path("b.onnx").write_text("c")
-    assert tracker_spec("cv2:nano=a.onnx,b.onnx").configuration != spec.configuration
 
 
 def test_a_module_that_says_much(home: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
 import subprocess
@@ -37,8 +38,10 @@ from motes.evaluation.papers import (
     occlusions,
     rendered_claims,
     sample_regions,
+    two_rooms,
     zhao_pei_figure2,
 )
+from motes.evaluation.papers.expected_time import Expected
 from motes.evaluation.papers.ng_delp_table1 import PAPER, SAMPLINGS
 from motes.evaluation.papers.result import Experiment, Result, as_csv, files, over, save
 from motes.evaluation.papers.sample_regions import View
@@ -581,14 +584,94 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 12
+    assert len(COMMANDS) == 13
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
-    papers = (" et al., ", " Ng and Delp, ", "Zhao and Pei, ")
+    papers = (" et al., ", " Ng and Delp, ", "Zhao and Pei, ", "Hard films")
     assert all(any(paper in line for paper in papers) for line in out.splitlines())
     assert max(map(len, out.splitlines())) <= 80
     assert go(capfd, "--list") == (code, out, error)
+
+
+def test_help_has_a_line_on_each(capfd: pytest.CaptureFixture[str]) -> None:
+    lines = dict(line.split(maxsplit=1) for line in go(capfd, "")[1].splitlines())
+    code, out, error = go(capfd, "--help")
+    assert (code, error) == (0, "")
+    text = " ".join(out.replace("│", " ").split())
+    assert all(f"{name} {line}" in text for name, line in lines.items())
+
+
+@pytest.mark.parametrize(
+    ("line", "module", "given"),
+    [
+        ("occlusions", occlusions, ([2, 10], [15], 2)),
+        ("occlusions --full", occlusions, ([2, 10, 50], [5, 15, 30, 45, 60], 10)),
+        ("occlusions --full --objects 2 --hidden 7 --least 1", occlusions, ([2], [7], 1)),
+        ("two-rooms", two_rooms, (1, 1500)),
+        ("two-rooms --full --frames 50", two_rooms, (5, 50)),
+        ("two-rooms --full --seeds 3", two_rooms, (3, 1500)),
+    ],
+)
+def test_the_short_run_and_the_full_one(
+    line: str,
+    module: Any,
+    given: tuple[object, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    asked: list[tuple[Any, ...]] = []
+
+    def measured(*arguments: Any) -> Iterator[Result]:
+        asked.append(arguments)
+        yield Result({"": Table("A table", ("a",), [])}, share=1.0)
+
+    monkeypatch.setattr(module, line.split()[0].replace("-", "_"), measured)
+    monkeypatch.setattr(module, "expected", lambda *_: Expected("7 clips", 200.0))
+    options = "--detector gaussian --preset ng_delp:color"
+    code, _, error = go(capfd, f"{line} {options}")
+    assert code == 0, error
+    more = "" if "--full" in line else " The whole table: --full."
+    assert error == f"motes: 7 clips: about 3 min.{more}\n"
+    ((*numbers, scene),) = asked
+    if module is occlusions:
+        kinds, least = numbers
+        numbers = [
+            sorted({kind.objects for kind in kinds}), sorted({kind.length for kind in kinds}), least
+        ]  # fmt: skip
+    assert tuple(numbers) == given
+    made = scene(0)
+    assert made.config.tracker.edges is None
+    assert made._detector.config.method == "gaussian"
+    assert scene(0)._detector is not made._detector
+
+
+def test_progress_has_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    texts: list[str] = []
+
+    class Shown:
+        def __init__(self, **_: object) -> None: ...
+
+        def status(self, text: object) -> Any:
+            texts.append(str(text))
+            return contextlib.nullcontext(self)
+
+        def update(self, text: object) -> None:
+            texts.append(str(text))
+
+    def steps() -> Experiment:
+        yield Result({}, progress="clip 1", share=0.25)
+        yield Result({}, progress="clip 2")
+
+    now = iter([100.0, 120.0, 140.0])
+    monkeypatch.setattr(experiment_output.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr("rich.console.Console", Shown)
+    assert show(steps(), Output("it", ("",), None, overwrite=False), (), 75.0) == 0
+    assert texts == [
+        "measuring, about 75 s left",
+        "measuring: clip 1, about 60 s left",
+        "measuring: clip 2",
+    ]
 
 
 def test_listing_loads_nothing_heavy() -> None:
@@ -616,6 +699,11 @@ def test_listing_loads_nothing_heavy() -> None:
         ("occlusions --least 0", 2, "--least is 0"),
         ("occlusions --objects 12", 2, "--objects is 12; give 2 or a multiple of 10"),
         ("occlusions --hidden 10 --hidden 4", 2, "--hidden is 4; give 5 or more"),
+        ("occlusions --detector found.txt", 2, "found.txt, and clips are rendered"),
+        ("occlusions --detector dog", 2, "A detector is mog2"),
+        ("occlusions --preset mean_shift", 2, "Objects are followed by particle filters"),
+        ("two-rooms --preset dog", 2, "No preset 'dog'"),
+        ("two-rooms --detector found.txt", 2, "found.txt, and clips are rendered"),
         ("maggio-table1 nowhere", 3, "no file or folder nowhere"),
         ("maggio-table1 nowhere --first-pixel 2", 2, "--first-pixel takes 0, 1"),
         ("maggio-figure5 .", 3, "no sequence in ."),
@@ -664,7 +752,7 @@ def test_every_experiment_writes_what_it_says(
 ) -> None:
     for clip, small in SMALL_CLIPS.items():
         monkeypatch.setattr(synthetic, clip, small)
-    monkeypatch.setattr(occlusions, "keeps", lambda met: [len(met.clip) > 100])
+    monkeypatch.setattr(occlusions, "keeps", lambda met, _: [len(met.clip) > 100])
     checked: list[list[str]] = []
 
     def prepare(out: Path, names: list[str], overwrite: bool) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.cues.color import Color
 from motes.cues.hog import Hog
-from motes.evaluation.papers import occlusions
+from motes.evaluation.papers import expected_time, occlusions
 from motes.evaluation.papers.result import wilson_interval
 from motes.evaluation.synthetic.beetle import Target
 from motes.evaluation.synthetic.clips import Clip
@@ -23,6 +23,8 @@ from motes.evaluation.synthetic.occlusion_clips import (
     full_occlusions,
     occlusion_clip,
 )
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
 
 
@@ -48,12 +50,10 @@ class Told:
 @pytest.mark.slow
 @pytest.mark.parametrize(("before", "after", "kept"), [(1, 1, True), (1, 2, False), (0, 0, False)])
 @pytest.mark.parametrize("way", ["crossing", "turning back"])
-def test_an_identity_is_kept(
-    way: Way, before: int, after: int, kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_identity_is_kept(way: Way, before: int, after: int, kept: bool) -> None:
     met = occlusion_clip(way, 5)
-    monkeypatch.setattr(occlusions, "Scene", lambda _: Told(met.clip, before, after))
-    assert occlusions.keeps(met) == [kept]
+    told: Any = Told(met.clip, before, after)
+    assert occlusions.keeps(met, told) == [kept]
 
 
 @pytest.mark.parametrize("way", get_args(Way))
@@ -104,12 +104,18 @@ def test_a_skin_across_has_the_same_colors_and_other_edges() -> None:
 def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPatch) -> None:
     met: list[OcclusionClip] = []
 
-    def keeps(each: OcclusionClip) -> list[bool]:
+    def keeps(each: OcclusionClip, _: object) -> list[bool]:
         met.append(each)
         return [True, len(each.clip.targets) > 2]
 
     monkeypatch.setattr(occlusions, "keeps", keeps)
-    *_, result = occlusions.occlusions([5, 45], [2, 10], 3)
+    kinds = occlusions.kinds_of([5, 45], [2, 10])
+    results = list(occlusions.occlusions(kinds, 3, lambda _: Scene(BackgroundDetector())))
+    assert len(results) == len(met)  # a result after each clip
+    shares = [each.share for each in results]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    result = results[-1]
     lengths, short = result.tables["lengths"], result.tables["short"]
     assert len(met) == 2 * 2 * 2 * 6  # two clips give the three that are wanted
     assert len(lengths.rows) == 12
@@ -122,6 +128,38 @@ def test_short_occlusions_are_also_counted_together(monkeypatch: pytest.MonkeyPa
     low, high = wilson_interval(36, 48)
     assert (all_.text, kept.text, share.text) == ("all", "36 of 48", "75%")
     assert between.text == f"{100 * low:.1f} to {100 * high:.1f} %"
+
+
+@pytest.mark.parametrize("objects", [2, 10, 20])
+def test_as_many_occlusions_are_expected_as_clips_have(objects: int) -> None:
+    kind = occlusions.Kind("crossing", "different", objects, 5)
+    clip = kind.clip(0).clip
+    states = np.array([target.states[:, :2] for target in clip.targets])
+    behind, before = states[: objects // 2], states[objects // 2 :]
+    meets = np.abs(behind[:, None] - before[None]).max(axis=3).min(axis=2) < 2
+    assert meets.sum() == kind.per_clip
+    assert kind.clips(kind.per_clip) == 1
+    assert kind.clips(kind.per_clip + 1) == 2
+
+
+def test_the_expected_time_is_that_of_the_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(occlusions, "seconds_per_frame", lambda scene, frames: 0.5)
+    kinds = occlusions.kinds_of([5], [2])
+    frames = sum(3 * len(kind.clip(0).clip) for kind in kinds)
+    found = occlusions.expected(kinds, 3, lambda _: Scene(BackgroundDetector()))
+    assert found == (f"18 clips, {frames} frames", frames / 2)
+
+
+def test_the_first_frame_is_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = iter([10.0, 13.0])  # after the first frame, and after the last one
+    monkeypatch.setattr(expected_time.time, "perf_counter", lambda: next(now))
+    frames = (Frame(i, i / 25, np.zeros((64, 64, 3), np.uint8)) for i in range(4))
+    assert expected_time.seconds_per_frame(Scene(lambda _: []), frames) == 1
+
+
+def test_durations_are_in_the_unit_that_fits() -> None:
+    found = [expected_time.duration(seconds) for seconds in (0.2, 47.3, 130, 4000, 9000)]
+    assert found == ["1 s", "47 s", "2 min", "67 min", "2.5 h"]
 
 
 def test_wilsons_interval() -> None:

@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from motes.evaluation.papers import two_rooms
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.scene import Scene
 
 
 @pytest.mark.slow
 def test_a_passage_is_kept_with_handover_and_not_without() -> None:
-    scene = two_rooms.rooms(seed=13, frames=400, people=1)
-    assert len(scene.passages) == 1
-    named = two_rooms.identities(scene, [two_rooms.rig(True), two_rooms.rig(False)])
-    assert [two_rooms.kept(found, scene.passages) for found in named] == [[True], [False]]
+    rooms = two_rooms.rooms(seed=13, frames=400, people=1)
+    assert len(rooms.passages) == 1
+    rigs = [two_rooms.rig(True), two_rooms.rig(False)]
+    named = two_rooms.identities(rooms, rigs, lambda _: Scene(BackgroundDetector("gaussian")))
+    assert [two_rooms.kept(found, rooms.passages) for found in named] == [[True], [False]]
 
 
 def test_kept_compares_the_last_identity_with_the_next_first() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import shutil
 from itertools import permutations
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.cli import main
+from motes.cli import experiment_zhao_pei, main
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -22,6 +23,7 @@ from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
+from motes.mot.scene import Scene
 
 
 def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
@@ -34,7 +36,9 @@ def counted(
     each: MotSequence, detector: Detector | None = None
 ) -> tuple[Result, list[list[float]]]:
     """Return the last result, and there, followed and detected of every frame."""
-    *_, result = zhao_pei_figure9.figure9(each, detector, "nummiaro:adaptive", 0)
+    finder = detector or zhao_pei_figure9.default_detector(each)
+    *_, result = zhao_pei_figure9.figure9(each, lambda seed: Scene(finder), 0, each.frames)
+    assert result.share == 1
     (table,) = result.tables.values()
     assert table.head[1:4] == ("present", "followed", "detected accurately")
     return result, [[cell.value or 0.0 for cell in row[1:4]] for row in table.rows]
@@ -116,7 +120,7 @@ def test_as_many_are_right_as_can_be() -> None:
             sum(fits[i, j] for i, j in enumerate(order))
             for order in permutations(range(len(many.ids)), len(few.ids))
         )
-        assert zhao_pei_figure9._count(truth, said) == (len(truth.ids), len(said.ids), best)
+        assert zhao_pei_figure9.count_accurate(truth, said) == (len(truth.ids), len(said.ids), best)
 
 
 def some(rng: np.random.Generator, count: int) -> Rows:
@@ -150,6 +154,21 @@ def test_many_objects_on_the_command_line(
     assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]
     assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
     assert main([*line, "--overwrite", "--preset", "nummiaro", "--seed", "3"]) == 0
+
+
+def test_a_part_of_the_film_unless_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(experiment_zhao_pei, "FIGURE9_FRAMES", 5)
+    line = ["experiment", "zhao-figure9", str(write_crowd(tmp_path))]
+    assert main(line) == 0
+    out, error = capfd.readouterr()
+    assert "first 5 of 12 frames" in out
+    assert re.match(r"motes: 5 frames: about \d+ s\. The whole table: --full\.\n", error)
+    assert main([*line, "--full"]) == 0
+    out, error = capfd.readouterr()
+    assert "first" not in out
+    assert re.match(r"motes: 12 frames: about \d+ s\.\n", error)
 
 
 def test_one_object_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

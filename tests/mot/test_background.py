@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from backgrounds import METHODS, NO_CV2
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method, blobs
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background_models import Method
+from motes.mot.detection.blobs import blobs
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
 from motes.video.sources import read_image
 
@@ -95,6 +99,12 @@ def test_a_flood_of_objects_is_limited() -> None:
     assert "36 moving patches" in detector.warnings["flood"]
 
 
+def found(mask: NDArray[np.uint8], least: int = 20, **changes: Any) -> list[Box]:
+    """Return the blobs of a mask, of so many pixels at least."""
+    usual = {"speck": 3, "gap": (0.03, 0.002), "valley": 0.1, "narrow": 0.1}
+    return blobs(mask, least=least / mask.size, **{**usual, **changes})
+
+
 @pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=METHODS[0].marks)])
 def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not opencv:
@@ -106,12 +116,11 @@ def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     mask[100, 100] = 1  # a speck
     mask[190:, 390:] = 1  # in the corner
     upper, corner = [Box(20, 10, 20, 40), Box(60, 10, 10, 20)], Box(390, 190, 10, 10)
-    assert blobs(mask, BackgroundConfig(least=50 / mask.size)) == [*upper, corner]
-    assert blobs(mask, BackgroundConfig(least=150 / mask.size)) == upper
-    apart = BackgroundConfig(gap=(0.01, 0.008), least=50 / mask.size)
-    assert len(blobs(mask, apart)) == 4
-    assert blobs(mask, BackgroundConfig(speck=1, least=1 / mask.size))[-1] == Box(100, 100, 1, 1)
-    assert blobs(np.zeros((20, 20), np.uint8), BackgroundConfig()) == []
+    assert found(mask, least=50) == [*upper, corner]
+    assert found(mask, least=150) == upper
+    assert len(found(mask, least=50, gap=(0.01, 0.008))) == 4
+    assert found(mask, least=1, speck=1)[-1] == Box(100, 100, 1, 1)
+    assert found(np.zeros((20, 20), np.uint8)) == []
 
 
 def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -164,7 +173,7 @@ def test_settings_decide_what_is_found(
 def test_settings_decide_how_soon_what_stays_is_learned(
     method: Method, change: dict[str, float]
 ) -> None:
-    config = BackgroundConfig(method=method)
+    config = BackgroundConfig(method=method, trial=0)
     assert patch(config, 1.4, frames=4) == 1
     assert patch(replace(config, **change), 1.4, frames=4) == 0
 
@@ -220,3 +229,33 @@ def test_people(data: Path) -> None:
     assert len(found) >= 4
     assert (overlaps.max(axis=1) > 0.5).mean() >= 0.75
     assert PeopleDetector()(Frame(0, 0.0, pixels[:100])) == []
+
+
+def silhouette(*heads: int) -> NDArray[np.uint8]:
+    """Return people of 100 pixels with their heads at x, shoulder to shoulder, in stride."""
+    mask = np.zeros((160, 300), np.uint8)
+    for x in heads:
+        mask[30:46, x - 7 : x + 8] = 1
+        mask[46:90, x - 18 : x + 19] = 1
+        for step in range(40):
+            mask[90 + step, x - 10 - step // 4 : x - step // 4] = 1
+            mask[90 + step, x + step // 4 : x + 10 + step // 4] = 1
+    return mask
+
+
+def test_people_in_one_patch_are_divided_between_their_heads() -> None:
+    assert len(found(silhouette(100))) == 1  # its legs are none
+    pair = sorted(found(silhouette(100, 136)))
+    assert [(box.x, box.width) for box in pair] == [(81, 37), (118, 37)]
+    assert all(box.y == 30 and box.height == 100 for box in pair)
+    three = found(silhouette(100, 136, 172))
+    assert sorted(box.width for box in three) == [36, 37, 37]
+    assert len(found(silhouette(100, 136), valley=0)) == 1
+
+
+def test_a_vehicle_is_not_divided() -> None:
+    mask = np.zeros((160, 300), np.uint8)
+    mask[60:80, 80:150] = 1  # its cabin, a mirror, its hood
+    mask[52:60, 100:103] = 1
+    mask[80:110, 60:210] = 1
+    assert len(found(mask)) == 1

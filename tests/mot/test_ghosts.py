@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from backgrounds import METHODS
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background_models import Method
 from motes.mot.detection.ghosts import gradients, without_ghosts
 
 THING, GONE = Box(20, 30, 16, 30), Box(100, 30, 16, 30)
@@ -59,11 +59,11 @@ def test_a_patch_that_fills_the_picture_has_no_outline_and_stays() -> None:
 def test_who_walks_off_leaves_no_ghost(method: Method) -> None:
     """Somebody is in the first frame, which makes the background, and leaves from frame 3 on."""
     for share, ghosts in ((0.9, 0), (0.0, 1)):
-        config = replace(BackgroundConfig(method=method), ghost=share)
+        config = BackgroundConfig(method=method, ghost=share, valley=0, gap=(0.06, 0.008))
         detector = BackgroundDetector(config)
         for index in range(7):
             place = GONE._replace(x=100.0 - 8 * max(0, index - 3))
             found = detector(Frame(index, index / 25, painted(ground(index), place)))
         boxes = [each.box for each in found]
         assert sum(iou(box, place) > 0.8 for box in boxes) == 1
-        assert sum(box.x == GONE.x for box in boxes) == ghosts
+        assert sum(abs(box.x - GONE.x) <= 2 for box in boxes) == ghosts

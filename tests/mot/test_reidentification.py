@@ -12,6 +12,7 @@ from motes.core.errors import ConfigError
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Overlap, Rig
 
@@ -182,7 +183,9 @@ def test_what_was_seen_some_time_ago_is_not_where_it_was() -> None:
 
 def test_a_homography_is_applied_up_to_scale() -> None:
     overlap = Overlap(("a", "b"), ((2, 0, 4), (0, 2, 6), (0, 0, 2)))
-    assert overlap.there((1, 1)) == (3, 4)
+    ground = CommonGround(overlap)
+    assert ground.there((1, 1), 20.0, "a") == (3, 4)
+    assert ground.there((3, 4), 20.0, "b") == pytest.approx((1, 1))
 
 
 def test_an_interruption_makes_nobody_new() -> None:
@@ -227,7 +230,7 @@ def test_the_documented_rig_is_one() -> None:
     (example,) = re.findall(r"^```toml\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
     rig = Rig.parse(example)
     assert [camera.name for camera in rig.camera] == ["hall", "office"]
-    assert rig.overlap[0].there((250, 9)) == (50, 9)
+    assert CommonGround(rig.overlap[0]).there((250, 9), 20.0, "hall") == (50, 9)
     defaults = rig.passage[0].distance, rig.overlap[0].reach
     assert [f"({value:g})" in text for value in defaults] == [True, True]
 

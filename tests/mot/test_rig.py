@@ -24,8 +24,10 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.cameras import camera_process
+from motes.mot.cameras import rig as rig_module
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage, CameraReporter
+from motes.mot.cameras.camera_reporter import CameraReporter
+from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
@@ -118,6 +120,87 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
     assert times == sorted(times)
     first = next(row for row in rows if row["camera"] == "office")
     assert float(first["time"]) == pytest.approx(int(first["frame"]) / 25 + 2, abs=0.01)
+
+
+@pytest.mark.slow
+def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
+    """Nummiaro et al., section VII: both search for a histogram that was saved before."""
+    line = "histogram hall.mkv --frame 32 --init 32,40,16,30 -o red.json"
+    assert main(line.split()) == 0
+    entry = '[{ name = "entry", box = [0, 0, 10, 96] }, {'
+    rig = HALL.replace("[{", entry) + OFFICE + PASSAGE
+    code, _, error = go(rig, "-o r.csv --histogram red.json")
+    assert code == 0, error
+    rows = read()
+    assert {row["identity"] for row in rows} == {"1"}
+    for name, enters, until in (("hall", 20, 2.9), ("office", 30, 5.0)):
+        seen = [row for row in rows if row["camera"] == name and row["status"] == "tracking"]
+        assert len(seen) > 20
+        assert float(seen[-1]["time"]) < until
+        middle = seen[len(seen) // 2]
+        x = 4 * (int(middle["frame"]) - enters) - 16
+        assert float(middle["x"]) == pytest.approx(x, abs=6)
+
+
+def test_a_histogram_is_for_several_cameras(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["watch", "hall.mkv", "--histogram", "red.json"]) == 2
+    assert "--histogram is for a file of several cameras" in capfd.readouterr().err
+    code, _, error = go(HALL, "-o r.csv --histogram red.json")
+    assert code == 3
+    assert "red.json" in error
+
+
+@pytest.mark.parametrize("slow", ["one", "two"])
+def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a camera may expect depends on the times of frames alone, not on who is faster.
+
+    The second camera's frames come half a frame later, and one of the two takes its time.
+    """
+    log: list[str] = []
+
+    class Recording(camera_process.CameraProcess):
+        """A recording that works when the test has it work."""
+
+        def _start(self) -> None:
+            self._known, self._offsets = 0, (0, 0)
+
+        def _send(self, arrivals: object) -> None:
+            log.append(f"{self.name} {arrivals}")
+
+    monkeypatch.setattr(rig_module, "CameraProcess", Recording)
+    watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))))
+    monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(told)}")
+    told: list[float] = []
+    starts = {"one": 0.0, "two": 0.02}
+    cameras = {camera.name: camera for camera in watch._cameras}
+    frames = {name: iter([start + 0.04 * n for n in range(4)]) for name, start in starts.items()}
+    order = sorted(cameras, key=lambda name: name == slow)
+
+    def works(camera: camera_process.CameraProcess) -> bool:
+        """Have a camera announce a frame or report one, as its process would."""
+        done = len(camera.reports) + sum(each.startswith(camera.name) for each in log)
+        if camera.next is None and (time := next(frames[camera.name], None)) is not None:
+            camera.next = camera._last = time
+        elif camera._working:
+            report = CameraReport(camera.name, done, camera._working[0], ())
+            assert list(camera._take(report)) == []
+        else:
+            camera.over = camera.next is None
+            return False
+        return True
+
+    for _ in range(40):
+        while works(cameras[order[0]]):
+            while (report := watch._next()) is not None:
+                told.append(report.time)
+        works(cameras[order[1]])
+        while (report := watch._next()) is not None:
+            told.append(report.time)
+    assert told == sorted(told)
+    assert sorted(log) == [
+        *(f"one {0.04 * n:.2f} knows {max(2 * n - 1, 0)}" for n in range(4)),
+        *(f"two {0.04 * n + 0.02:.2f} knows {2 * n}" for n in range(4)),
+    ]
 
 
 @pytest.mark.slow
@@ -396,7 +479,9 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     assert first.places == ("door",)
     histograms = [np.frombuffer(each.histogram or b"", np.float32) for each in (first, early)]
     assert [histogram.sum() for histogram in histograms] == pytest.approx([1, 1], abs=1e-3)
-    told = [s for r in reports[True] for s in r.sightings if s.histogram is not None]
-    assert len(told) == 2  # when it comes, and when it goes
+    told = [s for r in reports[True] for s in r.sightings]
+    assert all(each.histogram for each in told if each.seen)
+    assert first.velocity[0] > 50  # 4 pixels a frame
+    assert len(first.covariance) == 25
     gone = np.frombuffer(told[1].histogram or b"", np.float32)
     np.testing.assert_allclose(gone, histograms[0], atol=0.1)  # whole, not what was left of it

@@ -27,7 +27,8 @@ from motes.evaluation.synthetic.occlusion_clips import EMPTY, occlusion_clip
 from motes.mot.assignment import assign
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
-from motes.mot.detection.background import BackgroundDetector, Method
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.detection.background_models import Method
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.occlusion import occlusion_candidates
 from motes.mot.scene import Scene

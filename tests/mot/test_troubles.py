@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from backgrounds import METHODS
 from motes.core.frame import Frame
 from motes.evaluation.synthetic.scenery import noise, to_bytes
-from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, Method
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.background_models import Method
 from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.scene import Scene
 

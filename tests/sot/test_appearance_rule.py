@@ -121,11 +121,13 @@ def test_the_margin_asks_for_more_where_the_background_varies_little() -> None:
         assert rule.threshold(background) == pytest.approx(threshold)
 
 
-def walk(rule: AppearanceRule, seen: str, status: Status = Status.TRACKING) -> str:
+def walk(
+    rule: AppearanceRule, seen: str, status: Status = Status.TRACKING, *, known: bool = False
+) -> str:
     """Return the statuses, by first letters, over frames in which the rule holds (1) or not."""
-    missed, out = 0, ""
+    against, out = 0, ""
     for letter in seen:
-        status, missed = rule.next_status(status, letter == "1", missed)
+        status, against = rule.next_status(status, letter == "1", against, known=known)
         out += status.value[0]
     return out
 
@@ -138,6 +140,24 @@ def test_searching_tracking_lost_searching() -> None:
     assert walk(rule, "0001") == "ttlt"
     assert walk(rule, "00100100") == "tttttttt"
     assert walk(AppearanceRule(frames=1), "0010") == "lstl"
+
+
+def test_a_known_target_is_found_after_several_frames() -> None:
+    rule = AppearanceRule(frames=2, found_frames=3)
+    assert walk(rule, "110111011100110111", Status.SEARCHING, known=True) == "sssssttttttlssssst"
+    assert walk(rule, "1", Status.SEARCHING) == "t"
+    once = AppearanceRule(frames=2, found_frames=1)
+    assert walk(once, "1001", Status.SEARCHING, known=True) == "ttlt"
+
+
+def test_a_particle_outside_the_frame_does_not_count() -> None:
+    picture = frame(mosaic(3, 12, 16))
+    centers = [(-6, -17), (-0.6, 5), (-0.5, 5), (15.4, 11.4), (15.5, 5), (5, 11.5), (8, 6)]
+    ellipses = np.array([(*center, 20.0, 20.0, 0.0) for center in centers])
+    distances = np.full(len(centers), 0.1)
+    refused = AppearanceRule(in_frame=True).counted(distances, ellipses, picture)
+    assert refused.tolist() == [1, 1, 0.1, 0.1, 1, 1, 0.1]
+    np.testing.assert_array_equal(AppearanceRule().counted(distances, ellipses, picture), distances)
 
 
 @given(st.text("01", max_size=60), st.integers(1, 6))

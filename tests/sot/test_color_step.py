@@ -11,12 +11,13 @@ from msgspec.structs import replace
 
 from motes.core.saved_state import pack
 from motes.cues.color import Color
+from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Exponential, Gaussian
 from motes.sot.filtering.motion import EllipseWalk, Noise, RandomWalk, SecondOrder
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.particle_filter import ParticleFilter
-from motes.sot.presets import ADAPTIVE, MAGGIO, NUMMIARO, ZHAO_PEI
+from motes.sot.presets import ADAPTIVE, NUMMIARO, ZHAO_PEI
 from oracles import region, scene
 
 CENTERS = [(40 + 2 * i, 30 + i) for i in range(6)] + [None, None, (58, 42), (60, 43)]
@@ -68,7 +69,8 @@ class Own(Color, frozen=True):
         {"likelihood": Exponential()},
         {"resampling": Resampling(scheme="systematic")},
         {"resampling": Resampling(threshold=0.5)},
-        {"edges": MAGGIO.edges, "hog": ZHAO_PEI.hog},
+        {"hog": ZHAO_PEI.hog},
+        {"presence": AppearanceRule(in_frame=True)},
     ],
 )
 def test_other_parts_are_called_one_by_one(changes: dict[str, Any]) -> None:

@@ -14,7 +14,8 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Track
 from motes.core.types import Bytes
 from motes.evaluation import synthetic
-from motes.mot.detection.background import BackgroundDetector, Method
+from motes.mot.detection.background import BackgroundDetector
+from motes.mot.detection.background_models import Method
 from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker

@@ -46,6 +46,7 @@ app.command(
     "motes.cli.histogram:app", name="histogram", help="Save the color histogram of a target."
 )
 app.command("motes.cli.evaluate:app", name="evaluate", help="Measure trackers on sequences.")
+app.command("motes.cli.compare:app", name="compare", help="Compare evaluations.")
 app.command(
     "motes.cli.experiment:app",
     name="experiment",

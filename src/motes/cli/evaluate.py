@@ -35,6 +35,7 @@ Trackers:
   FILE.toml                     a configuration: a preset with other values
   cv2:csrt, cv2:kcf, cv2:mil, cv2:mosse, cv2:medianflow, cv2:camshift
   cv2:nano=BACKBONE,HEAD        NanoTrack, with its two ONNX files
+  cv2:vit=NETWORK               VitTrack, with its ONNX file
   module:factory                a Python callable; it returns an object with
                                 init(image, box) and update(image)
   "trax:COMMAND ARGUMENTS"      a program that speaks TraX

@@ -50,12 +50,12 @@ class RunOptions:
         ),
     ] = None
     protocol: Annotated[
-        list[Literal["ope", "sre", "tre", "reset", "robust"]] | None,
+        list[Literal["ope", "pixel", "sre", "tre", "reset", "robust"]] | None,
         REPEATED,
         Parameter(
-            help="Protocol; may be repeated. ope: one pass. sre: perturbed starts. tre: later "
-            "starts. reset: a new start after each failure. robust: 24 perturbed views. The "
-            "default is ope."
+            help="Protocol; may be repeated. ope: one pass. pixel: three starts, with the first "
+            "box moved by 0, -1 and 1 pixels. sre: 12 perturbed starts. tre: later starts. reset: "
+            "a new start after each failure. robust: 24 perturbed views. The default is ope."
         ),
     ] = None
     robust: Annotated[bool, FLAG, Parameter(help="The same as --protocol robust.")] = False

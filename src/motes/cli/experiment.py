@@ -9,21 +9,37 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.experiment_dials import dials
+from motes.cli.experiment_maggio import (
+    maggio_figure5,
+    maggio_growth,
+    maggio_rotation,
+    maggio_table1,
+)
+from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
+from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
+from motes.cli.experiment_zhao_pei import occlusions, zhao_detections, zhao_figure2, zhao_figure9
 from motes.core.errors import ConfigError
 
 app = App(name="experiment", help_format="plaintext")
-app.command("motes.cli.experiment_ng_delp:ng_delp_table1", name="ng-delp-table1")
-app.command("motes.cli.experiment_ng_delp:ng_delp_figure3", name="ng-delp-figure3")
-app.command("motes.cli.experiment_nummiaro:nummiaro_leaps", name="nummiaro-leaps")
-app.command("motes.cli.experiment_nummiaro:two_rooms", name="two-rooms")
-app.command("motes.cli.experiment_nummiaro:nummiaro_figure9", name="nummiaro-figure9")
-app.command("motes.cli.experiment_maggio:maggio_table1", name="maggio-table1")
-app.command("motes.cli.experiment_maggio:maggio_figure5", name="maggio-figure5")
-app.command("motes.cli.experiment_maggio:maggio_rotation", name="maggio-rotation")
-app.command("motes.cli.experiment_maggio:maggio_growth", name="maggio-growth")
-app.command("motes.cli.experiment_zhao_pei:zhao_figure2", name="zhao-figure2")
-app.command("motes.cli.experiment_zhao_pei:zhao_figure9", name="zhao-figure9")
-app.command("motes.cli.experiment_zhao_pei:occlusions", name="occlusions")
+for _experiment in (
+    ng_delp_table1,
+    ng_delp_figure3,
+    nummiaro_leaps,
+    two_rooms,
+    handover,
+    nummiaro_figure9,
+    maggio_table1,
+    maggio_figure5,
+    maggio_rotation,
+    maggio_growth,
+    zhao_figure2,
+    zhao_figure9,
+    zhao_detections,
+    occlusions,
+    dials,
+):
+    app.command(_experiment)
 
 
 @app.default

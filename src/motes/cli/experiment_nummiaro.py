@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from motes.cli.experiment_inputs import Clips, on_clips, region_of
-from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.experiment_inputs import Clips, on_clips, refuse_none, region_of
+from motes.cli.experiment_output import ResultOptions, announce, show
+from motes.cli.experiment_scenes import Full, RenderedDetector, rendered_scene_factory
 from motes.cli.input_checks import check_counts
-from motes.cli.options import RUN, Region, Seeds
+from motes.cli.options import FLAG, RUN, ObjectPreset, Region, Seeds
+
+if TYPE_CHECKING:
+    from motes.evaluation.datasets.sot import Problem
 
 
 def nummiaro_leaps(
@@ -36,17 +41,68 @@ def nummiaro_leaps(
 
 def two_rooms(
     *,
-    seeds: Annotated[int, Parameter(group=RUN, help="Number of rooms, with one run in each.")] = 5,
+    seeds: Annotated[
+        int | None,
+        Parameter(
+            group=RUN,
+            help="Number of pairs of rooms, with one run in each. The default is 1; with --full, "
+            "it is 5.",
+        ),
+    ] = None,
     frames: Annotated[int, Parameter(group=RUN, help="Length of each run in frames.")] = 1500,
+    detector: RenderedDetector = "gaussian",
+    preset: ObjectPreset = "nummiaro:adaptive",
+    full: Full = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Nummiaro et al., section VII: from room to room."""
+    seeds = (5 if full else 1) if seeds is None else seeds
     check_counts(seeds=seeds, frames=frames)
     output = results.output("two-rooms")
+    scene = rendered_scene_factory(detector, preset)
 
     from motes.evaluation.papers import two_rooms as rooms
 
-    return show(rooms.two_rooms(seeds, frames), output)
+    expected = rooms.expected(seeds, frames, scene)
+    announce(expected, full)
+    return show(rooms.two_rooms(seeds, frames, scene), output, (), expected.seconds)
+
+
+def handover(
+    dataset: Path | None = None,
+    /,
+    *,
+    known: Annotated[
+        bool, FLAG, Parameter(help="Both cameras wait for one person whose histogram is known.")
+    ] = False,
+    seeds: Seeds = 1,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Nummiaro et al., section VII: handing over between overlapping cameras.
+
+    Parameters
+    ----------
+    dataset
+        A folder of sequences with people, as for motes evaluate. Each film is cut in two pictures.
+        By default films are rendered.
+    """
+    check_counts(seeds=seeds, clips=clips)
+    output = results.output("handover")
+
+    from motes.evaluation.datasets.mot import load_mot_dataset
+    from motes.evaluation.papers import handover as experiment
+    from motes.evaluation.papers.known_person import known_person
+
+    problems: list[Problem] = []
+    if dataset is None:
+        films = [experiment.rendered_film(seed) for seed in range(clips)]
+    else:
+        sequences, problems = load_mot_dataset(dataset)
+        refuse_none(dataset, sequences, problems)
+        films = [experiment.real_film(each) for each in sequences]
+    run = known_person if known else experiment.handover
+    return show(run(films, seeds), output, problems)
 
 
 def nummiaro_figure9(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import sys
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from motes.core.interrupts import check, deferred
 
 if TYPE_CHECKING:
     from motes.evaluation.datasets.sot import Problem
+    from motes.evaluation.papers.expected_time import Expected
     from motes.evaluation.papers.result import Experiment, Result
     from motes.evaluation.report.tables import Table
 
@@ -103,18 +105,39 @@ class Output:
             log("For the plot, give a folder with --out.")
 
 
-def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) -> int:
-    """Run an experiment and show its results; after an interrupt, the results so far."""
+def announce(expected: Expected, full: bool) -> None:
+    """Print how long an experiment will take, and how to get the whole table."""
+    log(f"{expected}.{'' if full else ' The whole table: --full.'}")
+
+
+def show(
+    steps: Experiment, output: Output, problems: Sequence[Problem] = (), seconds: float = 0.0
+) -> int:
+    """Run an experiment and show its results; after an interrupt, the results so far.
+
+    Parameters
+    ----------
+    steps, output
+        The experiment, and where its results go.
+    problems
+        Failures so far.
+    seconds
+        Expected duration in seconds, shown until the first result; 0 if it is not known.
+    """
     from rich.console import Console
     from rich.text import Text
 
     result: Result | None = None
+    start = time.monotonic()
+    first = Text(f"measuring{time_left(seconds)}")
     try:
-        with contextlib.closing(steps), Console(stderr=True).status("measuring") as status:
+        with contextlib.closing(steps), Console(stderr=True).status(first) as status:
             for latest in steps:
                 check()
                 result = latest
-                status.update(Text(f"measuring: {result.progress}"))
+                share, passed = result.share, time.monotonic() - start
+                left = time_left(passed * (1 - share) / share if share else 0.0)
+                status.update(Text(f"measuring: {result.progress}{left}"))
     except KeyboardInterrupt as interrupt:
         return interrupts.code(interrupt)
     finally:
@@ -125,6 +148,13 @@ def show(steps: Experiment, output: Output, problems: Sequence[Problem] = ()) ->
             for problem in problems:
                 log(f"{problem.where}: {problem.what}")
     return PARTIAL if problems else DONE
+
+
+def time_left(seconds: float) -> str:
+    """Return the end of a line of progress: the time that is left, or nothing for 0."""
+    from motes.evaluation.papers.expected_time import duration
+
+    return f", about {duration(seconds)} left" if seconds > 0 else ""
 
 
 def _rich(table: Table) -> object:

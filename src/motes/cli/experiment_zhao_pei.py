@@ -8,10 +8,19 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from motes.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
-from motes.cli.experiment_output import ResultOptions, show
+from motes.cli.experiment_output import ResultOptions, announce, show
+from motes.cli.experiment_scenes import (
+    Full,
+    RenderedDetector,
+    rendered_scene_factory,
+    scene_factory,
+)
 from motes.cli.input_checks import check_counts
 from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
 from motes.core.errors import ConfigError, SourceError
+
+FIGURE9_FRAMES = 300
+"""Number of frames of figure 9 without --full."""
 
 
 def zhao_figure2(
@@ -50,9 +59,12 @@ def zhao_figure9(
     ] = None,
     preset: ObjectPreset = "zhao_pei",
     seed: Seed = 0,
+    full: Full = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Zhao and Pei, figure 9: objects detected over objects present.
+
+    Reads the first 300 frames; with --full, all.
 
     Parameters
     ----------
@@ -61,11 +73,12 @@ def zhao_figure9(
     """
     output = results.output("zhao-figure9", plot=True)
 
+    from motes.core.seed import checked_seed
     from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
     from motes.evaluation.papers import zhao_pei_figure9
-    from motes.mot.pipeline_config import named_detector
 
-    finder = None if detector is None else named_detector(detector)
+    checked_seed(seed)
+    scene = scene_factory(detector, preset)
     if has_mot_sequences(sequence):
         crowds, problems = load_mot_dataset(sequence)
         refuse_none(sequence, crowds, problems)
@@ -74,7 +87,42 @@ def zhao_figure9(
         crowds = [zhao_pei_figure9.as_mot_sequence(film) for film in films]
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
-    return show(zhao_pei_figure9.figure9(crowds[0], finder, preset, seed), output, problems)
+    (crowd,) = crowds
+    if detector is None:
+        scene = scene_factory(lambda: zhao_pei_figure9.default_detector(crowd), preset)
+    frames = crowd.frames if full else min(crowd.frames, FIGURE9_FRAMES)
+    expected = zhao_pei_figure9.expected(crowd, scene, frames)
+    announce(expected, full or frames == crowd.frames)
+    return show(
+        zhao_pei_figure9.figure9(crowd, scene, seed, frames), output, problems, expected.seconds
+    )
+
+
+def zhao_detections(
+    sequences: Path,
+    /,
+    *,
+    detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, section 3.1: precision and recall of a detector, before tracking.
+
+    Parameters
+    ----------
+    sequences
+        A folder of sequences of many objects, as for motes evaluate.
+    """
+    output = results.output("zhao-detections")
+
+    from motes.evaluation.datasets.mot import load_mot_dataset
+    from motes.evaluation.papers import zhao_pei_detections
+    from motes.mot.pipeline_config import named_detector
+
+    named_detector(detector)
+    crowds, problems = load_mot_dataset(sequences)
+    refuse_none(sequences, crowds, problems)
+    steps = zhao_pei_detections.detections(crowds, lambda: named_detector(detector))
+    return show(steps, output, problems)
 
 
 def occlusions(
@@ -83,30 +131,47 @@ def occlusions(
         list[int] | None,
         REPEATED,
         Parameter(
-            help="Length of an occlusion in frames; may be repeated. The default is 5, 15, 30, 45 "
-            "and 60."
+            help="Length of an occlusion in frames; may be repeated. The default is 15; with "
+            "--full, it is 5, 15, 30, 45 and 60."
         ),
     ] = None,
     objects: Annotated[
         list[int] | None,
         REPEATED,
-        Parameter(help="Number of objects; may be repeated. The default is 2, 10 and 50."),
+        Parameter(
+            help="Number of objects; may be repeated. The default is 2 and 10; with --full, it is "
+            "2, 10 and 50."
+        ),
     ] = None,
     least: Annotated[
-        int, Parameter(group=RUN, help="Least number of occlusions of each kind.")
-    ] = 10,
+        int | None,
+        Parameter(
+            group=RUN,
+            help="Least number of occlusions of each kind. The default is 2; with --full, it is "
+            "10.",
+        ),
+    ] = None,
+    detector: RenderedDetector = None,
+    preset: ObjectPreset = "nummiaro:adaptive",
+    full: Full = False,
     results: ResultOptions = ResultOptions(),
 ) -> int:
     """Zhao and Pei, section 3: identities through full occlusions."""
+    lengths = hidden or ([5, 15, 30, 45, 60] if full else [15])
+    counts = objects or ([2, 10, 50] if full else [2, 10])
+    least = (10 if full else 2) if least is None else least
     check_counts(least=least)
-    lengths, counts = hidden or [5, 15, 30, 45, 60], objects or [2, 10, 50]
     if min(lengths) < 5:
         raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
     for count in counts:
         if count != 2 and (count < 10 or count % 10):
             raise ConfigError(f"--objects is {count}; give 2 or a multiple of 10.")
     output = results.output("occlusions", "lengths", "short")
+    scene = rendered_scene_factory(detector, preset)
 
     from motes.evaluation.papers import occlusions as experiment
 
-    return show(experiment.occlusions(lengths, counts, least), output)
+    kinds = experiment.kinds_of(lengths, counts)
+    expected = experiment.expected(kinds, least, scene)
+    announce(expected, full)
+    return show(experiment.occlusions(kinds, least, scene), output, (), expected.seconds)

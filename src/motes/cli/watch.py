@@ -72,6 +72,13 @@ class ObjectOptions:
             "first frame, such as the players of a team: x,y,width,height. The camera may move.",
         ),
     ] = None
+    histogram: Annotated[
+        Path | None,
+        Parameter(
+            help="For a file of several cameras: all wait for the target in this file, which motes "
+            "histogram has written, and tell each other where they saw it.",
+        ),
+    ] = None
 
 
 @Parameter(name="*", group=OUTPUT)
@@ -96,7 +103,7 @@ def watch(
         Parameter(
             help="A video, a folder or pattern of images, the number of a camera, or an address. "
             "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite and --seed may be given."
+            "(docs/cameras.md); then only -o, --overwrite, --seed and --histogram may be given."
         ),
     ] = None,
     /,
@@ -120,7 +127,11 @@ def watch(
 
         from motes.cli.watch_cameras import watch_rig
 
-        return watch_rig(source, outputs.output, outputs.overwrite, values.seed)
+        return watch_rig(source, outputs.output, outputs.overwrite, values.seed, objects.histogram)
+    if objects.histogram is not None:
+        raise ConfigError(
+            "--histogram is for a file of several cameras; for one, give it to motes track."
+        )
     where = counting.regions()
     config = watch_config(app, preset, values.config, objects.detector, objects.like, settings)
     if values.dump_config:
@@ -146,12 +157,18 @@ def watch(
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.scene import Scene
+    from motes.video.sources import is_recorded
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
-    scene = Scene(config.detector.detector(), config, values.seed)
+    detector = config.detector.detector()
+    if isinstance(detector, PreparedDetector) and is_recorded(source):
+        with frames.open(source) as film:
+            detector.prepare(film)
+    scene = Scene(detector, config, values.seed)
     with frames.open(source) as film:
         opened: list[Output] = []
         if overlay is not None:
@@ -179,7 +196,11 @@ def _check_no_single(
         "preset": preset, **asdict(values), **settings,
     }  # fmt: skip
     for option, value in given.items():
-        if option not in ("output", "overwrite", "seed") and value and value != usual.get(option):
+        if (
+            option not in ("output", "overwrite", "seed", "histogram")
+            and value
+            and value != usual.get(option)
+        ):
             name = option.replace("_", "-")
             raise ConfigError(f"--{name} is for one camera, not for a file of several.")
 

@@ -10,14 +10,14 @@ import msgspec
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
-from motes.cli.load_config import error_context
+from motes.cli.load_config import error_context, load_target
 from motes.cli.messages import counted, log
 from motes.cli.watch_outputs import COLUMNS, Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.camera_reporter import CameraMessage
+from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 
@@ -56,8 +56,11 @@ class RigRows(Lines):
         self.put(lines)
 
 
-def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
+def watch_rig(
+    file: str, output: str | None, overwrite: bool, seed: int, histogram: Path | None
+) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
+    target = None if histogram is None else load_target(histogram)
     text = read_text(Path(file))
     with error_context(Path(file)):
         rig = Rig.parse(text)
@@ -74,7 +77,7 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
         rows.begin()
         try:
             with deferred():
-                watching = opened.enter_context(RigRunner(rig, seed))
+                watching = opened.enter_context(RigRunner(rig, seed, target))
             for news in watching:
                 check()
                 with deferred():
@@ -94,6 +97,8 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
             interrupted = interrupt  # and all processes are ended as at the end
     if len(failures) == len(frames):
         raise SourceError(f"No camera is left. {failures[-1]}")
+    merged = watching.handover.merged
+    found -= merged.keys()
     read = ", ".join(f"{name} {count}" for name, count in frames.items())
     log(
         interrupts.word(interrupted)
@@ -102,10 +107,15 @@ def watch_rig(file: str, output: str | None, overwrite: bool, seed: int) -> int:
         + f", {dropped} frames dropped" * bool(dropped)
         + f"; wrote {output}." * (output != "-")
     )
+    for gone, kept in merged.items():
+        log(f"identity {gone} turned out to be {kept}, and is {kept} from then on.")
     if interrupted:
         return interrupts.code(interrupted)
     if failures:
         return PARTIAL
     if not found:
-        log("error: No object was ever found; try another detector.")
+        what = "No object was ever found; try another detector."
+        if target is not None:
+            what = "The target was never found; check the histogram and the places."
+        log(f"error: {what}")
     return DONE if found else NOT_FOUND

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
@@ -13,17 +13,53 @@ from motes.core.geometry import Box
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """An object found in a frame: its box and a score. A larger score is more certain."""
+    """An object found in a frame.
+
+    Attributes
+    ----------
+    box
+        Where it is.
+    score
+        A larger score is more certain.
+    label
+        The name of its class, such as "car"; None if the detector knows no classes.
+    """
 
     box: Box
     score: float = 1.0
+    label: str | None = None
 
 
 class Detector(Protocol):
-    """Any callable from a frame to the objects found in it."""
+    """Any callable from a frame to the objects found in it.
+
+    A detector may also be a `PreparedDetector` or an `ObservingDetector`, and have `warnings`,
+    texts by their kind.
+    """
 
     def __call__(self, frame: Frame) -> Sequence[Detection]:
         """Return the detections in a frame, in any order."""
+        ...
+
+
+@runtime_checkable
+class PreparedDetector(Protocol):
+    """A detector that can see a film's begin before it is asked for objects in the first frame."""
+
+    def prepare(self, frames: Iterable[Frame]) -> None:
+        """Learn from the frames of a film, from the first on; reads no more of them than needed."""
+        ...
+
+
+@runtime_checkable
+class ObservingDetector(Protocol):
+    """A detector that learns which of its detections are objects."""
+
+    def observe(self, moved: Sequence[Box]) -> None:
+        """Take the boxes of the objects that have moved since they were found.
+
+        `Scene` calls it before each frame, with the objects of three frames before.
+        """
         ...
 
 

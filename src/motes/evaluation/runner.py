@@ -31,9 +31,9 @@ from urllib.parse import quote
 
 from motes.core.errors import FormatError, MotesError, SourceError
 from motes.core.frame import Frame
+from motes.core.import_callable import explain
 from motes.core.worker_processes import blocked_signals, cause
 from motes.evaluation.adapters.registry import TrackerSpec
-from motes.evaluation.adapters.sot import explain
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Problem, Sequence
 from motes.evaluation.protocols.mot import MotPass

@@ -39,6 +39,7 @@ CORRECT_IOU = 0.5
 
 PROTOCOL_NAMES = {
     "ope": "One pass (OPE)",
+    "pixel": "Starts moved by a pixel",
     "sre": "Perturbed starts (SRE)",
     "tre": "Perturbed times (TRE)",
     "reset": "Restarted after failures (VOT)",

@@ -17,6 +17,8 @@ class DetectionOutcome(StrEnum):
     """It is the detection of an object that was occluded before."""
     BORN = "born"
     """It confirms a candidate, which is an object from now on."""
+    EXPECTED = "expected"
+    """Another camera has announced its object, which begins with it."""
     CANDIDATE = "candidate"
     """It may be an object; the next frames decide."""
     SEVERAL = "several objects"

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import get_args
+from typing import Any, get_args
 
 from motes.core.config import from_dict
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
 from motes.core.registry import Registry
-from motes.mot.detection.background import BackgroundConfig, Method
+from motes.mot.detection.background import BackgroundConfig
+from motes.mot.detection.background_models import Method
+from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.detection.onnx_config import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 
@@ -23,6 +26,8 @@ DETECTORS = Registry[DetectorConfig](
         "faces": FacesConfig,
         "recorded": RecordedConfig,
         "like": LookalikeConfig,
+        "callable": CustomConfig,
+        "onnx": OnnxConfig,
     },
 )
 
@@ -39,13 +44,15 @@ class WatchConfig(SceneConfig, frozen=True):
     detector: DetectorConfig = BackgroundConfig()
 
 
-def detector_values(name: str | None) -> dict[str, str]:
+def detector_values(name: str | None) -> dict[str, Any]:
     """Return the values of a `DetectorConfig` for a detector's name; None means a background.
 
     Raises
     ------
     ConfigError
-        If no detector has that name.
+        If no detector has that name, or the TOML file beside an ONNX file is not valid.
+    SourceError
+        If the latter cannot be read.
     """
     if name is None:
         return {"type": "background"}
@@ -53,13 +60,25 @@ def detector_values(name: str | None) -> dict[str, str]:
         return {"type": name}
     if name.endswith(".txt"):
         return {"type": "recorded", "file": name}
+    if name.endswith(".onnx"):
+        return onnx_values(name)
     if name in get_args(Method):
         return {"type": "background", "method": name}
-    own = {"background", "recorded", "like"}  # which have other names, or need more than one
+    if all(name.partition(":")):
+        return {"type": "callable", "name": name}
+    own = {
+        "background",
+        "recorded",
+        "like",
+        "callable",
+        "onnx",
+    }  # which have other names, or need more than one
     named = [each for each in DETECTORS.known() if each not in own]
     if name not in named:
         known = ", ".join([*get_args(Method), *named])
-        raise ConfigError(f"A detector is {known} or a .txt file; got {name!r}.")
+        raise ConfigError(
+            f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
+        )
     return {"type": name}
 
 

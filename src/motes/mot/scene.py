@@ -15,12 +15,16 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, ObservingDetector
 from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.geometry import Box
 from motes.core.seed import checked_seed
+from motes.mot.detection.adapters import as_detections
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
+from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
+from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
 from motes.mot.stages.drop_fragments import drop_fragments
 from motes.mot.stages.initiate import initiate
@@ -33,6 +37,9 @@ from motes.mot.stages.update import update
 from motes.mot.track_initiation import TrackInitiation
 from motes.mot.tracked_object import SceneTrack, TrackedObject
 from motes.video.prefetch import prefetch
+
+LAG = 3
+"""Frames after which a detector learns of a frame's objects: it may run two frames ahead."""
 
 
 class SceneState(msgspec.Struct, frozen=True, eq=False):
@@ -54,10 +61,21 @@ class SceneState(msgspec.Struct, frozen=True, eq=False):
 
 
 class SceneInfo(NamedTuple):
-    """What happened in a frame: all tracks, oldest first, and what became of each detection."""
+    """What happened in a frame.
+
+    Attributes
+    ----------
+    tracks
+        All tracks, oldest first.
+    detection_log
+        What became of each detection.
+    admitted
+        The keys of the expected objects that began, by their identities.
+    """
 
     tracks: list[SceneTrack]
     detection_log: list[LoggedDetection]
+    admitted: Mapping[int, int]
 
 
 def step(
@@ -67,6 +85,7 @@ def step(
     dt: float,
     detections: Sequence[Detection],
     config: SceneConfig,
+    expected: Sequence[Expected] = (),
 ) -> tuple[SceneState, SceneInfo]:
     """Follow all objects into a frame, `dt` seconds after the last one. Zhao and Pei, section 3.
 
@@ -80,13 +99,16 @@ def step(
     objects, free, recovered = reidentify(objects, free, frame, config)
     free, parts = drop_fragments(objects, free, config.containment)
     initiation = state.initiation.with_scores(found)
+    arrived = admit(seed, initiation, expected, objects, free, frame, config)
+    objects, free, initiation = objects + arrived.begun, arrived.free, arrived.initiation
     begun, initiation, tentative = initiate(seed, initiation, free, frame, config)
     objects += begun
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = resolve_identity_switches(staying, frame)
-    log = [*useless, *matched, *recovered, *parts, *tentative]
-    return SceneState(staying, initiation, terminated), SceneInfo(tracks, log)
+    log = [*useless, *matched, *recovered, *parts, *arrived.log, *tentative]
+    info = SceneInfo(tracks, log, arrived.keys)
+    return SceneState(staying, initiation, terminated), info
 
 
 class _Found(NamedTuple):
@@ -110,16 +132,22 @@ class Scene:
 
     Attributes
     ----------
+    detector
+        The detector.
     detection_log
         What became of every detection of the last frame.
     created, terminated
         How many objects there have been, and how many of them have ended.
+    admitted
+        The keys of the expected objects that began in the last frame, by their identities; see
+        `expect`.
     warnings
         The detector's warnings so far, each once (see `BackgroundDetector`); and as `limit`, that
         there were too many detections.
     """
 
     detection_log: list[LoggedDetection]
+    admitted: Mapping[int, int]
     warnings: Mapping[str, str]
 
     def __init__(
@@ -129,10 +157,13 @@ class Scene:
         seed: int = 0,
     ) -> None:
         self.config = scene_config(config) if isinstance(config, str) else config
-        self._detector, self._seed = detector, checked_seed(seed)
+        self.detector, self._seed = detector, checked_seed(seed)
         self._state = SceneState()
         self._last: Frame | None = None
-        self.detection_log, self.warnings = [], {}
+        self._detected = self._stepped = 0
+        self._moved: dict[int, list[Box]] = {}
+        self.detection_log, self.admitted, self.warnings = [], {}, {}
+        self._expected: Sequence[Expected] = ()
         self._own_warnings: dict[str, str] = {}
 
     @property
@@ -144,6 +175,10 @@ class Scene:
     def terminated(self) -> int:
         """How many objects have ended."""
         return self._state.terminated
+
+    def expect(self, expected: Sequence[Expected]) -> None:
+        """Expect objects in the next frame; they begin as soon as they are seen there."""
+        self._expected = expected
 
     def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
         """Return the objects in the next frame, also those that are occluded, oldest first.
@@ -183,16 +218,25 @@ class Scene:
 
     def _detect(self, frame: Frame) -> _Found:
         """Return what the detector finds in a frame."""
-        found = self._detector(frame)
-        return _Found(found, dict(getattr(self._detector, "warnings", {})))
+        if isinstance(self.detector, ObservingDetector):
+            self.detector.observe(self._moved.pop(self._detected - LAG, []))
+        self._detected += 1
+        found = as_detections(self.detector(frame))
+        return _Found(found, dict(getattr(self.detector, "warnings", {})))
 
     def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
-        self._state, (tracks, self.detection_log) = step(
-            self._seed, self._state, frame, dt, found.detections, self.config
+        self._state, info = step(
+            self._seed, self._state, frame, dt, found.detections, self.config, self._expected
         )
+        if isinstance(self.detector, ObservingDetector):
+            moved = [each.track.box for each in self._state.objects if each.moved]
+            self._moved[self._stepped] = moved
+        self._stepped += 1
+        self._expected = ()
+        tracks, self.detection_log, self.admitted = info
         self._warn(frame)
         self.warnings = {**found.warnings, **self._own_warnings}
         return tracks

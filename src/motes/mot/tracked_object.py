@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -15,6 +16,7 @@ from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track, finite
 from motes.core.types import Floats
 from motes.cues.hog import HogModel
+from motes.mot.expected import CUE, Expected
 from motes.sot.filtering.fusion import fuse_distances
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterState
@@ -35,12 +37,15 @@ class SceneTrack:
         The identity of the object that occludes it, if any.
     detected
         Whether a detection confirms it in this frame.
+    velocity
+        In x and y, in pixels a second.
     """
 
     identity: int
     track: Track
     occluded_by: int | None = None
     detected: bool = False
+    velocity: tuple[float, float] = (0.0, 0.0)
 
     @property
     def box(self) -> Box:
@@ -103,6 +108,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         Its edges when another object last came so near.
     occluder_candidate
         The identity of the object that last occluded it, until both are told apart.
+    origin
+        The center of its first detection.
+    moved
+        Whether a detection was ever farther from there than its mean half-axis.
     """
 
     identity: int
@@ -120,6 +129,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     near_other: bool = False
     shape_model: HogModel | None = None
     occluder_candidate: int | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    moved: bool = False
 
     @classmethod
     def begin(
@@ -138,7 +149,50 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         if now > began:
             velocity = (np.array(end[:2]) - start[:2]) / (now - began)
         track = replace(info.track, ellipse=end)
-        return cls(identity, tracker, rng, state, track, velocity, began, now, end, state)
+        return cls(
+            identity, tracker, rng, state, track, velocity, began, now, end, state,
+            origin=(start.x, start.y), moved=_far(start, end),
+        )  # fmt: skip
+
+    @classmethod
+    def take_over(
+        cls,
+        identity: int,
+        tracker: ParticleFilter,
+        rng: np.random.Generator,
+        frame: Frame,
+        expected: Expected,
+        box: Box | None,
+    ) -> Self | None:
+        """Return an expected object whose filter begins with the samples and the model it is given.
+
+        Without a detection it is None, unless the samples fulfill the appearance rule.
+
+        Parameters
+        ----------
+        identity, tracker, rng, frame
+            As in `begin`.
+        expected
+            The object.
+        box
+            Its detection, if it has one.
+        """
+        colors_only = tracker.cues == {"color": CUE}
+        finder = tracker
+        if not colors_only:
+            finder = ParticleFilter(color=CUE, motion=tracker.motion, presence=tracker.presence)
+        state, info = finder.hand_over(frame, {"color": expected.model}, expected.samples)
+        if box is None and info.track.status is not Status.TRACKING:
+            return None
+        if not colors_only:  # other cues learn where the samples match best
+            region = info.track.ellipse if box is None else ellipse_from_box(tracker, box)
+            state, info = tracker.init(rng, frame, region)
+        track = replace(info.track, status=Status.TRACKING)
+        begun = cls(
+            identity, tracker, rng, state, track, expected.velocity, frame.time, frame.time,
+            track.ellipse, state, detected=False,
+        )  # fmt: skip
+        return begun if box is None else begun.detect(box, frame.time)
 
     @property
     def occluded(self) -> bool:
@@ -153,7 +207,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     @property
     def scene_track(self) -> SceneTrack:
         """Its public part."""
-        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected)
+        dx, dy = self.velocity.tolist()
+        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected, (dx, dy))
 
     def predict(self, dt: float) -> Self:
         """Move its particles to where it should be after some seconds."""
@@ -175,8 +230,15 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             frames_missed=0,
         )
         track = replace(self.track, ellipse=ellipse, status=Status.TRACKING)
+        moved = self.moved or _far(ellipse._replace(x=self.origin[0], y=self.origin[1]), ellipse)
         return replace(
-            self, state=state, track=track, last_time=time, detected=True, occluded_by=None
+            self,
+            state=state,
+            track=track,
+            last_time=time,
+            detected=True,
+            occluded_by=None,
+            moved=moved,
         )
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
@@ -254,6 +316,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         ellipses[:, :2] += np.array(new[:2]) - old[:2]
         ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
         return replace(state, states=motion.initial(ellipses))
+
+
+def _far(first: Ellipse, second: Ellipse) -> bool:
+    """Return whether an ellipse is farther from another than its mean half-axis."""
+    away = math.hypot(second.x - first.x, second.y - first.y)
+    return away > math.sqrt(second.a * second.b)
 
 
 def ellipse_from_box(tracker: ParticleFilter, box: Box) -> Ellipse:

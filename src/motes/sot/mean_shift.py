@@ -250,8 +250,10 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         self, state: ShiftState, frame: Frame, ellipse: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:
         """Return the state and the report for the ellipse that was found."""
-        distances = self.color.distances(state.model, frame, np.array([ellipse], float))
-        appears = 1 - float(distances[0]) ** 2 > self.presence.threshold(state.background)
+        found = np.array([ellipse], float)
+        distances = self.color.distances(state.model, frame, found)
+        counted = float(self.presence.counted(distances, found, frame)[0])
+        appears = 1 - counted**2 > self.presence.threshold(state.background)
         status, missed = self.presence.next_status(state.status, appears, state.frames_missed)
         track = Track(
             frame=frame.index,

@@ -161,6 +161,8 @@ class ParticleFilter(
     @cached_property
     def color_step(self) -> ColorStep | None:
         """The compiled step that gives the same as one part by part; None for most filters."""
+        if self.presence.in_frame:
+            return None
         return ColorStep.of(self.resampling, self.motion, self.cues, self.likelihood)
 
     def init(
@@ -205,20 +207,53 @@ class ParticleFilter(
         start = scatter(rng, places, size, self.particles)
         return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
 
+    def hand_over(
+        self, frame: Frame, models: dict[str, Model], samples: Floats
+    ) -> tuple[FilterState, FilterInfo]:
+        """Start with the samples and models that another tracker gives: section VII.
+
+        The status is that of the appearance rule: `tracking` if the target is there.
+
+        Parameters
+        ----------
+        frame
+            The first frame.
+        models
+            The target's model for each cue.
+        samples
+            (N, 5) ellipses where the target may be: the first particles.
+        """
+        size, _ = mean_ellipse(samples, np.full(len(samples), 1 / len(samples)))
+        backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
+        low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
+        places = np.array([[*low, *np.maximum(high - low, 1.0)]])
+        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+
     def step(
         self,
         rng: np.random.Generator,
         state: FilterState,
         frame: Frame,
         max_particles: int | None = None,
+        expected: Floats | None = None,
     ) -> tuple[FilterState, FilterInfo]:
         """Select, propagate, observe and estimate (figure 2), then judge and learn.
+
+        A target that is searched for is first looked for at `expected`, ellipses (N, 5) where
+        another tracker sees it (section VII). If it is there, they are the particles.
 
         While the target is searched for, half of the particles move on, and the other half is
         spread over the search regions. With a budget there are at most `max_particles`, but never
         fewer than its smallest number.
         """
-        searching = state.status is not Status.TRACKING
+        absent = state.status is not Status.TRACKING
+        # A known target that has just appeared is looked at more closely before it counts as found.
+        searching = absent and not state.frames_missed
+        if absent and expected is not None:
+            states, prior = self.motion.initial(expected), np.zeros(len(expected))
+            there = self._judge(state, frame, self._observe(state, frame, states, prior))
+            if there[1].track.status is Status.TRACKING:
+                return there
         n = self._count(state, max_particles)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
@@ -291,7 +326,7 @@ class ParticleFilter(
         state = FilterState(
             time=frame.time,
             states=self.motion.initial(ellipses),
-            weights=Weights.uniform(self.particles),
+            weights=Weights.uniform(len(ellipses)),
             models=models,
             memories={},
             backgrounds=backgrounds,
@@ -299,8 +334,9 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
+            known=status is Status.SEARCHING,
         )
-        seen = self._observe(state, frame, state.states, np.zeros(self.particles))
+        seen = self._observe(state, frame, state.states, np.zeros(len(ellipses)))
         return self._judge(state, frame, seen)
 
     def _observe(
@@ -318,7 +354,8 @@ class ParticleFilter(
         distance = float(fuse_distances(seen, shares)[0])
         each = map(self.presence.threshold, state.backgrounds.values())
         threshold = sum(share * one for share, one in zip(shares.tolist(), each, strict=True))
-        appearing, support = kernels.particles.appearing(overall, weights.values, threshold)
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         return Observation(
             states, ellipses, weights, overall, shares, estimate, covariance, distance,
             appearing, support,
@@ -329,7 +366,9 @@ class ParticleFilter(
     ) -> tuple[FilterState, FilterInfo]:
         """Decide whether the target is there, and learn from it if so."""
         there = seen.appearing > self.presence.fraction * len(seen.states)
-        status, missed = self.presence.next_status(state.status, there, state.frames_missed)
+        status, missed = self.presence.next_status(
+            state.status, there, state.frames_missed, known=state.known
+        )
         update = ModelUpdate(state.models, state.memories, {})
         # A model learns at most once from a frame.
         if self.learns and there and frame.time > state.time:

@@ -56,7 +56,9 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     search_regions
         (R, 4) boxes over which particles are spread in a search.
     status, frames_missed
-        The status, and the number of frames in a row that failed the appearance rule.
+        The status, and the number of frames in a row that were against it by the appearance rule.
+    known
+        Whether the target was known before it was seen.
     """
 
     time: Annotated[float, SAME]
@@ -69,6 +71,7 @@ class FilterState(msgspec.Struct, frozen=True, eq=False):
     search_regions: Annotated[Floats, Array(least=(-LARGEST, -LARGEST, 1.0, 1.0))]
     status: Status
     frames_missed: int
+    known: bool = False
 
 
 class FilterInfo(msgspec.Struct, frozen=True, eq=False):

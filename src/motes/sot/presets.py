@@ -15,14 +15,15 @@ from motes.cues.base import CUES
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
-from motes.cues.sampling import EveryPixel, Lattice
+from motes.cues.sampling import Checkerboard, EveryPixel, Lattice, Sampling
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
+from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
 from motes.sot.filtering.fusion import Adaptive, Fixed, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
-from motes.sot.filtering.model_update import ExponentialForgetting, GaussianBins, KalmanBins, PerCue
+from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
 from motes.sot.filtering.resampling import Resampling
 from motes.sot.mean_shift import Kalman, MeanShift
@@ -105,10 +106,23 @@ NG_DELP = ParticleFilter(
     calibration=Calibration(middle=0.55, width=0.17),  # particles that appear have little weight
 )
 
+
+def ng_delp_pixels(sampling: Sampling) -> ParticleFilter:
+    """Return `ng_delp` with other pixels read by both cues."""
+    assert NG_DELP.color is not None
+    assert NG_DELP.edges is not None
+    return replace(
+        NG_DELP,
+        color=replace(NG_DELP.color, sampling=sampling),
+        edges=replace(NG_DELP.edges, sampling=sampling),
+    )
+
+
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
 # their color histogram they cite Nummiaro et al. Nor do they say how color and HOG become one;
 # multiplied, their distances are added up in the exponent. Not the paper's: the appearance rule
-# with its margin, without which no model learns, and the lattice.
+# with its margin, without which no model learns, the lattice, and the model update: the paper's
+# learns the background as soon as it is tracked (docs/results.md).
 ZHAO_PEI = ParticleFilter(
     particles=400,  # section 4
     motion=Autoregressive(  # equation 17
@@ -120,10 +134,48 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
+    calibration=Calibration(middle=0.14, width=0.15),
+    adaptation=AnchoredKalman(),  # close to equations 3 to 15
+)
+
+# The papers to the letter; only what a paper does not give is that of its preset above. Comments
+# say what differs. Equations with misprints are as they are meant.
+ALWAYS_PRESENT = AppearanceRule(max_threshold=0.0)
+"""For papers without an appearance rule: the target is always there."""
+NUMMIARO_PRINTED = replace(
+    NUMMIARO,
+    motion=ConstantVelocity(
+        # Equation 8: H_x and H_y have a noise of their own, and no factor in common; no value.
+        noise=Noise(position=0.6, size=0.0, size_return=0.0, aspect=0.02),
+        velocity=0.5,
+        persistence=1.0,  # equations 8 and 9: velocities are constant
+    ),
+    color=replace(NUMMIARO.color, sampling=EveryPixel()),  # equation 3
+    presence=AppearanceRule(
+        fraction=0.1,  # section V
+        frames=2,  # section V: "a couple of frames"
+        found_frames=1,  # section V
+        deviations=2.0,  # equation 13; no margin, no ceiling
+        margin=0.0,
+        max_threshold=1.0,
+        in_frame=True,  # not printed: equations 11 and 12 know only centers in the picture
+        stride=1,  # equations 11 and 12: every pixel
+        max_positions=10**9,
+    ),
+)
+NG_DELP_PRINTED = replace(
+    ng_delp_pixels(EveryPixel()),  # equations 16 to 19
+    likelihood=BestParticle(epsilon=0.1, floor=0.001),  # figure 3; equation 24 has no floor
+    presence=ALWAYS_PRESENT,
+)
+ZHAO_PEI_PRINTED = replace(
+    ZHAO_PEI,
+    color=replace(ZHAO_PEI.color, sampling=EveryPixel()),  # section 3.1
+    hog=replace(ZHAO_PEI.hog, sampling=EveryPixel()),  # equation 2
+    presence=ALWAYS_PRESENT,
     adaptation=PerCue(
         cues={
-            "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15
+            "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15; section 2.2
             "hog": GaussianBins(beta=0.1, deviations=3.0),  # equation 16
         }
     ),
@@ -133,6 +185,7 @@ PRESETS: dict[str, TrackerConfig] = {
     "default": Discriminative(),
     "nummiaro": NUMMIARO,
     "nummiaro:adaptive": ADAPTIVE,
+    "nummiaro:printed": NUMMIARO_PRINTED,
     "mean_shift": MEAN_SHIFT,
     "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
     "maggio": MAGGIO,
@@ -153,7 +206,11 @@ PRESETS: dict[str, TrackerConfig] = {
     "ng_delp": NG_DELP,
     "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
     "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
+    "ng_delp:half": ng_delp_pixels(Checkerboard(share="half")),  # section 3.5, figure 2
+    "ng_delp:quarter": ng_delp_pixels(Checkerboard(share="quarter")),  # section 3.5, figure 2
+    "ng_delp:printed": NG_DELP_PRINTED,
     "zhao_pei": ZHAO_PEI,
+    "zhao_pei:printed": ZHAO_PEI_PRINTED,
     "zhao_pei:fixed": replace(  # figure 2, above
         ZHAO_PEI,
         adaptation=ExponentialForgetting(),
@@ -162,24 +219,15 @@ PRESETS: dict[str, TrackerConfig] = {
     "zhao_pei:72": replace(  # section 2.1
         ZHAO_PEI, hog=Hog(cells=3), calibration=Calibration(middle=0.44, width=0.2)
     ),
-    "zhao_pei:color": replace(
-        ZHAO_PEI,
-        hog=None,
-        adaptation=KalmanBins(frames=10, alpha=0.1),
-        calibration=Calibration(middle=0.11, width=0.2),
-    ),
-    "zhao_pei:hog": replace(
-        ZHAO_PEI,
-        color=None,
-        adaptation=GaussianBins(beta=0.1, deviations=3.0),
-        calibration=Calibration(middle=0.0, width=0.05),
-    ),
+    "zhao_pei:color": replace(ZHAO_PEI, hog=None, calibration=Calibration(middle=0.11, width=0.2)),
+    "zhao_pei:hog": replace(ZHAO_PEI, color=None, calibration=Calibration(middle=0.0, width=0.05)),
 }
 
 DESCRIPTIONS = {
     "default": "Correlation filters, a color posterior and particles that search a lost target.",
     "nummiaro": "Nummiaro et al.: a particle filter with a color histogram.",
     "nummiaro:adaptive": "The same with a target model that is updated.",
+    "nummiaro:printed": "As printed: every pixel, constant velocity, equation 13 alone.",
     "mean_shift": "Mean shift on a color histogram, the comparison of Nummiaro et al.",
     "mean_shift:kalman": "The same from a start that a Kalman filter predicts.",
     "maggio": "Maggio et al.: color and edge orientation (ROH), adaptive cue weights.",
@@ -195,7 +243,11 @@ DESCRIPTIONS = {
     "ng_delp": "Ng and Delp: color and edge histograms, on a part of the pixels.",
     "ng_delp:color": "Color alone.",
     "ng_delp:edges": "Edges alone.",
-    "zhao_pei": "Zhao and Pei: color and HOG, target models updated bin by bin.",
+    "ng_delp:half": "Half of the pixels (figure 2).",
+    "ng_delp:quarter": "A quarter of the pixels (figure 2).",
+    "ng_delp:printed": "As printed: every pixel, epsilon 0.1, never lost.",
+    "zhao_pei": "Zhao and Pei: color and HOG, target models updated bin by bin, with a gate.",
+    "zhao_pei:printed": "As printed: the updates of equations 3 to 16, every pixel, never lost.",
     "zhao_pei:fixed": "The same with target models that stay fixed (figure 2).",
     "zhao_pei:72": "HOG of 72 bins, in 3x3 cells (section 2.1).",
     "zhao_pei:color": "Color alone.",

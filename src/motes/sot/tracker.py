@@ -23,10 +23,12 @@ from motes.core.geometry import region_within
 from motes.core.saved_state import LARGEST, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
+from motes.core.types import Floats
 from motes.cues.color import Color
 from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.sample_size import SpeedBudget
 from motes.sot.known_target import Place, Target, boxes_of
+from motes.sot.particle_filter import ParticleFilter
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 
@@ -80,6 +82,7 @@ class Tracker:
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: Any = None
         self._frame: Frame | None = None
+        self._expected: Floats | None = None
 
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
@@ -163,6 +166,20 @@ class Tracker:
         begun = config.search(self._rng, picture, {"color": target.model}, size, boxes, empty)
         return self._take(picture, begun)
 
+    def expect(self, samples: Floats) -> None:
+        """Look for the target at ellipses (N, 5) first in the next frame, if it is searched for.
+
+        Another camera has seen the target there: Nummiaro et al., section VII.
+
+        Raises
+        ------
+        ConfigError
+            If the tracker is no particle filter.
+        """
+        if not isinstance(self.config, ParticleFilter):
+            raise ConfigError("Only a particle filter takes samples; choose preset nummiaro.")
+        self._expected = samples
+
     def update(self, frame: Picture) -> Track:
         """Return the track of the target in the next frame.
 
@@ -185,6 +202,10 @@ class Tracker:
                 f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
                 f"give frames in order, or start anew with init."
             )
+        expected, self._expected = self._expected, None
+        if expected is not None and isinstance(self.config, ParticleFilter):
+            found = self.config.step(self._rng, state, picture, expected=expected)
+            return self._take(picture, found)
         if self._paced is None:
             return self._take(picture, self._algorithm.step(self._rng, state, picture))
         algorithm, pace = self._paced

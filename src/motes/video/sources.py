@@ -231,6 +231,12 @@ def _check_whole(name: str, number: object) -> None:
         raise ConfigError(f"{name} is {number!r}; give a whole number of frames below 2**63.")
 
 
+def is_recorded(source: str | int | Path) -> bool:
+    """Return whether a source is a local file or pictures, whose frames can be read twice."""
+    name = str(source)
+    return not (is_remote(name) or name.isdigit() or Path(name).is_fifo() or name == "-")
+
+
 def is_remote(source: str) -> bool:
     """Return whether a source is a camera or an address, which may answer at a later time."""
     url = _URL.match(source)

@@ -15,16 +15,18 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, as_ellipse
+from motes.core.import_callable import import_callable
 from motes.core.track import Status
-from motes.evaluation.adapters.sot import LARGEST, import_factory
+from motes.evaluation.adapters.sot import LARGEST
 from motes.evaluation.datasets.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
+from motes.video.sources import open_source
 
 PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
 """Names, and the classes of the package `trackers`."""
@@ -45,6 +47,8 @@ class SequenceInfo(NamedTuple):
         Number of frames, and frames per second.
     width, height
         Size of a frame, in pixels.
+    source
+        The frames, for a detector that sees the film's begin before (`PreparedDetector`).
     """
 
     name: str
@@ -52,6 +56,7 @@ class SequenceInfo(NamedTuple):
     rate: float
     width: int
     height: int
+    source: str | Path | None = None
 
 
 class FoundObject(NamedTuple):
@@ -169,7 +174,7 @@ class CallableMotAdapter:
     """
 
     def __init__(self, name: str, seed: int | None = None) -> None:
-        self._name, self._factory = name, import_factory(name)
+        self._name, self._factory = name, import_callable(name)
         self._arguments = {} if seed is None else {"seed": seed}
 
     def start(self, info: SequenceInfo) -> None:
@@ -197,6 +202,12 @@ class CallableMotAdapter:
 
     def close(self) -> None:
         """Do nothing."""
+
+
+def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None:
+    """Show a detector the begin of a sequence, at its frame rate."""
+    with open_source(source) as film:
+        detector.prepare(Frame(each.index, each.index / rate, each.pixels) for each in film)
 
 
 def import_peers() -> tuple[Any, Any]:
@@ -274,12 +285,14 @@ class DetectorAdapter:
     ) -> None:
         self._name = detector
         self._detector: Detector = (
-            BackgroundDetector() if detector == BACKGROUND else import_factory(detector)()
+            BackgroundDetector() if detector == BACKGROUND else import_callable(detector)()
         )
         self._adapter = make() if seed is None else make(seed)
 
     def start(self, info: SequenceInfo) -> None:
         """Start the tracker."""
+        if isinstance(self._detector, PreparedDetector) and info.source is not None:
+            prepare(self._detector, info.source, info.rate)
         self._adapter.start(info)
 
     def update(self, frame: Frame, detections: Sequence[Detection] | None) -> MotAnswer:

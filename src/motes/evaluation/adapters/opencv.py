@@ -8,13 +8,13 @@ from __future__ import annotations
 import ctypes
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, MissingDependencyError
+from motes.evaluation.adapters.networks import NETWORKS, is_network, network_files, new_network
 
 
 class Peer(Protocol):
@@ -71,57 +71,19 @@ PEERS: dict[str, Callable[[Any], Peer]] = {
     "cv2:camshift": CamShift,
 }
 
-NANO = "cv2:nano"
-"""NanoTrack, a small network; its two files are named after it: cv2:nano=BACKBONE,HEAD."""
-
 STOCHASTIC = frozenset({"cv2:mil"})
 """Trackers that draw random numbers; the others give the same result every time."""
 
 
-def nano_files(name: str) -> tuple[Path, Path] | None:
-    """Return the files that a name of NanoTrack ends with; None for another tracker.
-
-    Raises
-    ------
-    ConfigError
-        If there are not two files.
-    """
-    kind, _, files = name.partition("=")
-    if kind != NANO:
-        return None
-    paths = [Path(part) for part in files.split(",")]
-    if len(paths) != 2 or not all(path.is_file() for path in paths):
-        raise ConfigError(f"{NANO} needs two ONNX files: {NANO}=BACKBONE,HEAD; got {files!r}.")
-    return paths[0], paths[1]
-
-
 def is_peer(name: str) -> bool:
     """Return whether a name is one of a tracker of OpenCV."""
-    return name in PEERS or name.partition("=")[0] == NANO
+    return name in PEERS or is_network(name)
 
 
-def _maker(name: str) -> Callable[[Any], Peer]:
-    """Return what makes a tracker of a name from the module cv2."""
-    files = nano_files(name)
-    if files is None:
-        if name not in PEERS:
-            known = ", ".join([*PEERS, NANO])
-            raise ConfigError(f"No peer {name!r}; known are {known}.")
-        return PEERS[name]
-
-    def make(cv2: Any) -> Peer:
-        parameters = cv2.TrackerNano_Params()
-        parameters.backbone, parameters.neckhead = map(str, files)
-        try:
-            made: Peer = cv2.TrackerNano_create(parameters)
-        except cv2.error:
-            raise ConfigError(
-                f"OpenCV {cv2.__version__} cannot read {files[0]} or {files[1]}; give the ONNX "
-                f"files of NanoTrack's backbone and head."
-            ) from None
-        return made
-
-    return make
+def _new(cv2: Any, name: str) -> Peer:
+    """Return a new tracker of a name from the module cv2."""
+    made: Peer = new_network(cv2, name) if is_network(name) else PEERS[name](cv2)
+    return made
 
 
 def opencv(name: str) -> Any:
@@ -130,11 +92,13 @@ def opencv(name: str) -> Any:
     Raises
     ------
     ConfigError
-        If the name is unknown, or the files of NanoTrack cannot be used.
+        If the name is unknown, or the files of a network cannot be used.
     MissingDependencyError
         If OpenCV is not installed, or lacks this tracker.
     """
-    make = _maker(name)
+    if not is_peer(name):
+        raise ConfigError(f"No peer {name!r}; known are {', '.join([*PEERS, *NETWORKS])}.")
+    network_files(name)
     try:
         import cv2
     except ImportError:
@@ -143,10 +107,11 @@ def opencv(name: str) -> Any:
         ) from None
     cv2.setNumThreads(1)
     try:
-        make(cv2)
+        _new(cv2, name)
     except AttributeError:
         raise MissingDependencyError(
-            f"This OpenCV {cv2.__version__} has no {name}; install opencv-contrib-python-headless."
+            f"This OpenCV {cv2.__version__} has no {name.partition('=')[0]}; install "
+            f"opencv-contrib-python-headless."
         ) from None
     return cv2
 
@@ -167,4 +132,4 @@ def peer(name: str, seed: int = 0) -> Peer:
         cv2.setRNGSeed(seed)
         # Its features are drawn by the random generator of the C library.
         ctypes.CDLL("ucrtbase" if os.name == "nt" else None).srand(seed)
-    return _maker(name)(cv2)
+    return _new(cv2, name)

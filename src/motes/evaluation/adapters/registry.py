@@ -8,6 +8,7 @@ A name of a tracker of one object is one of these:
 | `PATH.toml` | a configuration; its key `preset` names the base, else `nummiaro` |
 | `cv2:csrt` … | a tracker of OpenCV (`opencv.PEERS`) |
 | `cv2:nano=BACKBONE,HEAD` | NanoTrack of OpenCV, with its two ONNX files |
+| `cv2:vit=NETWORK` | VitTrack of OpenCV, with its ONNX file |
 | `trax:COMMAND ARGUMENTS` | a program with the TraX protocol |
 | `module:factory` | a Python callable |
 
@@ -51,15 +52,15 @@ from typing import Any
 from motes import __version__
 from motes.core.config import from_toml, to_toml
 from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.core.import_callable import explain, import_callable
 from motes.evaluation.adapters import mot as mot
-from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, nano_files, opencv
+from motes.evaluation.adapters.networks import NETWORKS, network_files
+from motes.evaluation.adapters.opencv import PEERS, STOCHASTIC, is_peer, opencv
 from motes.evaluation.adapters.sot import (
     CallableAdapter,
     MotesAdapter,
     OpenCVAdapter,
     TraxAdapter,
-    explain,
-    import_factory,
 )
 from motes.evaluation.datasets.sot import Problem
 from motes.mot.detection.background import BackgroundDetector
@@ -68,7 +69,7 @@ from motes.sot import presets
 from motes.sot.mean_shift import MeanShift
 from motes.sot.presets import TrackerConfig
 
-KNOWN = [*presets.PRESETS, *PEERS]
+KNOWN = [*presets.PRESETS, *PEERS, *NETWORKS]
 """Names of the trackers of one object that motes has or knows."""
 KNOWN_MOT = [mot.SCENE, *mot.PEERS]
 """Names of the trackers of many objects that motes has or knows."""
@@ -133,7 +134,7 @@ def tracker_spec(name: str) -> TrackerSpec:
         return _motes_spec(name, presets.PRESETS[name])
     if is_peer(name):
         version = f"OpenCV {opencv(name).__version__}"
-        for file in nano_files(name) or ():
+        for file in network_files(name):
             version += f" {hashlib.sha256(file.read_bytes()).hexdigest()}"
         return TrackerSpec(name, version, name in STOCHASTIC, partial(OpenCVAdapter, name))
     kind, colon, rest = name.partition(":")
@@ -269,7 +270,7 @@ def _import_callable(name: str, known: list[str]) -> tuple[str, bool]:
     module = name.partition(":")[0]
     try:
         with contextlib.redirect_stdout(sys.stderr):  # standard output is for results
-            seeded = "seed" in inspect.signature(import_factory(name)).parameters
+            seeded = "seed" in inspect.signature(import_callable(name)).parameters
         # The module's text is included, so that a changed tracker has another configuration.
         source = getattr(sys.modules[module], "__file__", None)
         digest = hashlib.sha256(Path(source).read_bytes()).hexdigest() if source else ""

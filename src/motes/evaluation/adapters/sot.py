@@ -5,13 +5,9 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import os
-import sys
 import time
 from collections.abc import Callable, Sequence
-from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, Protocol
@@ -19,9 +15,10 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import ConfigError, MotesError
+from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, as_ellipse
+from motes.core.import_callable import import_callable
 from motes.core.track import Status, Track
 from motes.evaluation.adapters.opencv import Peer, peer
 from motes.evaluation.adapters.trax import Program
@@ -138,7 +135,7 @@ class CallableAdapter:
     """
 
     def __init__(self, name: str, seed: int | None = None) -> None:
-        self._name, self._factory = name, import_factory(name)
+        self._name, self._factory = name, import_callable(name)
         self._arguments = {} if seed is None else {"seed": seed}
 
     def init(self, frame: Frame, box: Box) -> Answer:
@@ -268,32 +265,3 @@ def _pixel_box(box: Box, frame: Frame) -> tuple[int, int, int, int]:
 def _span(low: float, length: float, size: int) -> tuple[int, int]:
     first = min(max(round(low), 0), size - 1)
     return first, max(min(round(low + length), size) - first, 1)
-
-
-def import_factory(name: str) -> Callable[..., Any]:
-    """Return the callable with a name `module:factory`, also from the current folder.
-
-    Raises
-    ------
-    ConfigError
-        If it is not callable. The import may raise other errors.
-    """
-    if os.getcwd() not in sys.path:
-        sys.path.insert(0, os.getcwd())
-    module, _, path = name.partition(":")
-    factory = reduce(getattr, path.split("."), importlib.import_module(module))
-    if not callable(factory):
-        raise ConfigError(
-            f"{path} of {module} is a {type(factory).__name__}, which is not callable."
-        )
-    made: Callable[..., Any] = factory
-    return made
-
-
-def explain(error: BaseException) -> str:
-    """Return an error of a tracker in one line."""
-    if isinstance(error, MotesError):
-        return str(error)
-    kind = type(error)
-    name = kind.__name__ if kind.__module__ == "builtins" else f"{kind.__module__}.{kind.__name__}"
-    return " ".join(f"{name}: {error}".split())[:300].rstrip(": ")

@@ -334,6 +334,27 @@ def paired_difference(
     return Difference(mean, float(low), float(high))
 
 
+def unpaired_difference(
+    rng: np.random.Generator, values: Floats, others: Floats, level: float = 0.95
+) -> Difference:
+    """Return the mean of values (n,) minus that of others (m,), and its bootstrap interval.
+
+    Both groups are drawn with replacement, each from itself, `RESAMPLES` times. Efron and
+    Tibshirani, chapter 8. A group of one gives no interval: NaN.
+    """
+    if not (values.size and others.size):
+        return Difference(np.nan, np.nan, np.nan)
+    mean = float(values.mean() - others.mean())
+    if min(values.size, others.size) < 2:
+        return Difference(mean, np.nan, np.nan)
+    first, second = (
+        group[rng.integers(group.size, size=(RESAMPLES, group.size))].mean(axis=1)
+        for group in (values, others)
+    )
+    low, high = np.quantile(first - second, [(1 - level) / 2, (1 + level) / 2])
+    return Difference(mean, float(low), float(high))
+
+
 def time_quantiles(seconds: Floats) -> tuple[float, float]:
     """Return median and 95th percentile of running times (n,), in milliseconds; NaN if n is 0."""
     if not seconds.size:

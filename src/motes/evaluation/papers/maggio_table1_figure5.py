@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator, Sequence
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from motes.core.errors import SourceError
-from motes.evaluation import runner
 from motes.evaluation.adapters.registry import resolve
 from motes.evaluation.aggregate import Evaluation, Mean
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
+from motes.evaluation.finished_passes import finished_passes
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
-from motes.evaluation.runner import Pass
 from motes.evaluation.scores import Outcome
 from motes.output import charts
 
@@ -116,20 +111,8 @@ def evaluated(
         If no sequence can be opened.
     """
     entries, _ = resolve(trackers)
-    jobs, unreadable = runner.plan(entries, films, ["ope"], seeds)
-    if not jobs:
-        raise SourceError(f"No sequence can be used. {unreadable[0].where}: {unreadable[0].what}")
-    outcomes: list[Outcome] = []
-    with TemporaryDirectory(prefix="motes-") as folder:
-        out, errors, done = Path(folder), dict[Pass, str](), 0
-        with contextlib.closing(runner.run(jobs, out, workers, runner.TIME_LIMIT)) as steps:
-            for job, failed in steps:
-                if failed is not None:
-                    errors |= failed
-                    outcomes += Outcome.of(job, out, errors)
-                    done += 1
-                    progress = f"{done} of {len(jobs)} jobs, last {job.name}"
-                    yield _standing(trackers, outcomes, unreadable, progress)
+    for outcomes, problems, progress in finished_passes(entries, films, seeds, workers):
+        yield _standing(trackers, outcomes, problems, progress)
 
 
 def _standing(

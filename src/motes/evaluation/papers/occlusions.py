@@ -9,15 +9,22 @@ import numpy as np
 
 from motes.core.geometry import iou
 from motes.core.track import Status
+from motes.evaluation.papers.expected_time import (
+    MEASURED_FRAMES,
+    Expected,
+    SceneFactory,
+    seconds_per_frame,
+)
 from motes.evaluation.papers.result import Experiment, Result, wilson_interval
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.occlusion_clips import (
+    EMPTY,
+    MAX_LANES,
     OcclusionClip,
     Way,
     full_occlusions,
     occlusion_clip,
 )
-from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 
 EDGE_FRAMES, CONTEXT_FRAMES = 10, 30
@@ -45,46 +52,84 @@ class Kind(NamedTuple):
     objects: int
     length: int
 
+    def clip(self, seed: int) -> OcclusionClip:
+        """Return a clip of this kind."""
+        alike = self.colors == SAME
+        return occlusion_clip(self.way, self.length, self.objects, same_colors=alike, seed=seed)
 
-def occlusions(lengths: Sequence[int], objects: Sequence[int], least: int) -> Experiment:
-    """Yield how many targets keep their identity while another target fully hides them.
+    @property
+    def per_clip(self) -> int:
+        """Number of occlusions in a clip that are counted."""
+        lanes = min(self.objects // 2, MAX_LANES)
+        a_side = self.objects // (2 * lanes)
+        meetings = a_side if self.way == "turning back" else a_side * (a_side + 1) // 2
+        return lanes * meetings
 
-    Detections are those of a background model, in the clips of `occlusion_clip`.
+    def clips(self, least: int) -> int:
+        """Return the number of clips that have `least` occlusions."""
+        return -(-least // self.per_clip)
 
-    Parameters
-    ----------
-    lengths
-        Approximate numbers of frames for which a target is hidden.
-    objects
-        Numbers of objects in a clip: 2, 10, 20, ... 50.
-    least
-        Smallest number of occlusions of each kind.
-    """
-    kept: dict[Kind, list[bool]] = {}
-    kinds = [
+
+def kinds_of(lengths: Sequence[int], objects: Sequence[int]) -> list[Kind]:
+    """Return all kinds of occlusions of these lengths, among these numbers of objects."""
+    return [
         Kind(way, colors, count, length)
         for way in get_args(Way)
         for colors in ("different", SAME)
         for count in objects
         for length in lengths
     ]
-    for done, kind in enumerate(kinds):
+
+
+def expected(kinds: Sequence[Kind], least: int, scene: SceneFactory) -> Expected:
+    """Return the expected time of `occlusions`, measured on a few frames of some kinds."""
+    per_frame: dict[int, float] = {}
+    clips, frames, seconds = 0, 0, 0.0
+    for kind in kinds:
+        clip = kind.clip(0).clip
+        if kind.objects not in per_frame:
+            step = (len(clip) - EMPTY) / MEASURED_FRAMES
+            measured = (clip[EMPTY + int(i * step)][0] for i in range(MEASURED_FRAMES))
+            per_frame[kind.objects] = seconds_per_frame(scene(0), measured)
+        count = kind.clips(least)
+        clips += count
+        frames += count * len(clip)
+        seconds += count * len(clip) * per_frame[kind.objects]
+    return Expected(f"{clips} clips, {frames} frames", seconds)
+
+
+def occlusions(kinds: Sequence[Kind], least: int, scene: SceneFactory) -> Experiment:
+    """Yield after each clip how many targets kept their identity while another one hid them.
+
+    Parameters
+    ----------
+    kinds
+        The kinds of occlusions, as from `kinds_of`.
+    least
+        Smallest number of occlusions of each kind.
+    scene
+        Makes the scene of each clip, with its detector.
+    """
+    kept: dict[Kind, list[bool]] = {}
+    total = sum(kind.objects * kind.clips(least) for kind in kinds)
+    done = 0
+    for kind in kinds:
         kept_here, seed = kept.setdefault(kind, []), 0
         while len(kept_here) < least:
-            alike = kind.colors == SAME
-            kept_here += keeps(
-                occlusion_clip(kind.way, kind.length, kind.objects, same_colors=alike, seed=seed)
-            )
+            kept_here += keeps(kind.clip(seed), scene(0))
             seed += 1
-        yield Result(_tables(kept), progress=f"{done + 1} of {len(kinds)} kinds")
+            here = kind.objects * kind.clips(least) * min(len(kept_here) / least, 1.0)
+            clip = f"{kind.way}, {kind.objects} objects, {kind.length} frames, clip {seed}"
+            yield Result(_tables(kept), progress=clip, share=(done + here) / total)
+        done += kind.objects * kind.clips(least)
 
 
-def keeps(staged: OcclusionClip) -> list[bool]:
+def keeps(staged: OcclusionClip, scene: Scene) -> list[bool]:
     """Return, for each occlusion, whether the hidden target has the same identity before and after.
 
     The identity is the most frequent one of the tracks on the target.
     """
-    clip, scene = staged.clip, Scene(BackgroundDetector())
+    clip = staged.clip
     shape = len(clip), len(clip.targets)
     visible, within, owners = np.ones(shape), np.zeros(shape, bool), np.zeros(shape, int)
     for i, (frame, truths) in enumerate(clip):

@@ -38,12 +38,15 @@ class Result(NamedTuple):
         Failures that did not stop the experiment.
     progress
         The progress of the experiment, as text.
+    share
+        Share of the work that is done; 0 if it is not known.
     """
 
     tables: dict[str, Table]
     draw: Callable[[], Figure] | None = None
     problems: tuple[Problem, ...] = ()
     progress: str = ""
+    share: float = 0.0
 
 
 Experiment = Generator[Result, None, None]

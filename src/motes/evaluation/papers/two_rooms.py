@@ -15,6 +15,12 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.track import Status
 from motes.core.types import Floats
+from motes.evaluation.papers.expected_time import (
+    MEASURED_FRAMES,
+    Expected,
+    SceneFactory,
+    seconds_per_frame,
+)
 from motes.evaluation.papers.result import Experiment, Result, over, wilson_interval
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.beetle import Target
@@ -22,8 +28,6 @@ from motes.evaluation.synthetic.clips import Clip
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
-from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
 from motes.sot.known_target import Place
 
 SIZE = (320, 240)
@@ -105,17 +109,19 @@ def rig(linked: bool) -> Rig:
     return Rig(cameras, (passage,) * linked)
 
 
-def identities(scene: Rooms, rigs: Sequence[Rig], seed: int = 0) -> list[Floats]:
-    """Return the identity of each person for each rig, (rooms, frames, people); NaN for none."""
+def identities(
+    rooms: Rooms, rigs: Sequence[Rig], scene: SceneFactory, seed: int = 0
+) -> list[Floats]:
+    """Return the identity of each person for each rig, (rooms, frames, people); NaN for none.
+
+    `scene` makes the scene of each camera.
+    """
     associations = [CrossCameraAssociation(each) for each in rigs]
-    reporters = [
-        CameraReporter(camera, Scene(BackgroundDetector("gaussian"), seed=seed))
-        for camera in rigs[0].camera
-    ]
-    count, people = len(scene.clips[0]), len(scene.clips[0].targets)
+    reporters = [CameraReporter(camera, scene(seed)) for camera in rigs[0].camera]
+    count, people = len(rooms.clips[0]), len(rooms.clips[0].targets)
     identities_by_rig = [np.full((2, count, people), np.nan) for _ in rigs]
     for index in range(count):
-        for room, (clip, reporter) in enumerate(zip(scene.clips, reporters, strict=True)):
+        for room, (clip, reporter) in enumerate(zip(rooms.clips, reporters, strict=True)):
             frame, truths = clip[index]
             report = reporter.report(Frame(frame.index, frame.time, frame.pixels))
             seen = [s for s in report.sightings if s.status is Status.TRACKING]
@@ -139,14 +145,25 @@ def kept(names: Floats, passages: Sequence[tuple[int, int, int, int]]) -> list[b
     return results
 
 
-def two_rooms(seeds: int, frames: int) -> Experiment:
+def expected(seeds: int, frames: int, scene: SceneFactory) -> Expected:
+    """Return the expected time of `two_rooms`, measured on a few frames of a room."""
+    clip = rooms(0, frames).clips[0]
+    step = max(len(clip) / MEASURED_FRAMES, 1.0)
+    measured = (clip[int(i * step)][0] for i in range(min(MEASURED_FRAMES, len(clip))))
+    total = 2 * seeds * frames
+    seconds = total * seconds_per_frame(scene(0), measured)
+    return Expected(f"{2 * seeds} clips, {total} frames", seconds)
+
+
+def two_rooms(seeds: int, frames: int, scene: SceneFactory) -> Experiment:
     """Yield how often an identity is kept from room to room, with handover and without."""
     rigs = {"with handover": rig(True), "without": rig(False)}
     runs: dict[str, list[list[bool]]] = {name: [] for name in rigs}
     for seed in range(seeds):
-        scene = rooms(seed, frames)
-        for name, found in zip(rigs, identities(scene, list(rigs.values()), seed), strict=True):
-            runs[name].append(kept(found, scene.passages))
+        pair = rooms(seed, frames)
+        found_by_rig = identities(pair, list(rigs.values()), scene, seed)
+        for name, found in zip(rigs, found_by_rig, strict=True):
+            runs[name].append(kept(found, pair.passages))
         rows: list[Row] = []
         for name, results in runs.items():
             total, good = sum(map(len, results)), sum(map(sum, results))
@@ -157,4 +174,5 @@ def two_rooms(seeds: int, frames: int) -> Experiment:
         head = ("cameras", "passages", "identity kept", "share over seeds", "95 % interval")
         note = "Wilson's interval over all passages."
         table = Table("From room to room", head, rows, note=note)
-        yield Result({"": table}, progress=f"{seed + 1} of {seeds} seeds")
+        progress = f"{seed + 1} of {seeds} pairs of rooms"
+        yield Result({"": table}, progress=progress, share=(seed + 1) / seeds)

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+from collections.abc import Generator
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.detection import Detection, Detector
+from motes.core.detection import Detection, Detector, PreparedDetector
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import iou
 from motes.core.track import Status
+from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
+from motes.evaluation.papers.expected_time import Expected, SceneFactory, seconds_per_frame
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
-from motes.mot.scene import Scene
 from motes.output import charts
 from motes.video.sources import open_source
 
@@ -44,7 +47,19 @@ def as_mot_sequence(film: Film) -> MotSequence:
     return MotSequence(film.name, film.source, film.frames, rate, rows_of(lines), None)
 
 
-def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed: int) -> Experiment:
+def expected(sequence: MotSequence, scene: SceneFactory, frames: int) -> Expected:
+    """Return the expected time of `figure9`, measured on the first frames.
+
+    Raises
+    ------
+    SourceError
+        If a frame cannot be read.
+    """
+    with contextlib.closing(_frames(sequence, frames)) as first:
+        return Expected(f"{frames} frames", frames * seconds_per_frame(scene(0), first))
+
+
+def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) -> Experiment:
     """Yield the share of the objects present that a scene follows, frame by frame.
 
     An object is detected accurately if a track matches it, one to one, with an overlap of
@@ -55,47 +70,57 @@ def figure9(sequence: MotSequence, detector: Detector | None, preset: str, seed:
     ----------
     sequence
         Frames and truth.
-    detector
-        The detector; if None, the sequence's own detections, and if it has none, a background
-        model.
-    preset, seed
-        Preset and seed of the scene.
+    scene
+        Makes the scene, with its detector.
+    seed
+        Seed of the scene.
+    frames
+        Number of frames, from the first one on.
 
     Raises
     ------
     SourceError
         If a frame cannot be read.
-    ConfigError
-        If there is no such preset.
     """
-    scene = Scene(detector or _default_detector(sequence), preset, seed)
+    followed = scene(seed)
+    if isinstance(followed.detector, PreparedDetector):
+        prepare(followed.detector, sequence.source, sequence.rate)
     counts: list[tuple[int, int, int]] = []
     rows: list[Row] = []
-    with open_source(sequence.source) as source:
-        for decoded in itertools.islice(source, sequence.frames):
-            frame = Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
+    part = "" if frames == sequence.frames else f", first {frames} of {sequence.frames} frames"
+    with contextlib.closing(_frames(sequence, frames)) as read:
+        for frame in read:
             lines = [
                 [
                     frame.index + 1, each.identity, each.track.box.x + 1, each.track.box.y + 1,
                     *each.track.box[2:], each.track.confidence, UNKNOWN,
                 ]
-                for each in scene.update(frame)
+                for each in followed.update(frame)
                 if each.track.status is not Status.LOST
             ]  # fmt: skip
             truth = sequence.truth.where(sequence.truth.frames == frame.index + 1)
-            counts.append(_count(*evaluated_rows(truth, rows_of(lines), sequence.distractors)))
+            compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
+            counts.append(count_accurate(*compared))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
             foot = (Cell("all"), *_cells(np.array(counts)))
-            title = f"Objects detected over objects present, {sequence.name}"
+            title = f"Objects detected over objects present, {sequence.name}{part}"
             note = " ".join(
-                [f"Detected accurately: IoU {MATCH_IOU} or above.", *scene.warnings.values()]
+                [f"Detected accurately: IoU {MATCH_IOU} or above.", *followed.warnings.values()]
             )
             table = Table(title, HEAD, rows, (foot,), note)
-            progress = f"{len(counts)} of {sequence.frames} frames"
-            yield Result({"": table}, partial(_draw, sequence.name, counts), progress=progress)
+            progress, share = f"{len(counts)} of {frames} frames", len(counts) / frames
+            draw = partial(_draw, sequence.name, counts)
+            yield Result({"": table}, draw, progress=progress, share=share)
 
 
-def _default_detector(sequence: MotSequence) -> Detector:
+def _frames(sequence: MotSequence, count: int) -> Generator[Frame, None, None]:
+    """Yield the first frames of a sequence, at the times of its frame rate."""
+    with open_source(sequence.source) as source:
+        for decoded in itertools.islice(source, count):
+            yield Frame(decoded.index, decoded.index / sequence.rate, decoded.pixels)
+
+
+def default_detector(sequence: MotSequence) -> Detector:
     """Return the sequence's own detections as a detector, or else a background model."""
     found = sequence.detections
     if found is None:
@@ -103,7 +128,7 @@ def _default_detector(sequence: MotSequence) -> Detector:
     return lambda frame: [Detection(box, score) for _, box, score in found.listed(frame.index)]
 
 
-def _count(truth: Rows, results: Rows) -> tuple[int, int, int]:
+def count_accurate(truth: Rows, results: Rows) -> tuple[int, int, int]:
     """Return the numbers of objects present, followed, and detected accurately in a frame."""
     overlaps = iou(truth.boxes[:, None], results.boxes)
     accurate = assign(np.where(overlaps >= MATCH_IOU, 1 - overlaps, np.inf))

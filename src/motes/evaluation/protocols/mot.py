@@ -65,7 +65,12 @@ class MotPass:
         if self._adapter is None:
             self._adapter = self._make_adapter()
             info = SequenceInfo(
-                sequence.name, sequence.frames, sequence.rate, frame.width, frame.height
+                sequence.name,
+                sequence.frames,
+                sequence.rate,
+                frame.width,
+                frame.height,
+                sequence.source,
             )
             self._adapter.start(info)
         detections = None

@@ -3,6 +3,7 @@
 | protocol | starts | source |
 |---|---|---|
 | `ope` | one pass from the first frame with the target | Wu, Lim and Yang, CVPR 2013 |
+| `pixel` | the same frame, with the box as it is and moved by a pixel each way | |
 | `sre` | the same frame, with 12 perturbed boxes | the same |
 | `tre` | up to 20 frames | the same |
 | `reset` | as `ope`, with a restart after each failure | Kristan et al., VOT |
@@ -38,6 +39,8 @@ SRE_DIRECTIONS = {
     "down-left": (-1, 1),
     "down-right": (1, 1),
 }
+PIXEL_SHIFTS = (0, -1, 1)
+"""Pixels by which `pixel` moves a box, in x and in y: annotators differ by as much."""
 SRE_SCALES = (0.8, 0.9, 1.1, 1.2)
 """Scale factors of a box in `sre`."""
 
@@ -59,7 +62,7 @@ class Start(NamedTuple):
     Attributes
     ----------
     protocol
-        `ope`, `sre`, `tre`, `reset` or `mot`.
+        `ope`, `pixel`, `sre`, `tre`, `reset` or `mot`.
     label
         The name of the start in its protocol, such as `shift-left`, `scale-0.8` or `from-035`;
         empty if there is only one.
@@ -83,6 +86,20 @@ def starts(protocol: str, sequence: Sequence | MotSequence, width: int, height: 
 def _once(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list[Start]:
     frame = int(_present(sequence)[0])
     return [Start(protocol, "", frame, _box(sequence, frame))]
+
+
+def _moved_by_a_pixel(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list[Start]:
+    frame = int(_present(sequence)[0])
+    x, y, width, height = _box(sequence, frame)
+    return [
+        Start(
+            protocol,
+            f"{shift:+d}" if shift else "0",
+            frame,
+            _inside(Box(x + shift, y + shift, width, height), size),
+        )
+        for shift in PIXEL_SHIFTS
+    ]
 
 
 def _perturbed(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list[Start]:
@@ -112,6 +129,7 @@ def _times(protocol: str, sequence: Sequence, size: tuple[int, int]) -> list[Sta
 
 PROTOCOLS: dict[str, Callable[[str, Sequence, tuple[int, int]], list[Start]]] = {
     "ope": _once,
+    "pixel": _moved_by_a_pixel,
     "sre": _perturbed,
     "tre": _times,
     "reset": _once,

@@ -1,4 +1,4 @@
-"""Time of an update: for all trackers, for growing numbers of targets, and of particles.
+"""Time of an update of all trackers, on rendered clips and on real sequences.
 
 Times are measured inside the tracker, on images written right before, since a decoder or a camera
 also leaves them in the processor's cache. All compared trackers run in turn in every round. On real
@@ -23,9 +23,10 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes
 from motes.evaluation.adapters.opencv import PEERS, is_peer, peer
+from motes.evaluation.adapters.sot import explain
+from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as TrueSequence
 from motes.evaluation.synthetic.clips import Clip
-from motes.sot.batch import Trackers
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.opencv_api import OpenCVTracker
 from motes.sot.presets import TrackerConfig, preset
@@ -39,8 +40,6 @@ TARGETS = ((28, 44), MAIN, (120, 200), (190, 316))
 """Width and height; OpenCV's trackers get the main one. The last has ten times its area."""
 REFERENCE = "nummiaro"
 OURS = ("default", REFERENCE, "nummiaro:adaptive", "ng_delp", "maggio", "mean_shift")
-COUNTS, THREADS = (1, 10, 100, 1000), (1, 2)
-PARTICLES = (50, 100, 500, 1000, 5000)
 SEQUENCES = ("David", "Jogging-1", "Surfer", "vot14-car", "Skiing")
 """Real sequences: gray and color, small and large targets in small and large frames."""
 FOLLOWERS = ("default", REFERENCE)
@@ -49,8 +48,6 @@ RIVALS = ("cv2:csrt", "cv2:kcf", "cv2:mosse")
 
 Job = tuple[str, tuple[int, int]]
 """A tracker's name and a target."""
-Count = tuple[str, int]
-"""A line of a plot, and a number of targets or particles."""
 Run = Callable[[], list[float]]
 """A function that returns running times in seconds."""
 K = TypeVar("K")
@@ -63,10 +60,10 @@ class Film(NamedTuple):
     regions: list[Ellipse]
 
     @classmethod
-    def of(cls, clip: Clip) -> Self:
-        """Render a clip."""
-        frames, truths = zip(*clip, strict=True)
-        return cls([*frames], [truth.ellipse for truth in truths[0]])
+    def of(cls, clip: Clip, frames: int | None = None) -> Self:
+        """Render a clip, or its first frames."""
+        rendered, truths = zip(*islice(clip, frames), strict=True)
+        return cls([*rendered], [truth.ellipse for truth in truths[0]])
 
 
 def interleaved(jobs: Mapping[K, Run], rounds: int) -> Iterator[dict[K, list[float]]]:
@@ -107,27 +104,6 @@ def available(names: Iterable[str]) -> tuple[list[str], str]:
     return found, " ".join(missing)
 
 
-def particles(film: Film) -> dict[Count, Run]:
-    """Return runs of the reference tracker with growing numbers of particles."""
-    config = preset(REFERENCE)
-    return {(REFERENCE, n): ours(replace(config, particles=n), film) for n in PARTICLES}
-
-
-def targets(film: Film) -> dict[Count, Run]:
-    """Return runs of growing numbers of reference trackers on one film, by number of threads.
-
-    If there are more trackers than targets in the film, several follow the same target.
-    """
-    jobs: dict[Count, Run] = {}
-    for n in COUNTS:
-        ready = Trackers(quick_start_config())
-        ready.init(film.frames[0], [film.regions[i % len(film.regions)] for i in range(n)])
-        for threads in THREADS:
-            line = f"{threads} thread{'s' * (threads > 1)}"
-            jobs[line, n] = partial(_many, threads, ready.each, film.frames[1:])
-    return jobs
-
-
 def quick_start_config() -> TrackerConfig:
     """Return the reference tracker with a coarse grid for the background of the first frame.
 
@@ -141,17 +117,15 @@ def quick_start_config() -> TrackerConfig:
 
 def ours(config: TrackerConfig, film: Film) -> Run:
     """Return a run of one tracker of motes on a film's target; the tracker is already started."""
-    tracker = Tracker(config)
-    tracker.init(film.frames[0], film.regions[0])
-    copy.copy(tracker).update(film.frames[1])  # the first call compiles kernels
+    tracker = started(config, film.frames[0], film.regions[0])
     return lambda: timed(copy.copy(tracker).update, film.frames[1:])
 
 
-def _many(threads: int, each: list[Tracker], frames: Sequence[Frame]) -> list[float]:
-    """Return the seconds of each update of copies of started trackers."""
-    with Trackers(quick_start_config(), threads=threads) as trackers:
-        trackers.each = [copy.copy(tracker) for tracker in each]
-        return timed(trackers.update, frames)
+def started(config: TrackerConfig, frame: Frame, region: Ellipse) -> Tracker:
+    """Return a tracker that has started on a region of a frame."""
+    tracker = Tracker(config)
+    tracker.init(frame, region)
+    return tracker
 
 
 def _peer_run(name: str, film: Film) -> list[float]:
@@ -164,14 +138,16 @@ def _peer_run(name: str, film: Film) -> list[float]:
 
 def in_lockstep(
     names: Sequence[str], sequence: TrueSequence, frames: int
-) -> dict[str, list[float]]:
+) -> tuple[dict[str, list[float]], list[Problem]]:
     """Return the seconds of each update of each tracker on the first frames of a real sequence.
 
     Each tracker has a decoder of its own. A frame is decoded, and made BGR, right before the
     tracker gets it, as in a program that reads a film with OpenCV; only the update is measured. The
-    trackers of motes are `OpenCVTracker`s.
+    trackers of motes are `OpenCVTracker`s. A tracker of OpenCV that fails is left out from there
+    on; the second return value has its error.
     """
     seconds: dict[str, list[float]] = {name: [] for name in names}
+    problems: list[Problem] = []
     first = int(np.argmin(np.isnan(sequence.boxes[:, 0])))
     box = [round(value) for value in sequence.boxes[first].tolist()]
     with ExitStack() as stack:
@@ -183,19 +159,25 @@ def in_lockstep(
         for name, film in films.items():
             trackers[name].init(_bgr(next(film)), box)
         for _ in range(min(frames, sequence.frames - first) - 1):
-            for name, film in films.items():
+            for name, film in [*films.items()]:
                 image = _bgr(next(film))
-                start = time.perf_counter()
-                trackers[name].update(image)
-                seconds[name].append(time.perf_counter() - start)
-    return seconds
+                try:
+                    start = time.perf_counter()
+                    trackers[name].update(image)
+                    seconds[name].append(time.perf_counter() - start)
+                except Exception as error:  # some raise OpenCV's errors at the border of a frame
+                    if not is_peer(name):
+                        raise
+                    problems.append(Problem(f"{name} on {sequence.name}", explain(error)))
+                    del films[name]
+    return seconds, problems
 
 
 def _bgr(frame: Frame) -> Bytes:
     return np.ascontiguousarray(frame.pixels[:, :, ::-1])
 
 
-def timed(update: Callable[[Any], object], images: Sequence[Any]) -> list[float]:
+def timed(update: Callable[[Any], object], images: Iterable[Any]) -> list[float]:
     """Return the seconds of each update, on images that have just been written."""
     seconds = []
     for image in map(copy.deepcopy, images):

@@ -9,22 +9,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motes.evaluation.adapters.opencv import PEERS
+from motes.evaluation.speed.growth import Growth
 from motes.evaluation.speed.measure import MAIN, OURS, SIZE, Job
-from motes.evaluation.speed.report import Growth, named_size
+from motes.evaluation.speed.report import named_size
 from motes.output import charts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+BARS, EMPTY = "bars", "."
+"""Places in the figure that show no growth."""
+
 
 def figure(seconds: Mapping[Job, list[float]], growths: Sequence[Growth]) -> Figure:
-    """Draw trackers and peers on the main target and, below, the growth of their times."""
-    drawn = charts.new_figure(4.2 + 3.4 * bool(growths))
+    """Draw trackers and peers on the main target and, below, the growth of times, two in a row."""
     below = [growth.what for growth in growths]
-    rows: list[Any] = [["bars"] * max(1, len(below)), below]
-    axes = drawn.subplot_mosaic([*filter(None, rows)])
-    _bars(axes["bars"], seconds)
+    rows: list[Any] = [[BARS] * 2] if seconds else []
+    rows += [[*below[i : i + 2], EMPTY][:2] for i in range(0, len(below), 2)]
+    heights = [4.2 if BARS in row else 3.4 for row in rows]
+    drawn = charts.new_figure(sum(heights))
+    axes = drawn.subplot_mosaic(rows, height_ratios=heights, empty_sentinel=EMPTY)
+    if seconds:
+        _bars(axes[BARS], seconds)
     for growth in growths:
         _lines(axes[growth.what], growth)
     return drawn
@@ -53,19 +60,24 @@ def _bars(axes: Axes, seconds: Mapping[Job, list[float]]) -> None:
 
 def _lines(axes: Axes, growth: Growth) -> None:
     """Draw time against number on logarithmic axes, with a line of proportional growth."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
     charts.style_axes(axes, growth.title, growth.what, "milliseconds")
     colors = (charts.BLUE, charts.VERMILION)
     for (line, medians), color in zip(growth.medians.items(), colors, strict=False):
-        label = f"{line}: power {growth.exponent(line):.2f}"
+        label = f"{line}: power {growth.powers[line]}"
         axes.plot(
             [*medians], [1e3 * each for each in medians.values()], "o-", color=color, label=label
         )
-    most, last = [*medians.items()][-1]
-    ends = np.array([min(medians), most])
-    axes.plot(
-        ends, 1e3 * last / most * ends, "--", color=charts.INK, linewidth=1, label="in proportion"
-    )
+    # In proportion to the last line's slowest measurement, which is at one of its ends.
+    anchor, slowest = [*medians.items()][-1 if growth.proportional > 0 else 0]
+    ends = np.array([min(medians), max(medians)])
+    straight = 1e3 * slowest * (ends / anchor) ** growth.proportional
+    axes.plot(ends, straight, "--", color=charts.INK, linewidth=1, label="in proportion")
     axes.loglog()
+    axes.set_xticks([*medians])
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=8))
     for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
         axis.set_major_formatter("{x:g}")
-    axes.legend(frameon=False, fontsize=9)
+    axes.legend(frameon=False, fontsize=8)

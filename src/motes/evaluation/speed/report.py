@@ -7,14 +7,11 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, Self
-
-import numpy as np
 
 from motes.core.errors import SourceError
 from motes.evaluation.adapters.opencv import PEERS
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number, percent, three_digits
-from motes.evaluation.speed.measure import FOLLOWERS, LARGE, MAIN, REFERENCE, SIZE, Count, Job
+from motes.evaluation.speed.measure import FOLLOWERS, MAIN, REFERENCE, SIZE, Job
 
 RATIOS = ("cv2:mosse", "cv2:csrt")
 """The fastest and the most accurate of OpenCV's trackers.
@@ -28,56 +25,6 @@ TIMES = "times "
 
 Ratio = tuple[str, str, str]
 """Tracker, target and peer."""
-
-
-class Growth(NamedTuple):
-    """The growth of an update's time with a number of targets or particles.
-
-    Attributes
-    ----------
-    what
-        "targets" or "particles".
-    medians
-        Median seconds of an update, by line of the plot and number.
-    """
-
-    what: str
-    medians: dict[str, dict[int, float]]
-
-    @classmethod
-    def over(cls, what: str, seconds: Mapping[Count, list[float]]) -> Self:
-        """Return the growth of the median times."""
-        medians: dict[str, dict[int, float]] = {}
-        for (line, n), times in seconds.items():
-            medians.setdefault(line, {})[n] = statistics.median(times)
-        return cls(what, medians)
-
-    @property
-    def title(self) -> str:
-        """The tracker and the size of its frames."""
-        return f"{REFERENCE}, {named_size(LARGE if self.what == 'targets' else SIZE)}"
-
-    def exponent(self, line: str) -> float:
-        """Return the exponent p of the best fit n^p to a line: the slope in logarithms."""
-        logs = np.log([*self.medians[line].items()])
-        return float(np.polyfit(logs[:, 0], logs[:, 1], 1)[0])
-
-    def table(self) -> Table:
-        """Return a table with a column for each line, and the time per item in the first line."""
-        first, *_ = lines = [*self.medians.values()]
-        rows: list[Row] = [
-            (
-                Cell(f"{n}"),
-                *(number(1e3 * line[n]) for line in lines),
-                number(1e6 * first[n] / n, 1),
-            )
-            for n in first
-        ]
-        powers = (number(self.exponent(line), 2) for line in self.medians)
-        foot = (Cell("power"), *powers, Cell(""))
-        head = (self.what, *(f"{line}, ms" for line in self.medians), "µs for each")
-        note = "Times grow with that power of the number: 1 is in proportion."
-        return Table(f"{self.title}, by number of {self.what}", head, rows, (foot,), note)
 
 
 def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
@@ -98,8 +45,10 @@ def trackers_table(seconds: Mapping[Job, list[float]], note: str) -> Table:
 def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -> Table:
     """Return the time of an update of each tracker on real sequences, by sequence and tracker.
 
-    Below are the ratios of each tracker to those of motes: geometric means over the sequences.
+    Below are the ratios of each tracker to those of motes: geometric means over the sequences on
+    which it ran.
     """
+    seconds = {key: times for key, times in seconds.items() if len(times) > 1}
     medians = {key: statistics.median(times) for key, times in seconds.items()}
     films, trackers = (dict.fromkeys(names) for names in zip(*medians, strict=True))
 
@@ -114,7 +63,9 @@ def sequences_table(seconds: Mapping[tuple[str, str], list[float]], note: str) -
         rows.append((Cell(film), Cell(shown(tracker)), *milliseconds, *cells))
     feet: list[Row] = []
     for tracker in trackers:
-        each = zip(*(ratios(film, tracker) for film in films), strict=True)
+        each = zip(
+            *(ratios(film, tracker) for film in films if (film, tracker) in medians), strict=True
+        )
         means = (three_digits(statistics.geometric_mean(values)) for values in each)
         feet.append((Cell("all"), Cell(shown(tracker)), Cell(""), Cell(""), *means))
     head = ("sequence", "tracker", "median ms", "95 % ms", *(TIMES + name for name in FOLLOWERS))

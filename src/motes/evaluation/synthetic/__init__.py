@@ -16,14 +16,17 @@ from motes.evaluation.synthetic.clips import (
     still,
     turning,
 )
+from motes.evaluation.synthetic.dial_clips import DialClip, dial_clips
 
 __all__ = [
     "Clip",
+    "DialClip",
     "Target",
     "Truth",
     "crossing",
     "crowd",
     "demo",
+    "dial_clips",
     "growing",
     "jumping",
     "occluded",

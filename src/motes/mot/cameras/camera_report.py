@@ -1,11 +1,14 @@
-"""What a camera sends about a frame."""
+"""What a camera sends about a frame, and what the rig sends to a camera."""
 
 from __future__ import annotations
 
 import msgspec
 
-from motes.core.geometry import Box
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
+
+Covariance = tuple[float, ...]
+"""The 25 numbers of a covariance of x, y, a, b, theta, row by row; none if it is not known."""
 
 
 class ObjectReport(msgspec.Struct, frozen=True):
@@ -20,8 +23,14 @@ class ObjectReport(msgspec.Struct, frozen=True):
     places
         Names of the camera's places where it was last visible.
     histogram
-        Its color histogram, in single precision; only when it appears, and when it is not visible
-        any more.
+        Its model: its color histogram, in single precision; only when it appears, while it is
+        detected, and when it is not visible any more.
+    velocity
+        In x and y, in pixels a second.
+    covariance
+        Of the ellipse in its box.
+    expected
+        The identity in the rig of the `Arrival` as which it began, if any.
     """
 
     identity: int
@@ -32,6 +41,9 @@ class ObjectReport(msgspec.Struct, frozen=True):
     detected: bool
     places: tuple[str, ...] = ()
     histogram: bytes | None = None
+    velocity: tuple[float, float] = (0.0, 0.0)
+    covariance: Covariance = ()
+    expected: int | None = None
 
     @property
     def seen(self) -> bool:
@@ -45,9 +57,51 @@ class ObjectReport(msgspec.Struct, frozen=True):
 
 
 class CameraReport(msgspec.Struct, frozen=True, tag=True):
-    """What a camera reports about a frame: its index, its time in the rig (s), its objects."""
+    """What a camera reports about a frame.
+
+    Attributes
+    ----------
+    camera, frame, time
+        The camera's name, the frame's index, and its time in the rig, in seconds.
+    sightings
+        The objects.
+    size
+        Width and height of the frame, in pixels.
+    """
 
     camera: str
     frame: int
     time: float
     sightings: tuple[ObjectReport, ...]
+    size: tuple[int, int] = (0, 0)
+
+
+class Arrival(msgspec.Struct, frozen=True):
+    """An object that one camera has seen and that is expected at another one.
+
+    Nummiaro et al., section VII: "the exact position, velocity and region size could be given to
+    the tracker in room A".
+
+    Attributes
+    ----------
+    identity
+        Its identity in the rig.
+    histogram
+        Its model, as in `ObjectReport`.
+    ellipse, velocity, covariance
+        Where it is expected in this camera's picture, at `time`. Of one that is expected at a place
+        only the size counts.
+    time, until
+        The time of the sample, and the last time at which it is expected.
+    place
+        The name of the place where it is expected; None if it is seen now by an overlapping camera.
+    """
+
+    identity: int
+    histogram: bytes
+    ellipse: Ellipse
+    velocity: tuple[float, float]
+    covariance: Covariance
+    time: float
+    until: float
+    place: str | None = None

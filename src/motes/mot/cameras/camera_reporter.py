@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.cues.color import Color
+from motes.core.types import Floats
 from motes.mot.boxes import intersection_over_first
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.arrivals import expected_of
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes.mot.cameras.rig_config import Camera
+from motes.mot.expected import CUE, Expected
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
-
-CUE = Color()
-"""The cue whose histograms cameras compare."""
+from motes.sot.known_target import Place
 
 COMING = 1.0
 """Longest delay, in seconds, of the first report of an object that enters at the border.
@@ -28,32 +27,6 @@ It is reported when its whole box is in the frame: a part of a person looks like
 """
 MARGIN = 2.0
 """Pixels; a box that is nearer to the border may be cut off by it."""
-
-
-class CameraMessage(msgspec.Struct, frozen=True, tag=True):
-    """A message about a camera for the user."""
-
-    camera: str
-    text: str
-
-
-class CameraEnded(msgspec.Struct, frozen=True, tag=True):
-    """The end of a camera: how many frames it had and dropped, and its failure, if any."""
-
-    camera: str
-    frames: int
-    dropped: int = 0
-    failure: str | None = None
-
-
-class Ready(msgspec.Struct, frozen=True, tag=True):
-    """A camera is open. Live cameras share a clock; recordings are read in the order of time."""
-
-    camera: str
-    live: bool
-
-
-Message = CameraReport | CameraMessage | CameraEnded | Ready
 
 
 @dataclass(slots=True)
@@ -81,6 +54,30 @@ class _View:
     reported: bool = False
 
 
+class Doors:
+    """The places of a camera, in the pixels of its frames.
+
+    Raises
+    ------
+    ConfigError
+        If a place lies outside the frame.
+    """
+
+    def __init__(self, places: Sequence[Place], frame: Frame) -> None:
+        self._boxes = {place.name: np.array(place.boxes(frame), np.float64) for place in places}
+
+    def boxes(self, name: str | None) -> Floats:
+        """Return the boxes (R, 4) of a place; none without a name."""
+        return np.empty((0, 4)) if name is None else self._boxes[name]
+
+    def at(self, box: Box) -> tuple[str, ...]:
+        """Return the names of the places that a box touches."""
+        one = np.array([box])
+        return tuple(
+            name for name, boxes in self._boxes.items() if intersection_over_first(one, boxes).any()
+        )
+
+
 class CameraReporter:
     """Turns a camera's frames into reports.
 
@@ -90,12 +87,21 @@ class CameraReporter:
         The camera.
     scene
         Its scene, which finds and follows objects.
+    seed
+        Seed of the samples of expected objects.
     """
 
-    def __init__(self, camera: Camera, scene: Scene) -> None:
-        self._camera, self._scene = camera, scene
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0) -> None:
+        self._camera, self._scene, self._seed = camera, scene, seed
+        self._arrivals: dict[int, Arrival] = {}
+        self._begun: dict[int, int] = {}
+        """Identities in the rig of the objects that began as an arrival from an overlap."""
         self._views: dict[int, _View] = {}
-        self._places: dict[str, NDArray[np.float64]] | None = None
+        self._doors: Doors | None = None
+
+    def expect(self, arrivals: Iterable[Arrival]) -> None:
+        """Expect objects from the next frame on; of an object, the newest arrival counts."""
+        self._arrivals |= {each.identity: each for each in arrivals}
 
     def report(self, frame: Frame) -> CameraReport:
         """Return the report of a frame, whose time is that of the rig.
@@ -107,15 +113,30 @@ class CameraReporter:
         SourceError
             If frames change their size.
         """
-        if self._places is None:
-            self._places = {
-                place.name: np.array(place.boxes(frame), np.float64) for place in self._camera.place
-            }
-        sightings = (self._sighting(frame, track) for track in self._scene.update(frame))
+        if self._doors is None:
+            self._doors = Doors(self._camera.place, frame)
+        self._scene.expect(self._expected(frame, self._doors))
+        tracks = self._scene.update(frame)
+        came = {own: self._arrivals.pop(key) for own, key in self._scene.admitted.items()}
+        self._begun |= {own: each.identity for own, each in came.items() if each.place is None}
+        sightings = [self._sighting(frame, track, self._doors) for track in tracks]
         reported = tuple(sighting for sighting in sightings if sighting is not None)
-        return CameraReport(self._camera.name, frame.index, frame.time, reported)
+        size = frame.width, frame.height
+        return CameraReport(self._camera.name, frame.index, frame.time, reported, size)
 
-    def _sighting(self, frame: Frame, each: SceneTrack) -> ObjectReport | None:
+    def _expected(self, frame: Frame, doors: Doors) -> list[Expected]:
+        """Return the objects that are expected in a frame, with samples."""
+        self._arrivals = {
+            identity: each for identity, each in self._arrivals.items() if frame.time <= each.until
+        }
+        count = self._scene.config.tracker.particles
+        found = []
+        for identity, each in self._arrivals.items():
+            rng = np.random.default_rng((self._seed, frame.index, identity))
+            found.append(expected_of(each, rng, frame.time, doors.boxes(each.place), count))
+        return found
+
+    def _sighting(self, frame: Frame, each: SceneTrack, doors: Doors) -> ObjectReport | None:
         """Return the report of an object, or None if it is not reported yet; see `COMING`.
 
         Its histogram is from the last detection with a whole box.
@@ -124,7 +145,7 @@ class CameraReporter:
         view = self._views.get(each.identity)
         if view is None or seen:
             whole = _whole(track.box, frame)
-            places = self._at(track.box)
+            places = doors.at(track.box)
             if view is None:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
             if view.reported:
@@ -133,11 +154,14 @@ class CameraReporter:
                 look = CUE.learn(frame, track.ellipse).histogram
                 view.look = look.astype(np.float32).tobytes()
         appears = not view.reported and seen
-        if appears and view.places and not whole and frame.time - view.since < COMING:
+        expected = self._begun.get(each.identity)
+        waits = view.places and not whole and frame.time - view.since < COMING
+        if appears and waits and expected is None:
             return None
         vanishes, view.seen = view.seen and not seen, seen
         if track.status is Status.LOST:
             del self._views[each.identity]
+            self._begun.pop(each.identity, None)
         if not (view.reported or seen):
             return None
         view.reported = True
@@ -149,17 +173,10 @@ class CameraReporter:
             each.occluded_by,
             each.detected,
             view.places,
-            view.look if appears or vanishes else None,
-        )
-
-    def _at(self, box: Box) -> tuple[str, ...]:
-        """Return the names of the places that a box touches."""
-        assert self._places is not None
-        one = np.array([box])
-        return tuple(
-            name
-            for name, boxes in self._places.items()
-            if intersection_over_first(one, boxes).any()
+            view.look if seen or vanishes else None,
+            each.velocity,
+            tuple(track.covariance.ravel().tolist()),
+            expected,
         )
 
 

@@ -1,7 +1,7 @@
 """Identities across several cameras: objects that leave one camera are expected at another.
 
-Nummiaro et al., section VII: when a person leaves a room, its camera sends the person's model to
-the camera of the other room. Here it sends an `ObjectReport`, and no frames.
+Nummiaro et al., section VII: when a person leaves a room, its camera gives what it knows of the
+person to the camera of the other room: an `Arrival`, made of `ObjectReport`s, and no frames.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from motes.core.track import Status
-from motes.core.types import Floats
 from motes.cues.histogram_cue import bhattacharyya
 from motes.mot.assignment import assign
-from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.arrivals import at_place, in_overlap
+from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
+from motes.mot.cameras.common_ground import CommonGround
+from motes.mot.cameras.known_object import KnownObject, look_of
 from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
 
 CAMERA_TIMEOUT = 1.0
@@ -28,39 +28,10 @@ FRESH = 0.2
 """Reports of two cameras count as simultaneous up to this many seconds apart."""
 SIZES = 2.0
 """Largest ratio of an object's height to the expected height, or of that to it."""
-
-
-@dataclass(slots=True, eq=False)
-class _Known:
-    """An object of a camera, and what is known of it.
-
-    Attributes
-    ----------
-    camera, identity
-        The camera's name, and the identity in the rig.
-    seen
-        Time of its last certain report.
-    look
-        Its last color histogram.
-    last, tracked
-        Its last report, and its last certain report.
-    gone
-        Whether it is lost.
-    interrupted
-        Whether its camera was interrupted since that certain report.
-    passed
-        Whether its identity now belongs to another object.
-    """
-
-    camera: str
-    identity: int
-    seen: float
-    look: Floats
-    last: ObjectReport
-    tracked: ObjectReport
-    gone: bool = False
-    interrupted: bool = False
-    passed: bool = False
+ANNOUNCED = 1.0
+"""Seconds for which an overlapping camera is asked for an object that it should see."""
+MERGED_AFTER = 1.0
+"""Seconds in which two objects of overlapping cameras coincide, after which they are one."""
 
 
 class CrossCameraAssociation:
@@ -70,18 +41,30 @@ class CrossCameraAssociation:
     ----------
     rig
         How the cameras are joined.
+    known_target
+        Whether all cameras look for the same known target, whose identity is 1.
+
+    Attributes
+    ----------
+    handed
+        How many new objects got the identity of another one.
+    merged
+        Identities that turned out to belong to an object with another one, which it has since then.
     """
 
-    def __init__(self, rig: Rig) -> None:
-        self._rig = rig
-        self._known: dict[tuple[str, int], _Known] = {}
+    def __init__(self, rig: Rig, *, known_target: bool = False) -> None:
+        self._rig, self._known_target = rig, known_target
+        self._known: dict[tuple[str, int], KnownObject] = {}
         self._times: dict[str, float] = {}
+        self._sizes: dict[str, tuple[int, int]] = {}
         self._identities = itertools.count(1)
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
+        self._grounds = [CommonGround(overlap) for overlap in rig.overlap]
+        self._together: dict[tuple[KnownObject, KnownObject], float] = {}
         self.handed = 0
-        """How many new objects got the identity of another one."""
+        self.merged: dict[int, int] = {}
 
     def update(self, report: CameraReport) -> dict[int, int]:
         """Return the identities in the rig of a camera's objects, by those in the camera.
@@ -93,20 +76,24 @@ class CrossCameraAssociation:
         if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
             for each in self._known.values():
                 each.interrupted |= each.camera == camera and not each.gone
-        self._times[camera] = now
+        self._times[camera], self._sizes[camera] = now, report.size
         born = []
         for sighting in report.sightings:
             known = self._known.get((camera, sighting.identity))
             if known is None:
                 born.append(sighting)
             else:
-                self._note(known, sighting, now)
+                known.note(sighting, now)
+                if known.passed and sighting.seen:
+                    # It never left: another object came through the other door.
+                    known.identity, known.passed = self._new(), False
         identities = self._inherited(camera, now, born)
         for sighting in born:
-            identity = identities.get(sighting.identity) or next(self._identities)
-            self._known[camera, sighting.identity] = _Known(
-                camera, identity, now, _look(sighting), sighting, sighting
-            )
+            identity = identities.get(sighting.identity) or self._new()
+            self._known[camera, sighting.identity] = KnownObject.of(camera, identity, now, sighting)
+        for ground in self._grounds:
+            if camera in ground.overlap.cameras:
+                self._compare(ground, now)
         current = {s.identity: self._known[camera, s.identity] for s in report.sightings}
         found = {own: known.identity for own, known in current.items() if not known.passed}
         self._known = {
@@ -116,56 +103,100 @@ class CrossCameraAssociation:
         }
         return found
 
-    def _note(self, known: _Known, sighting: ObjectReport, now: float) -> None:
-        """Keep the new report of a known object."""
-        known.last = sighting
-        if sighting.histogram is not None:
-            known.look = _look(sighting)
-        known.gone = sighting.status is Status.LOST
-        if sighting.seen:
-            known.seen, known.tracked, known.interrupted = now, sighting, False
-            if known.passed:  # it never left: another object came through the other door
-                known.identity, known.passed = next(self._identities), False
+    def arrivals(self, camera: str, now: float) -> tuple[Arrival, ...]:
+        """Return the objects that are expected at a camera in its frame at a time.
 
-    def _inherited(self, camera: str, now: float, born: Sequence[ObjectReport]) -> dict[int, int]:
-        """Return the identities in the rig of the new objects that were expected."""
-        here = {
+        - An object that an overlapping camera sees now, where it should be seen here too, is
+          announced for each frame until it is, for `ANNOUNCED` seconds at most.
+        - An object that has left by a passage is announced once, when its time comes.
+        """
+        if camera not in self._sizes:
+            return ()
+        here, found = self._here(camera), dict[int, Arrival]()
+        for known in self._known.values():
+            if known.camera == camera or known.identity in here or known.passed:
+                continue
+            arrival = self._overlapping(known, camera, now) or self._passing(known, camera, now)
+            if arrival is not None:
+                found[known.identity] = arrival
+        return tuple(found.values())
+
+    def _new(self) -> int:
+        return 1 if self._known_target else next(self._identities)
+
+    def _here(self, camera: str) -> set[int]:
+        """Return the identities of the objects that a camera has."""
+        return {
             known.identity
             for known in self._known.values()
             if known.camera == camera and not (known.gone or known.interrupted)
         }
+
+    def _overlapping(self, known: KnownObject, camera: str, now: float) -> Arrival | None:
+        """Return where an overlapping camera, which sees an object now, expects it at another."""
+        if not known.visible(now, FRESH):
+            return None
+        for ground in self._grounds:
+            if set(ground.overlap.cameras) == {known.camera, camera}:
+                arrival = in_overlap(ground, known, self._sizes[camera], now, now + FRESH)
+                if arrival is None:
+                    known.announced.pop(camera, None)
+                elif now - known.announced.setdefault(camera, now) <= ANNOUNCED:
+                    return arrival
+        return None
+
+    def _passing(self, known: KnownObject, camera: str, now: float) -> Arrival | None:
+        """Return at which place a camera expects an object that has left another camera."""
+        if known.last.seen or camera in known.announced:
+            return None
+        for passage, first, second in self._links(known.camera, camera):
+            opens, closes = (known.seen + seconds for seconds in passage.seconds)
+            if first in known.tracked.places and opens <= now <= closes:
+                known.announced[camera] = now
+                scale = _scale(passage, camera)
+                return at_place(known, second, 1.0 if scale is None else scale, now, closes)
+        return None
+
+    def _inherited(self, camera: str, now: float, born: Sequence[ObjectReport]) -> dict[int, int]:
+        """Return the identities in the rig of the new objects that were expected."""
+        here = self._here(camera)
+        found: dict[int, int] = {}
+        for sighting in born:
+            expected = self.merged.get(sighting.expected or 0, sighting.expected)
+            if expected is not None and expected not in here:
+                found[sighting.identity] = expected
+                here.add(expected)
         costs: dict[int, list[float]] = {}
+        others = [sighting for sighting in born if sighting.identity not in found]
         for known in self._known.values():
             if known.identity not in here:
-                row = costs.setdefault(known.identity, [math.inf] * len(born))
+                row = costs.setdefault(known.identity, [math.inf] * len(others))
                 row[:] = [
                     min(cost, self._cost(known, camera, now, sighting))
-                    for cost, sighting in zip(row, born, strict=True)
+                    for cost, sighting in zip(row, others, strict=True)
                 ]
         identities = list(costs)
-        found: dict[int, int] = {}
-        if not born or not costs:
-            return found
-        for i, j in assign(np.array(list(costs.values()))):
-            found[born[j].identity] = identities[i]
+        if others and costs:
+            for i, j in assign(np.array(list(costs.values()))):
+                found[others[j].identity] = identities[i]
+        for identity in found.values():
             self.handed += 1
             for known in self._known.values():
-                known.passed |= known.identity == identities[i] and not known.last.seen
+                known.passed |= known.identity == identity and not known.last.seen
         return found
 
-    def _cost(self, known: _Known, camera: str, now: float, born: ObjectReport) -> float:
+    def _cost(self, known: KnownObject, camera: str, now: float, born: ObjectReport) -> float:
         """Return the cost of giving a new object a known one's identity; infinite if ruled out.
 
         It is from 0 to 1 if an overlapping camera sees the known one in the same place, and from 1
         to 2 if the known one is expected here.
         """
-        off = (
-            min(self._overlap_distances(known, camera, born))
-            if now - known.seen <= FRESH
-            else math.inf
-        )
+        off = math.inf
+        if now - known.seen <= FRESH:
+            one = KnownObject.of(camera, 0, now, born)
+            off = min((_apart(ground, known, one, now) for ground in self._grounds), default=off)
         if off <= 1 or known.last.seen or known.passed:
-            return off
+            return off if off <= 1 else math.inf
         limits = [
             passage.distance
             for passage, first, second in self._links(known.camera, camera)
@@ -182,7 +213,7 @@ class CrossCameraAssociation:
             limits.append(DISTANCE)
         if not limits:
             return math.inf
-        distance = float(bhattacharyya(_look(born)[None], known.look)[0])
+        distance = float(bhattacharyya(look_of(born)[None], known.look)[0])
         limit = max(limits)
         return 1 + distance / limit if distance <= limit else math.inf
 
@@ -194,31 +225,76 @@ class CrossCameraAssociation:
                 if (first, second) == (start, end):
                     yield passage, out, into
 
-    def _overlap_distances(self, known: _Known, camera: str, born: ObjectReport) -> Iterator[float]:
-        """Yield the distances of a new object from one in an overlapping camera, in `reach`."""
-        yield math.inf
-        for overlap in self._rig.overlap:
-            if overlap.cameras == (known.camera, camera):
-                off, width = math.dist(overlap.there(known.last.foot), born.foot), born.box.width
-            elif overlap.cameras == (camera, known.camera):
-                there = overlap.there(born.foot)
-                off, width = math.dist(there, known.last.foot), known.last.box.width
-            else:
-                continue
-            share = off / (overlap.reach * width)
-            yield share if share <= 1 else math.inf
+    def _compare(self, ground: CommonGround, now: float) -> None:
+        """Learn from what two overlapping cameras see now, and merge objects that coincide.
+
+        Two objects coincide if the least-cost assignment of the one camera's objects to the
+        other's has them as a pair. So people side by side are not merged.
+        """
+        visible = [each for each in self._known.values() if each.visible(now, FRESH)]
+        ones, others = (
+            [each for each in visible if each.camera == name] for name in ground.overlap.cameras
+        )
+        apart = [[_apart(ground, one, other, now) for other in others] for one in ones]
+        off = np.array(apart, float).reshape(len(ones), len(others))
+        pairs = [(ones[i], others[j]) for i, j in assign(np.where(off <= 1, off, np.inf))]
+        learned = list(pairs)
+        if len(ones) == len(others) == 1 and ground.overlap.homography is None:
+            learned = [(ones[0], others[0])]
+        for one, other in learned:
+            alike = float(bhattacharyya(one.look[None], other.look)[0]) <= DISTANCE
+            if one.identity == other.identity or (alike and len(ones) == len(others) == 1):
+                feet = one.foot(now), other.foot(now)
+                ground.add(feet, one.last.box, other.last.box)
+        cameras = set(ground.overlap.cameras)
+        self._together = {
+            pair: since
+            for pair, since in self._together.items()
+            if {each.camera for each in pair} != cameras or pair in pairs
+        }
+        for pair in pairs:
+            since = self._together.setdefault(pair, now)
+            if now - since >= MERGED_AFTER and pair[0].identity != pair[1].identity:
+                self._merge(*pair)
+
+    def _merge(self, one: KnownObject, other: KnownObject) -> None:
+        """Give two objects the older identity of theirs; whoever else had it gets a new one."""
+        keep, gone = sorted((one.identity, other.identity))
+        for each in self._known.values():
+            rival = each.camera in (one.camera, other.camera) and each.last.seen
+            if each.identity == keep and rival and each not in (one, other):
+                each.identity = self._new()
+            elif each.identity == gone:
+                each.identity = keep
+        self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
+        self.merged[gone] = keep
 
 
-def _look(sighting: ObjectReport) -> Floats:
-    assert sighting.histogram is not None
-    return np.frombuffer(sighting.histogram, np.float32).astype(np.float64)
+def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: float) -> float:
+    """Return how far apart two objects are on common ground, in `reach`; infinite if elsewhere."""
+    overlap = ground.overlap
+    if overlap.cameras == (other.camera, one.camera):
+        one, other = other, one
+    elif overlap.cameras != (one.camera, other.camera):
+        return math.inf
+    there = ground.there(one.foot(now), one.tracked.box.width, one.camera)
+    if there is None:
+        return math.inf
+    return math.dist(there, other.foot(now)) / (overlap.reach * other.tracked.box.width)
 
 
-def _fits(passage: CameraLink, known: _Known, camera: str, born: ObjectReport) -> bool:
-    """Return whether a new object has the height that is expected of a known one."""
+def _scale(passage: CameraLink, camera: str) -> float | None:
+    """Return how many times higher an object is in a camera at the end of a passage, if known."""
     if passage.scale is None:
-        return True
+        return None
     onward = passage.between[1].rpartition("/")[0] == camera
-    scale = passage.scale if onward else 1 / passage.scale
+    return passage.scale if onward else 1 / passage.scale
+
+
+def _fits(passage: CameraLink, known: KnownObject, camera: str, born: ObjectReport) -> bool:
+    """Return whether a new object has the height that is expected of a known one."""
+    scale = _scale(passage, camera)
+    if scale is None:
+        return True
     ratio = born.box.height / (scale * known.tracked.box.height)
     return 1 / SIZES <= ratio <= SIZES

@@ -1,11 +1,12 @@
 """Several cameras at once, each with a scene in a process of its own.
 
 Frames stay in the process that reads them, which sends a small `CameraReport` of each. Here, the
-objects of all cameras get their identities in the rig.
+objects of all cameras get their identities in the rig, and cameras learn what to expect.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping
 from multiprocessing.connection import wait
@@ -14,12 +15,10 @@ from typing import Self
 from motes.core.worker_processes import blocked_signals
 from motes.mot.cameras.camera_process import CameraProcess
 from motes.mot.cameras.camera_report import CameraReport
-from motes.mot.cameras.camera_reporter import CameraEnded, CameraMessage
+from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Rig
-
-WAITING = 100
-"""Largest number of reports of a recording that wait for other cameras; then it has to wait."""
+from motes.sot.known_target import Target
 
 
 class RigRunner:
@@ -36,6 +35,8 @@ class RigRunner:
         The cameras, and how they are joined.
     seed
         The seed of the random numbers.
+    target
+        A known target for which all cameras wait, in place of all objects. Its identity is 1.
 
     Attributes
     ----------
@@ -43,11 +44,11 @@ class RigRunner:
         Process identifiers by the cameras' names.
     """
 
-    def __init__(self, rig: Rig, seed: int = 0) -> None:
-        self.handover = CrossCameraAssociation(rig)
+    def __init__(self, rig: Rig, seed: int = 0, target: Target | None = None) -> None:
+        self.handover = CrossCameraAssociation(rig, known_target=target is not None)
         origin = time.monotonic()
         with blocked_signals():
-            self._cameras = [CameraProcess(camera, seed, origin) for camera in rig.camera]
+            self._cameras = [CameraProcess(camera, seed, origin, target) for camera in rig.camera]
 
     @property
     def pids(self) -> dict[str, int | None]:
@@ -63,7 +64,7 @@ class RigRunner:
             listening = {
                 camera.pipe: camera
                 for camera in self._cameras
-                if not camera.over and camera.due is None and len(camera.reports) < WAITING
+                if not camera.over and camera.due is None
             }
             pauses = [
                 camera.due - time.monotonic() for camera in self._cameras if camera.due is not None
@@ -73,13 +74,32 @@ class RigRunner:
                     yield from listening[pipe].listen()  # type: ignore[index]
             while (report := self._next()) is not None:
                 yield report, self.handover.update(report)
+                for camera in self._cameras:
+                    if camera.live and camera.name != report.camera:
+                        camera.tell(self.handover.arrivals(camera.name, report.time))
 
     def _next(self) -> CameraReport | None:
-        """Return the next report in the order of time; None while an earlier one may still come."""
-        waiting = [camera for camera in self._cameras if camera.reports]
-        if not waiting or any(camera.awaited for camera in self._cameras):
-            return None
-        return min(waiting, key=lambda camera: camera.reports[0].time).reports.popleft()
+        """Return the next report; None while none may be used yet.
+
+        Reports of live cameras are used as they come. Those of recordings, and what recordings are
+        sent, have an order that depends on the times of frames alone, so results do not depend on
+        the speed of the processes.
+        """
+        for camera in self._cameras:
+            if camera.live and camera.reports:
+                return camera.reports.popleft()
+        recordings = [camera for camera in self._cameras if not camera.live]
+        while recordings:
+            events = [(*camera.upcoming()[:2], n) for n, camera in enumerate(recordings)]
+            when, kind, n = min(events)
+            camera = recordings[n]
+            if when == math.inf or not camera.upcoming()[2]:
+                return None
+            if kind == 0:
+                return camera.reports.popleft()
+            assert camera.next is not None
+            camera.go(self.handover.arrivals(camera.name, camera.next))
+        return None
 
     def __enter__(self) -> Self:
         return self

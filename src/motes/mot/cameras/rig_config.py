@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
@@ -25,8 +23,11 @@ class Camera(Config, frozen=True):
         Its name in rows and messages, and before the names of its places: "name/place".
     source
         Its video, as for `motes.open_source`.
-    detector, preset
-        The detector, and the particle filter that follows each object, as for `motes watch`.
+    detector
+        The detector, as for `motes watch`.
+    preset
+        The particle filter that follows each object, as for `motes watch`; by default
+        `nummiaro:adaptive`, and `nummiaro` where all cameras wait for a known target.
     offset
         Seconds from the start of the rig to the start of a recording.
     place
@@ -36,7 +37,7 @@ class Camera(Config, frozen=True):
     name: str
     source: str
     detector: str | None = None
-    preset: str = "nummiaro:adaptive"
+    preset: str | None = None
     offset: float = 0.0
     place: tuple[Place, ...] = ()
 
@@ -80,26 +81,26 @@ class Overlap(Config, frozen=True):
         Their names.
     homography
         3x3, row by row: maps points (x, y, 1) of the ground in the first camera's picture to those
-        in the second camera's, up to scale.
+        in the second camera's, up to scale. Without it, the map is learned from objects that both
+        cameras see at the same time.
     reach
         Largest distance between the feet of the same object in the second camera's picture, in
         widths of the object.
     """
 
     cameras: tuple[str, str]
-    homography: tuple[Triple, Triple, Triple]
+    homography: tuple[Triple, Triple, Triple] | None = None
     reach: Positive = 1.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.cameras[0] == self.cameras[1]:
+            raise ConfigError(f"An overlap needs two cameras; got {self.cameras[0]!r} twice")
+        if self.homography is None:
+            return
         matrix = np.array(self.homography)
         if not np.isfinite(matrix).all() or np.linalg.matrix_rank(matrix) < 3:
             raise ConfigError("homography: A matrix that can be inverted is needed, got another")
-
-    def there(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Return a ground point of the first camera in the second; infinite if it is nowhere."""
-        x, y, w = (np.array(self.homography) @ (*point, 1.0)).tolist()
-        return (x / w, y / w) if w else (math.inf, math.inf)
 
 
 class Rig(Config, frozen=True):

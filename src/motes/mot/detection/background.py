@@ -6,32 +6,43 @@ connected parts of the foreground are the objects.
 
 from __future__ import annotations
 
+import contextlib
 import math
-from functools import partial
-from typing import Annotated, Any, Literal, Protocol
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.detection import Detection, DetectorConfig
-from motes.core.errors import ConfigError, MissingDependencyError
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.mot.detection.background_models import (
+    FIRST,
+    BackgroundModel,
+    Gaussian,
+    Method,
+    Mixture,
+    Nearest,
+)
+from motes.mot.detection.blobs import blobs
 from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.detection.ghosts import Steps, gradients, without_ghosts
-
-Method = Literal["mog2", "knn", "gaussian"]
-Mask = NDArray[np.uint8]
+from motes.mot.detection.illumination import Background, without_light, without_tremble
+from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
 RENEWED = 5
-"""Largest age, in frames, of the picture of the background in which ghosts are searched."""
+"""Largest age, in frames, of the picture of the background that frames are compared with."""
 MOVES = "the camera moves; what moves before it is not seen"
-SHADE = 0.95
-"""A pixel that keeps more than this share of its brightness is no shadow."""
+PREVIEWED = 31
+"""Frames from which the first background is made: with fewer, it has more noise."""
+DENSEST = 1 / 3
+"""Share of these frames that show the background of a pixel, at least."""
 
 
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
@@ -59,12 +70,26 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     noise
         Least standard deviation of a background pixel in gray levels (`gaussian`), as from camera
         noise and compression. With a larger value fewer pixels are foreground.
-    shadow
-        Least share of its brightness that a pixel keeps in a shadow; shadows are no foreground. A
-        smaller value removes darker shadows; with 1 none are removed.
+    shadow, highlight
+        Least and largest share of its brightness that a pixel has in a shadow, and in more light;
+        neither is foreground. A smaller `shadow` removes darker shadows, a larger `highlight` more
+        light; with 1 and 1 none is removed.
     tint
-        Largest change of a pixel's color by a shadow, in gray levels (`gaussian`). A larger value
-        removes more shadows.
+        Largest change of a pixel's color by another light, in gray levels. A larger value removes
+        more shadows.
+    texture
+        Largest change of the gradients by another light, in gray levels per pixel. A larger value
+        removes more shadows, and more of the objects too.
+    preview
+        Seconds at the begin of a film whose usual colors are the first background, so that an
+        object of the first frame leaves no ghost. With 0, and before a live camera, the first frame
+        is the first background.
+    trial
+        Seconds for which foreground is not learned as background where no object is that has moved.
+        With a larger value a mistake stays longer.
+    patience
+        Seconds for which an object that has moved is not learned as background, though it stands
+        still. With a larger value it is found for longer.
     exposure
         Largest change of the camera's exposure that is corrected, as a share of the brightness.
     recent
@@ -72,6 +97,12 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         more slowly.
     speck
         Least width and height of a patch of foreground, in pixels. Smaller patches are noise.
+    valley
+        Least depth of a valley in the upper outline of a patch, as a share of its height, at which
+        the patch is divided into two objects. With a larger value fewer are divided; with 0 none.
+    narrow
+        Least width of an object that a patch is divided into, as a share of the patch's height.
+        With a larger value fewer are divided.
     gap
         Largest gap between two patches of one object, in y and in x, as shares of the frame's
         height and width. Larger values join more patches.
@@ -97,14 +128,21 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     distance: Positive = 20.0
     noise: Positive = 4.0
     shadow: Annotated[float, Meta(gt=0, le=1)] = 0.5
+    highlight: Annotated[float, Meta(ge=1)] = 1.25
     tint: NonNegative = 12.0
+    texture: NonNegative = 6.0
+    preview: NonNegative = 30.0
+    trial: NonNegative = 10.0
+    patience: NonNegative = 60.0
     exposure: Share = 0.2
     recent: Count = 50
     speck: Literal[1, 3, 5, 7, 9] = 3
-    gap: tuple[Share, Share] = (0.06, 0.008)
+    gap: tuple[Share, Share] = (0.03, 0.002)
+    valley: Share = 0.1
+    narrow: Share = 0.1
     least: Share = 0.002
     most: Share = 0.5
-    ghost: Share = 0.9
+    ghost: Share = 0.5
     limit: Count = 100
     still: Count = 10
 
@@ -120,28 +158,14 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         return BackgroundDetector(self)
 
 
-class _Model(Protocol):
-    """A background."""
-
-    def begin(self, pixels: Mask) -> None:
-        """Start with a frame as background, and forget the frames before."""
-        ...
-
-    def apply(self, pixels: Mask) -> Mask:
-        """Return the foreground without shadows, (H, W) of 0 and 1; and learn from the frame."""
-        ...
-
-    def picture(self) -> Mask:
-        """Return the learned background, (H, W, 3)."""
-        ...
-
-
 class BackgroundDetector:
     """Finds moving objects before a fixed camera. A `Detector`; frames come in order.
 
-    A patch without edges of its own is no object: an object that has become background there has
-    left the place (`ghosts`). A frame that is mostly foreground, as when a light is switched on,
-    has no detections, and the background is learned anew from it.
+    A pixel is foreground if it differs from the background in more than its light (`illumination`).
+    Foreground is not learned for a time (`SelectiveUpdate`). A patch without edges of its own is no
+    object: an object that has become background there has left the place (`ghosts`). A frame that
+    is mostly foreground, as when a light is switched on, has no detections, and the background is
+    learned anew from it.
 
     Parameters
     ----------
@@ -166,30 +190,58 @@ class BackgroundDetector:
         if not isinstance(config, BackgroundConfig):
             config = BackgroundConfig(method=config)
         self.config = config
-        method = config.method or ("gaussian" if _opencv() is None else "mog2")
-        self._model: _Model = (
-            _Gaussian(config) if method == "gaussian" else _Mixture(method, config)
-        )
+        self._model = _model(config)
+        self._first: Mask | None = None
         self._shape: tuple[int, ...] | None = None
-        self._flooded = self._rest = self._when = 0
-        self._learned: Steps | None = None
+        self._flooded = self._rest = self._frames = 0
+        self._moved: Sequence[Box] = ()
         self.warnings: dict[str, str] = {}
+
+    def prepare(self, frames: Iterable[Frame]) -> None:
+        """Take the usual colors of a film's first `preview` seconds as the background.
+
+        A frame that cannot be read ends it; the run itself reports that, at that frame.
+
+        Parameters
+        ----------
+        frames
+            Frames of the same camera, from the first on.
+        """
+        pictures: list[Mask] = []
+        step, start = self.config.preview / PREVIEWED, None
+        with contextlib.suppress(SourceError):
+            for frame in frames:
+                start = frame.time if start is None else start
+                if frame.time - start > self.config.preview:
+                    break
+                if frame.time - start >= len(pictures) * step:
+                    pictures.append(frame.pixels.copy())
+        if pictures and self.config.preview:
+            self._first = densest(pictures)
+
+    def observe(self, moved: Sequence[Box]) -> None:
+        """Take the boxes of the objects that have moved, as known before the next frame."""
+        self._moved = moved
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
         pixels = np.ascontiguousarray(frame.pixels)  # which OpenCV would do again and again
         if pixels.shape != self._shape:
             self._shape = pixels.shape
-            self._begin(pixels)
-            return []
+            first, self._first = self._first, None
+            if first is None or first.shape != pixels.shape:
+                self._begin(pixels, frame)
+                return []
+            self._begin(first, frame)
         if self._reference.has_moved(pixels):
-            self._begin(pixels)
+            self._begin(pixels, frame)
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
-        mask = self._model.apply(self._exposed(pixels))
+        usual = self._exposed(pixels)
+        mask = self._foreground(usual)
         if mask.mean() > self.config.most:
-            self._begin(pixels)
+            self._begin(pixels, frame)
             self._flooded += 1
             if self._flooded == self.config.still:
                 self._warn(frame, "camera", MOVES)
@@ -198,26 +250,56 @@ class BackgroundDetector:
                 self._warn(frame, "light", text)
             return []
         self._flooded = 0
+        mask = without_tremble(mask, usual, self._background)
+        learned = self._update.learned_from(usual, mask, frame.time, self._moved)
+        self._model.learn(learned, self._rate)
         if self._rest:
             self._rest -= 1
             return []
-        boxes = blobs(mask, self.config)
-        if boxes and self.config.ghost:
-            if self._learned is None or frame.index - self._when >= RENEWED:
-                self._learned, self._when = gradients(self._model.picture()), frame.index
-            now = gradients(pixels)
-            boxes = without_ghosts(boxes, mask, now, self._learned, self.config.ghost)
-        limit = self.config.limit
-        if len(boxes) > limit:
-            text = f"there are {len(boxes)} moving patches; only the {limit} largest are taken"
-            self._warn(frame, "flood", text)
-        return [Detection(box) for box in boxes[:limit]]
+        return [Detection(box) for box in self._objects(frame, pixels, mask)]
 
-    def _begin(self, pixels: Mask) -> None:
+    def _begin(self, pixels: Mask, frame: Frame) -> None:
+        config = self.config
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
         self._reference = ReferenceImage(pixels)
-        self._learned = None
+        self._update = SelectiveUpdate(pixels, frame.time, config.trial, config.patience)
         self._model.begin(pixels)
+        self._frames = 0
+
+    @property
+    def _rate(self) -> float:
+        """The share of the frame that enters the background: more at the start."""
+        config = self.config
+        return config.rate or max(1 / (2 * (FIRST + self._frames)), 1 / config.history)
+
+    def _foreground(self, pixels: Mask) -> Mask:
+        """Return the foreground without shadows, (H, W) of 0 and 1."""
+        config = self.config
+        if self._frames % RENEWED == 0:
+            picture = self._model.picture()
+            self._background = Background(picture, config.noise)
+            self._learned: Steps = gradients(picture)
+        self._frames += 1
+        return without_light(
+            self._model.foreground(pixels), pixels, self._background, shadow=config.shadow,
+            highlight=config.highlight, tint=config.tint, texture=config.texture,
+        )  # fmt: skip
+
+    def _objects(self, frame: Frame, pixels: Mask, mask: Mask) -> list[Box]:
+        """Return the boxes of the objects in the foreground."""
+        config = self.config
+        boxes = blobs(
+            mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
+            narrow=config.narrow,
+        )  # fmt: skip
+        if boxes and config.ghost:
+            boxes = without_ghosts(boxes, mask, gradients(pixels), self._learned, config.ghost)
+        if len(boxes) > config.limit:
+            text = (
+                f"there are {len(boxes)} moving patches; only the {config.limit} largest are taken"
+            )
+            self._warn(frame, "flood", text)
+        return boxes[: config.limit]
 
     def _exposed(self, pixels: Mask) -> Mask:
         """Return a frame with its usual brightness: cameras change their exposure.
@@ -231,7 +313,7 @@ class BackgroundDetector:
             return pixels
         self._usual += (gains * sparse - self._usual) / self.config.recent
         tables = np.rint(gains * np.arange(256)[:, None]).clip(0, 255).astype(np.uint8)
-        cv2 = _opencv()
+        cv2 = opencv()
         if cv2 is not None:  # the same, ten times faster
             out: Mask = cv2.LUT(pixels, tables[None])
             return out
@@ -241,117 +323,32 @@ class BackgroundDetector:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
 
 
-class _Mixture:
-    """OpenCV's background models, which mark shadows by values below 255."""
+def densest(pictures: Sequence[Mask]) -> Mask:
+    """Return the usual colors of each pixel in pictures (H, W, 3).
 
-    def __init__(self, method: str, config: BackgroundConfig) -> None:
-        cv2 = _opencv()
-        if cv2 is None:
-            raise MissingDependencyError(
-                f"The background {method} needs OpenCV; install it with: pip install "
-                f"'motes[opencv]', or take gaussian."
-            )
-        self._rate = -1.0 if config.rate is None else config.rate  # OpenCV chooses
-        self._shadow = config.shadow
-        make, squared = {
-            "mog2": (cv2.createBackgroundSubtractorMOG2, config.deviations**2),
-            "knn": (cv2.createBackgroundSubtractorKNN, config.distance**2),
-        }[method]
-        self._make = partial(make, config.history, squared, config.shadow < 1)
-
-    def begin(self, pixels: Mask) -> None:
-        """Start a new model with the frame several times: the nearest neighbors need samples."""
-        self._model = self._make()
-        self._model.setShadowThreshold(self._shadow)
-        for _ in range(5):
-            self._model.apply(pixels)
-
-    def apply(self, pixels: Mask) -> Mask:
-        """Return OpenCV's foreground."""
-        mask: Mask = (self._model.apply(pixels, learningRate=self._rate) == 255).astype(np.uint8)
-        return mask
-
-    def picture(self) -> Mask:
-        """Return OpenCV's mean of the background."""
-        learned: Mask = self._model.getBackgroundImage()
-        return learned
-
-
-class _Gaussian:
-    """A running mean and variance for each pixel and channel.
-
-    Foreground is learned ten times more slowly than background, so that an object that stops for a
-    while does not become background.
+    They are the mean over the third of the pictures whose brightness is closest together. The
+    objects before a background differ, and it does not: so it is found also where it is seen in
+    fewer than half of the pictures, which a median needs.
     """
-
-    def __init__(self, config: BackgroundConfig) -> None:
-        self._config = config
-
-    def begin(self, pixels: Mask) -> None:
-        """Start with the frame as mean."""
-        self._frames, self._mean = 1, pixels.astype(np.float32)
-        self._variance = np.full_like(self._mean, (2 * self._config.noise) ** 2)
-
-    def apply(self, pixels: Mask) -> Mask:
-        """Return the pixels with a channel too many deviations from its mean, without shadows."""
-        config, seen = self._config, pixels.astype(np.float32)
-        self._frames += 1
-        off = seen - self._mean
-        squared = off * off
-        apart = (squared > config.deviations**2 * self._variance).any(axis=2)
-        darker = seen.sum(axis=2) / np.maximum(self._mean.sum(axis=2), 1)
-        tint = np.abs(seen - darker[:, :, None] * self._mean).max(axis=2)
-        shadow = (darker > config.shadow) & (darker < SHADE) & (tint < config.tint)
-        foreground = apart & ~shadow
-        rate = config.rate or max(1 / self._frames, 1 / config.history)
-        share = np.where(foreground, rate / 10, rate).astype(np.float32)[:, :, None]
-        self._mean += share * off
-        self._variance += share * (squared - self._variance)
-        np.maximum(self._variance, config.noise**2, out=self._variance)
-        mask: Mask = foreground.astype(np.uint8)
-        return mask
-
-    def picture(self) -> Mask:
-        """Return the means."""
-        return self._mean.astype(np.uint8)
+    count = math.ceil(len(pictures) * DENSEST)
+    rows = []
+    for y in range(len(pictures[0])):  # row by row, which needs little memory
+        colors = np.stack([picture[y] for picture in pictures]).astype(np.int16)  # (n, W, 3)
+        brightness = colors.sum(axis=2)
+        order = np.argsort(brightness, axis=0, kind="stable")
+        ranked = np.take_along_axis(brightness, order, axis=0)
+        first = (ranked[count - 1 :] - ranked[: len(pictures) - count + 1]).argmin(axis=0)
+        chosen = np.take_along_axis(order, first + np.arange(count)[:, None], axis=0)
+        own = np.take_along_axis(colors, chosen[:, :, None], axis=0)
+        rows.append(np.rint(own.mean(axis=0)).astype(np.uint8))
+    return np.stack(rows)
 
 
-def blobs(mask: Mask, config: BackgroundConfig) -> list[Box]:
-    """Return the boxes of the connected parts of a mask (H, W) of 0 and 1, the largest first.
-
-    First specks are removed, then patches that are near to each other are connected, then patches
-    that are too small are left out.
-    """
-    sides, speck = zip(config.gap, mask.shape, strict=True), config.speck
-    gap = [max(1, math.ceil(share * side)) | 1 for share, side in sides]
-    cv2 = _opencv()
-    if cv2 is not None:
-        clean = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((speck, speck), np.uint8))
-        closed = cv2.morphologyEx(clean, cv2.MORPH_CLOSE, np.ones(gap, np.uint8))
-        found = cv2.connectedComponentsWithStats(closed)[2][1:]  # the first is the background
-    else:
-        from scipy import ndimage
-
-        clean = ndimage.maximum_filter(ndimage.minimum_filter(mask, speck), speck)
-        closed = ndimage.minimum_filter(ndimage.maximum_filter(clean, gap), gap)
-        labels, count = ndimage.label(closed, np.ones((3, 3)))
-        areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-        corners = [(x.start, y.start, x.stop, y.stop) for y, x in ndimage.find_objects(labels)]
-        found = np.array(
-            [
-                (left, top, right - left, bottom - top, area)
-                for (left, top, right, bottom), area in zip(corners, areas, strict=True)
-            ],
-            np.int64,
-        ).reshape(-1, 5)
-    found = found[found[:, 4] >= round(config.least * mask.size)]
-    return [Box(*row[:4]) for row in found[np.argsort(-found[:, 4], kind="stable")].tolist()]
-
-
-def _opencv() -> Any:
-    """Return OpenCV, or None where it is not installed."""
-    try:
-        import cv2
-    except ImportError:
-        return None
-    return cv2
+def _model(config: BackgroundConfig) -> BackgroundModel:
+    """Return the model of a background."""
+    method = config.method or ("gaussian" if opencv() is None else "mog2")
+    if method == "gaussian":
+        return Gaussian(config.deviations, config.noise)
+    if method == "knn":
+        return Nearest(config.history, config.distance, config.rate)
+    return Mixture(config.history, config.deviations)

@@ -16,6 +16,7 @@ from motes.core.config import Config, Count, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.cues.base import Cue
 
 
@@ -41,6 +42,11 @@ class AppearanceRule(Config, frozen=True):
     frames
         A tracked target is lost after this many frames in a row in which it is not present. The
         paper has "a couple of frames".
+    found_frames
+        A target that is known before it is seen, as by a histogram in a file, is found after this
+        many frames in a row in which it is present; also after it was lost. With a larger value it
+        is found later, and others that resemble it in single frames are not taken for it. In the
+        paper it is 1.
     deviations
         The threshold lies this many standard deviations above the mean similarity rho of the
         background. With a larger value a particle must be more similar to the target.
@@ -53,6 +59,10 @@ class AppearanceRule(Config, frozen=True):
         Largest value of the threshold, a similarity rho from 0 to 1. In gray or dim videos the
         background is similar to the target, and the threshold would otherwise be above 1, which no
         target reaches.
+    in_frame
+        If true, a particle whose center lies outside the frame does not fulfill the rule. The mean
+        and the standard deviation are of regions whose centers lie in the frame (equations 11 and
+        12): about others, of which a few pixels are visible, they say nothing.
     stride
         Distance in pixels, in x and y, between the positions at which the background is measured; 1
         is every pixel. A larger value is faster and less exact.
@@ -64,9 +74,11 @@ class AppearanceRule(Config, frozen=True):
 
     fraction: Annotated[float, Meta(ge=0, lt=1)] = 0.1
     frames: Count = 5
+    found_frames: Count = 5
     deviations: NonNegative = 2.0
     margin: Share = 0.0
     max_threshold: Share = 0.9
+    in_frame: bool = False
     stride: Count = 1
     max_positions: Count = 20_000
 
@@ -111,18 +123,36 @@ class AppearanceRule(Config, frozen=True):
         )
         return min(threshold, self.max_threshold)
 
-    def next_status(self, before: Status, there: bool, missed: int) -> tuple[Status, int]:
-        """Return the status after a frame, and the number of frames in a row that failed the rule.
+    def counted(self, distances: Floats, ellipses: Floats, frame: Frame) -> Floats:
+        """Return the distances (N,) that the rule counts; 1, the largest, where `in_frame` refuses.
 
-        A searched target is found in one frame; a tracked one is lost after `frames` failures.
+        `ellipses` (N, 5) are the particles, of which the centers matter.
         """
+        if not self.in_frame:
+            return distances
+        half = 0.5  # the center of a pixel has whole coordinates
+        centers = ellipses[:, :2]
+        inside = (centers >= -half) & (centers < [frame.width - half, frame.height - half])
+        return np.where(inside.all(axis=1), distances, 1.0)
+
+    def next_status(
+        self, before: Status, there: bool, against: int, *, known: bool = False
+    ) -> tuple[Status, int]:
+        """Return the status after a frame, and how many frames in a row were against it.
+
+        A tracked target is lost after `frames` in which the rule did not hold. A searched one is
+        found in one frame; if it is `known` before it is seen, in `found_frames`.
+        """
+        if there is (before is Status.TRACKING):
+            return Status.TRACKING if there else Status.SEARCHING, 0
+        against += 1
         if there:
-            return Status.TRACKING, 0
-        if before is not Status.TRACKING:
-            return Status.SEARCHING, 0
-        if missed + 1 >= self.frames:
+            if against >= (self.found_frames if known else 1):
+                return Status.TRACKING, 0
+            return Status.SEARCHING, against
+        if against >= self.frames:
             return Status.LOST, 0
-        return Status.TRACKING, missed + 1
+        return Status.TRACKING, against
 
 
 class Calibration(Config, frozen=True):

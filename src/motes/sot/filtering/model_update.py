@@ -7,62 +7,18 @@ histogram of the model and its new memory.
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
-import msgspec
-import numpy as np
-from msgspec import Meta
 from msgspec.structs import replace
 
-from motes.core.config import Config, Count, NonNegative, Share
+from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
-from motes.core.saved_state import NotNegative
 from motes.core.types import Floats
 from motes.cues.base import AdaptableCue, Cue
-
-
-class KalmanMemory(msgspec.Struct, frozen=True, tag="kalman"):
-    """The memory of `KalmanBins` for one cue.
-
-    Attributes
-    ----------
-    squares
-        The mean square of the residuals over all bins, in each of the last L frames.
-    noise
-        Variance of the measurement noise, delta_v²; None before there are L frames.
-    variance
-        Variance of the filtering error, q. It is one number: equations 3 to 11 give all bins
-        the same.
-    """
-
-    squares: tuple[NonNegative, ...] = ()
-    noise: NonNegative | None = None
-    variance: NonNegative = 0.0
-
-
-class GaussianMemory(msgspec.Struct, frozen=True, eq=False, tag="gaussian"):
-    """The memory of `GaussianBins` for one cue, from all histograms since the first frame.
-
-    Attributes
-    ----------
-    frames
-        The number of histograms.
-    mean
-        (m,), mu of each bin.
-    squares
-        (m,), the sum of squared deviations from the mean.
-    """
-
-    frames: int
-    mean: NotNegative
-    squares: NotNegative
-
 
 UpdaterState: TypeAlias = Any
 """The memory of a strategy for one cue: a frozen `msgspec.Struct` of its own, or None."""
@@ -166,109 +122,6 @@ class ExponentialForgetting(Strategy, Config, frozen=True, tag="forgetting"):
         return UpdateResult((1 - self.learning_rate) * histogram + self.learning_rate * entering)
 
 
-class KalmanBins(Strategy, Config, frozen=True, tag="kalman"):
-    """A Kalman filter for each bin, and a t test of frames: Zhao and Pei, equations 3 to 15.
-
-    The first L frames, in which the model stays fixed, give the noise (equation 11). After them the
-    gain follows from the residuals of the last L frames. Three details differ from the printed
-    equations:
-
-    - Equation 7 has q^(i-1) for the predicted variance. Equation 10 may be negative, which a
-      variance cannot be; it is then 0.
-    - The test (12 to 14) is whether this frame's residuals are larger than those of the last L
-      frames. Its samples are the squared residuals, one for each bin, since (9) is their mean.
-      Signed residuals sum to 0, and the mean of their absolute values is hardly ever above the root
-      of (9): with either, the test would refuse nothing.
-    - s in (12) is the standard deviation of the samples.
-
-    Attributes
-    ----------
-    frames
-        Number L of frames from whose residuals the noise and the gain are estimated. In the first L
-        the model stays fixed. A larger value reacts more slowly. The paper gives no number.
-    alpha
-        Significance level of the t test: the probability that it refuses a usual frame. With a
-        larger value more frames are refused.
-    """
-
-    frames: Count = 10
-    alpha: Annotated[float, Meta(ge=1e-6, le=0.5)] = 0.1
-
-    def learn(
-        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
-    ) -> UpdateResult:
-        """Return the filtered model, or the same one if the test refuses the frame."""
-        before = memory if isinstance(memory, KalmanMemory) else KalmanMemory()
-        residuals = seen - histogram  # 8
-        samples = residuals**2
-        mean = float(samples.mean())
-        squares = (*before.squares, mean)[-self.frames :]
-        usual = sum(squares) / len(squares)  # 9
-        noise, variance, drift = before.noise, before.variance, 0.0
-        if noise is not None:
-            drift = max(0.0, usual - noise - variance)  # 10
-        elif len(squares) == self.frames:
-            noise = variance = 0.5 * usual  # 11
-        else:
-            return UpdateResult(
-                histogram, KalmanMemory(squares), UpdateDiagnostics(residuals, 0.0, 1.0)
-            )
-        predicted = variance + drift  # 4
-        if self._refuses(samples, mean - usual):  # the model stays (15), as without a measurement
-            memory = KalmanMemory(squares, noise, predicted)
-            return UpdateResult(histogram, memory, UpdateDiagnostics(residuals, 0.0, 0.0))
-        total = predicted + noise
-        gain = predicted / total if total > 0 else 0.0  # 5; there may be no noise at all
-        memory = KalmanMemory(squares, noise, (1 - gain) * predicted)  # 7
-        return UpdateResult(
-            histogram + gain * residuals, memory, UpdateDiagnostics(residuals, gain, 1.0)
-        )  # 6
-
-    def _refuses(self, samples: Floats, excess: float) -> bool:
-        """Return whether samples are too large (14); `excess`: their mean minus the usual one."""
-        if excess <= 0:
-            return False
-        error = float(samples.std(ddof=1)) / math.sqrt(samples.size)
-        return excess >= critical(self.alpha, samples.size - 1) * error
-
-
-class GaussianBins(Strategy, Config, frozen=True, tag="gaussian"):
-    """Each bin moves towards its mean over all frames so far: Zhao and Pei, equation 16.
-
-    mu is a bin's mean over all frames so far, delta its standard deviation. The printed equation
-    compares B_i with 3 delta; its distance from mu is meant. B_i is the model's bin on both sides,
-    so beta is a learning rate, as the text calls it. If B_i were the frame's bin, every frame would
-    nearly replace the model. Histograms are scaled to sum to 1 again.
-
-    Attributes
-    ----------
-    beta
-        Share of the way to its mean mu that a bin moves in each frame. With a larger value the
-        model follows faster.
-    deviations
-        A bin that is more than this many standard deviations delta away from its mean mu becomes mu
-        at once. With a larger value this is rarer.
-    """
-
-    beta: Share = 0.1
-    deviations: NonNegative = 3.0
-
-    def learn(
-        self, memory: UpdaterState, histogram: Floats, first: Floats, seen: Floats
-    ) -> UpdateResult:
-        """Return the model moved towards the mean."""
-        if not isinstance(memory, GaussianMemory):
-            memory = GaussianMemory(1, first, np.zeros_like(first))
-        frames, off = memory.frames + 1, seen - memory.mean
-        mean = memory.mean + off / frames
-        squares = memory.squares + off * (seen - mean)
-        near = np.abs(histogram - mean) <= self.deviations * np.sqrt(squares / frames)
-        moved = np.where(near, self.beta * mean + (1 - self.beta) * histogram, mean)
-        moved /= moved.sum()
-        lesson = UpdateDiagnostics(seen - histogram, self.beta, float(near.mean()))
-        return UpdateResult(moved, GaussianMemory(frames, mean, squares), lesson)
-
-
 class PerCue(Adaptation, Config, frozen=True, tag="per_cue"):
     """A model update of its own for each cue.
 
@@ -292,8 +145,9 @@ MODEL_UPDATES = Registry[Adaptation](
     Adaptation,
     {
         "forgetting": ExponentialForgetting,
-        "kalman": KalmanBins,
-        "gaussian": GaussianBins,
+        "kalman": "motes.sot.filtering.bin_updates:KalmanBins",
+        "gaussian": "motes.sot.filtering.bin_updates:GaussianBins",
+        "anchored_kalman": "motes.sot.filtering.bin_updates:AnchoredKalman",
         "per_cue": PerCue,
     },
 )
@@ -341,18 +195,3 @@ def update_models(
                     update.diagnostics[name] = learned.diagnostics
         update.models[name] = cue.update_reading(model, frame, estimate)
     return update
-
-
-@lru_cache(maxsize=64)
-def critical(alpha: float, freedom: int) -> float:
-    """Return t_alpha(freedom), which Student's t exceeds with probability alpha (equation 13).
-
-    Over the angle whose tangent is t / sqrt(freedom), the density is cos^(freedom - 1). It is
-    integrated numerically. The relative error is at most 1e-6 up to 1,000 degrees of freedom and
-    for alpha from 0.01 on.
-    """
-    angle = np.linspace(0, np.pi / 2, 20_001)
-    density = np.cos(angle) ** (freedom - 1)
-    below = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
-    found = np.interp((1 - 2 * alpha) * below[-1], below, angle)
-    return math.sqrt(freedom) * math.tan(float(found))

@@ -1,0 +1,1 @@
+"""Trackers on films that are hard in one respect at a time."""

@@ -1,0 +1,109 @@
+"""Objects in a mask of the foreground: its connected parts, divided where they hold several.
+
+Zhao and Pei, section 3.1: the places, sizes and number of the objects are those of the blobs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import Box
+from motes.mot.detection.images import Mask, closed, components, opened
+
+SPIKE = 0.06
+"""Parts of an outline that are narrower than this share of the blob's height are no heads."""
+
+
+def blobs(
+    mask: Mask,
+    *,
+    speck: int,
+    gap: tuple[float, float],
+    least: float,
+    valley: float,
+    narrow: float,
+) -> list[Box]:
+    """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
+
+    First specks are removed, then patches that are near to each other are connected, then patches
+    that are too small are left out, and the others divided between their heads.
+
+    Parameters
+    ----------
+    speck, gap, least, valley, narrow
+        As in `BackgroundConfig`.
+    """
+    sides = zip(gap, mask.shape, strict=True)
+    height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
+    clean, smallest = opened(mask, speck), round(least * mask.size)
+    labels, parts = components(closed(clean, (height, width)))
+    found: list[tuple[int, Box]] = []
+    for number, (x, y, w, h, area) in enumerate(parts.tolist(), start=1):
+        if area < smallest:
+            continue
+        here = slice(y, y + h), slice(x, x + w)
+        patch = (labels[here] == number) & (clean[here] > 0)
+        cuts = divided(patch, valley, narrow) if valley else []
+        if not cuts:
+            found.append((area, Box(x, y, w, h)))
+            continue
+        for left, right in zip([0, *cuts], [*cuts, w], strict=True):
+            own = np.flatnonzero(patch[:, left:right].any(axis=1))
+            columns = left + np.flatnonzero(patch[:, left:right].any(axis=0))
+            box = Box(
+                x + int(columns[0]), y + int(own[0]), int(columns[-1] - columns[0]) + 1,
+                int(own[-1] - own[0]) + 1,
+            )  # fmt: skip
+            inside = area * int(patch[:, left:right].sum()) // max(int(patch.sum()), 1)
+            if inside >= smallest:
+                found.append((inside, box))
+    return [box for _, box in sorted(found, key=lambda each: -each[0])]
+
+
+def divided(patch: NDArray[np.bool_], valley: float, narrow: float) -> list[int]:
+    """Return the columns at which a patch (h, w) is divided: the valleys of its upper outline.
+
+    People beside each other have a valley between their heads, and vehicles between their roofs; a
+    walker's legs or a vehicle's hood make none. A valley is below the lower one of the peaks beside
+    it by a share of its height, and so wide are the parts on both sides at least.
+
+    Parameters
+    ----------
+    valley
+        Least depth of a valley, as a share of the lower peak's height over the patch's lowest row.
+    narrow
+        Least width of a part, as a share of the patch's height.
+    """
+    height, width = patch.shape
+    filled = patch.any(axis=0)
+    outline = np.where(filled, height - patch.argmax(axis=0), 0)
+    spike = max(1, round(SPIKE * height)) | 1
+    outline = _opened(outline, spike)
+    least, out = max(1, round(narrow * height)), list[int]()
+    open_parts = [(0, width)]
+    while open_parts:
+        left, right = open_parts.pop()
+        own = outline[left:right]
+        lower = np.minimum(np.maximum.accumulate(own), np.maximum.accumulate(own[::-1])[::-1])
+        depth = 1 - own / np.maximum(lower, 1)
+        depth[:least], depth[len(depth) - least :] = 0, 0
+        if len(own) < 2 * least or depth.max() <= valley:
+            continue
+        deepest = np.flatnonzero(depth == depth.max())
+        deepest = deepest[deepest - deepest[0] == np.arange(len(deepest))]  # of one valley
+        cut = left + int(deepest[len(deepest) // 2])
+        out.append(cut)
+        open_parts += [(left, cut), (cut, right)]
+    return sorted(out)
+
+
+def _opened(values: NDArray[np.int64], width: int) -> NDArray[np.int64]:
+    """Return values (n,) without peaks that are narrower than a width."""
+    half = width // 2
+    windows = np.lib.stride_tricks.sliding_window_view
+    low = windows(np.pad(values, half, mode="edge"), width).min(axis=1)
+    high: NDArray[np.int64] = windows(np.pad(low, half, mode="edge"), width).max(axis=1)
+    return high

@@ -1,0 +1,73 @@
+"""Objects that are expected in the next frame, as another camera has seen them.
+
+Nummiaro et al., section VII: the other tracker "can then initialize a sample distribution using
+this knowledge".
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes.cues.color import Color, ColorModel
+from motes.sot.filtering.scatter import scatter
+
+CUE = Color()
+"""The cue whose histograms cameras exchange."""
+
+
+class Expected(NamedTuple):
+    """An object that may appear in the next frame.
+
+    Attributes
+    ----------
+    key
+        Its number where it comes from.
+    samples
+        (N, 5), ellipses where it may be: the initial distribution of its filter.
+    velocity
+        (2,), in pixels a second.
+    model
+        Its histogram, as `CUE` learns it.
+    certain
+        Whether it must be there, as when another camera sees it now. Then it may begin without a
+        detection, and it is the object with this key.
+    """
+
+    key: int
+    samples: Floats
+    velocity: Floats
+    model: ColorModel
+    certain: bool
+
+
+def normal_samples(
+    rng: np.random.Generator, mean: Ellipse, covariance: Floats, count: int
+) -> Floats:
+    """Return samples (count, 5) of a normal distribution of ellipses; half-axes are 1 or more.
+
+    Parameters
+    ----------
+    rng
+        Source of randomness.
+    mean
+        The mean ellipse.
+    covariance
+        (5, 5), of x, y, a, b, theta.
+    count
+        Number of samples.
+    """
+    # The eigenvalues of a covariance that was estimated from few particles may be slightly below 0.
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    spread = vectors * np.sqrt(np.maximum(values, 0))
+    samples: Floats = np.array(mean) + rng.standard_normal((count, 5)) @ spread.T
+    samples[:, 2:4] = np.maximum(samples[:, 2:4], 1.0)
+    return samples
+
+
+def samples_at(rng: np.random.Generator, boxes: Floats, size: Ellipse, count: int) -> Floats:
+    """Return samples (count, 5) of one size, uniform over boxes (R, 4), such as those of a door."""
+    return scatter(rng, boxes, size, count)

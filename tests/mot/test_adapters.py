@@ -1,0 +1,177 @@
+"""Detections in the forms that detectors return, and detectors of the user's own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes.core.detection import Detection
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.mot.detection.adapters import as_detections, from_supervision
+from motes.mot.pipeline_config import named_detector
+from motes.mot.scene import Scene
+
+FRAME = Frame(4, 0.2, np.zeros((60, 80, 3), np.uint8))
+ONE = Detection(Box(1, 2, 30, 40), 0.75, "car")
+
+
+@dataclass
+class Sides:
+    """As the Detections of supervision."""
+
+    xyxy: Any
+    confidence: Any = None
+    class_id: Any = None
+    data: dict[str, Any] = field(default_factory=dict)
+
+
+SIDES = np.array([[1, 2, 31, 42]])
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ([], []),
+        (np.empty((0, 5)), []),
+        ([ONE], [ONE]),
+        ((ONE,), [ONE]),
+        (np.array([[1, 2, 30, 40]]), [Detection(Box(1, 2, 30, 40))]),
+        (np.array([[1, 2, 30, 40, 0.75]]), [Detection(Box(1, 2, 30, 40), 0.75)]),
+        (np.array([[1, 2, 30, 40, 0.75, 1]]), [ONE]),
+        ([(1, 2, 30, 40, 0.75, "car")], [ONE]),
+        ([(1, 2, 30, 40), ONE], [Detection(Box(1, 2, 30, 40)), ONE]),
+        ([(1, 2, 30, 40, 0.75, 7)], [Detection(Box(1, 2, 30, 40), 0.75, "7")]),
+        (Sides(SIDES), [Detection(Box(1, 2, 30, 40))]),
+        (Sides(SIDES, [0.75], [1]), [ONE]),
+        (Sides(SIDES, [0.75], [1], {"class_name": np.array(["van"])}), [
+            Detection(Box(1, 2, 30, 40), 0.75, "van")
+        ]),
+        (Sides(np.empty((0, 4))), []),
+    ],
+)  # fmt: skip
+def test_all_forms_are_read(value: Any, expected: list[Detection]) -> None:
+    assert as_detections(value, ("person", "car")) == expected
+    assert as_detections(value, {0: "person", 1: "car"}) == expected
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        3,
+        "boxes",
+        [1, 2, 3, 4],
+        [(1, 2, 3)],
+        [(1, 2, 3, 4, 5, 6, 7)],
+        [("x", 2, 3, 4)],
+        Sides([[1, 2, 3]]),
+        Sides(SIDES, [0.5, 0.6]),
+        Sides(SIDES, ["sure"]),
+    ],
+)
+def test_anything_else_is_one_clear_error(value: Any) -> None:
+    with pytest.raises(ConfigError, match="The detector returned") as caught:
+        as_detections(value)
+    assert "it must return motes.Detections, rows of x, y, width, height" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_supervision_there_and_back() -> None:
+    supervision = pytest.importorskip("supervision")
+    given = supervision.Detections(
+        xyxy=np.array([[1.0, 2.0, 31.0, 42.0]]),
+        confidence=np.array([0.75]),
+        class_id=np.array([1]),
+    )
+    assert from_supervision(given, ("person", "car")) == [ONE]
+    scene = Scene(lambda _: given, seed=0)
+    for index in range(3):
+        pixels = np.zeros((60, 80, 3), np.uint8)
+        pixels[2:42, 1:31] = 200
+        tracks = scene.update(Frame(index, index / 25, pixels))
+    back = tracks.to_supervision()
+    np.testing.assert_allclose(back.xyxy, given.xyxy)
+    assert back.tracker_id.tolist() == [1]
+    assert back.data["class_name"].tolist() == ["1"]
+    assert 0 < back.confidence[0] <= 1
+    assert len(scene.update(Frame(3, 0.12, pixels)).to_supervision()) == 1
+    assert len(motes.SceneTracks().to_supervision()) == 0
+    with pytest.raises(ConfigError, match="have xyxy"):
+        from_supervision([ONE])
+
+
+MODULE = """
+import numpy as np
+
+def boxes(frame):
+    return np.array([[frame.index, 2, 30, 40, 0.75]])
+
+def factory():
+    return boxes
+
+class Finder:
+    def __call__(self, frame):
+        return boxes(frame)
+
+def number():
+    return 3
+
+def fails(frame):
+    raise KeyError("weights")
+
+def nonsense(frame):
+    return 3
+
+it = 3
+"""
+
+
+@pytest.fixture
+def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the name of a module with detectors in the current folder."""
+    (tmp_path / "my_finders.py").write_text(MODULE)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    return "my_finders"
+
+
+@pytest.mark.parametrize("name", ["boxes", "factory", "Finder"])
+def test_a_callable_is_a_detector_or_makes_one(name: str, module: str) -> None:
+    found = named_detector(f"{module}:{name}")(FRAME)
+    assert found == [Detection(Box(4, 2, 30, 40), 0.75)]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("my_finders:number", "returns a int, which is no detector"),
+        ("my_finders:it", "is a int, which is not callable"),
+        ("my_finders:none", "AttributeError"),
+        ("no_such_module:none", "ModuleNotFoundError"),
+    ],
+)
+def test_what_is_no_detector_is_refused(name: str, words: str, module: str) -> None:
+    with pytest.raises(ConfigError, match=f"The detector {name}") as caught:
+        named_detector(name)
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("fails", "KeyError: 'weights'"), ("nonsense", "The detector returned 3")]
+)
+def test_an_error_of_a_detector_names_it_and_the_frame(name: str, words: str, module: str) -> None:
+    with pytest.raises(ConfigError, match=f"{module}:{name} failed in frame 4") as caught:
+        named_detector(f"{module}:{name}")(FRAME)
+    assert words in str(caught.value)
+
+
+def test_a_scene_refuses_what_is_no_detection() -> None:
+    with pytest.raises(ConfigError, match="The detector returned 3"):
+        Scene(lambda _: 3).update(FRAME)  # type: ignore[arg-type, return-value]

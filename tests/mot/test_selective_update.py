@@ -1,0 +1,120 @@
+"""The background learns no objects, and forgets its mistakes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from backgrounds import NO_CV2
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector, densest
+from motes.mot.detection.background_models import Method
+from motes.mot.detection.selective_update import SelectiveUpdate
+from motes.mot.scene import LAG, Scene
+
+METHODS = ["gaussian", pytest.param("mog2", marks=pytest.mark.skipif(NO_CV2, reason="no OpenCV"))]
+SIZE = 14, 30
+
+
+def frame(index: int, x: int | None, rate: float = 5.0) -> Frame:
+    """Return a gray ground with an object at x, if any."""
+    rng = np.random.default_rng(index)
+    pixels = rng.integers(95, 106, (80, 160, 3)).astype(np.uint8)
+    if x is not None:
+        pixels[30:60, x : x + SIZE[0]] = (220, 60, 200)
+    return Frame(index, index / rate, pixels)
+
+
+def test_the_picture_to_learn_by_hand() -> None:
+    before, now = np.full((9, 9, 3), 10, np.uint8), np.full((9, 9, 3), 50, np.uint8)
+    update = SelectiveUpdate(before, 0.0, trial=1.0, patience=3.0)
+    mask = np.zeros((9, 9), np.uint8)
+    mask[0, 0] = mask[0, 8] = 1
+    known = [Box(4.6, -2, 9, 9)]
+    for time, left, right in ((0.5, 10, 10), (1.5, 50, 10), (2.5, 50, 10), (3.5, 50, 50)):
+        learned = update.learned_from(now, mask, time, known)
+        assert (learned[0, 0, 0], learned[0, 8, 0], learned[8, 4, 0]) == (left, right, 50), time
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("walks", "found"), [(True, 1), (False, 0)])
+def test_who_has_walked_in_stays_and_what_only_appears_is_learned(
+    method: Method, walks: bool, found: int
+) -> None:
+    """Both stand still for 16 seconds: longer than the trial, and than a background remembers."""
+    config = BackgroundConfig(method=method, history=20, trial=4, patience=60, ghost=0)
+    scene = Scene(BackgroundDetector(config))
+    for index in range(105):
+        x = None if index < 5 else min(20 + 4 * (index - 5), 80) if walks else 80
+        scene.update(frame(index, x))
+    detector = scene._detector
+    boxes = [each.box for each in detector(frame(105, 80))]
+    assert len(boxes) == found
+    assert all(iou(box, Box(80, 30, *SIZE)) > 0.8 for box in boxes)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_patience_has_an_end(method: Method) -> None:
+    config = BackgroundConfig(method=method, history=20, trial=1, patience=8, ghost=0)
+    scene = Scene(BackgroundDetector(config))
+    for index in range(105):
+        scene.update(frame(index, None if index < 5 else min(20 + 4 * (index - 5), 80)))
+    assert scene._detector(frame(105, 80)) == []
+
+
+class Listener:
+    """A detector that notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[Sequence[Box]] = []
+
+    def observe(self, moved: Sequence[Box]) -> None:
+        """Note it."""
+        self.told.append(moved)
+
+    def __call__(self, picture: Frame) -> list[Detection]:
+        """Return a walker."""
+        return [Detection(Box(20 + 4 * picture.index, 30, *SIZE))]
+
+
+def test_a_detector_learns_what_has_moved_some_frames_later() -> None:
+    pictures = [frame(index, 20 + 4 * index) for index in range(12)]
+    lists = []
+    for ahead in (True, False):
+        listener = Listener()
+        scene = Scene(listener)
+        tracks = [found for _, found in scene.watch(pictures, ahead=ahead)]
+        lists.append(listener.told)
+    assert lists[0] == lists[1]  # whatever the threads do
+    first = next(n for n, boxes in enumerate(listener.told) if boxes)
+    assert listener.told[first] == [tracks[first - LAG][0].track.box]
+    assert first - LAG == 3  # 12 pixels on from its first detection
+
+
+def test_the_usual_colors_are_found_though_objects_cover_them_most_of_the_time() -> None:
+    """Of 31 frames 12 show the ground; the median is that of the objects."""
+    rng = np.random.default_rng(0)
+    ground = np.array([120, 110, 100])
+    pictures = []
+    for index in range(31):
+        color = ground if index % 5 in (0, 1) and index < 30 else rng.integers(0, 80, 3)
+        pictures.append(np.clip(color + rng.integers(-3, 4, (8, 9, 3)), 0, 255).astype(np.uint8))
+    assert np.abs(densest(pictures) - ground).max() <= 4
+    assert np.abs(np.median(pictures, axis=0) - ground).max() > 20
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_prepared_detector_finds_who_is_in_the_first_frame(method: Method) -> None:
+    film = [frame(index, 20 + 3 * index) for index in range(40)]
+    for prepared in (True, False):
+        detector = BackgroundDetector(BackgroundConfig(method=method, ghost=0))
+        if prepared:
+            detector.prepare(iter(film))
+        first = [each.box for each in detector(film[0])]
+        later = [each.box for each in [*map(detector, film[1:12])][-1]]
+        assert len(first) == prepared
+        assert len(later) == 1 + (not prepared)  # and leaves no ghost

@@ -1,0 +1,341 @@
+"""Model updates after Zhao and Pei, each against its equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from histogram_series import histogram, lessons, series
+from motes.core.types import Floats
+from motes.sot.filtering.bin_updates import (
+    LEAST_NOISE,
+    AnchoredKalman,
+    GaussianBins,
+    KalmanBins,
+    KalmanMemory,
+    critical,
+)
+from motes.sot.filtering.model_update import Strategy, UpdateResult
+
+# The Kalman filter
+
+
+def tail(t: float, freedom: int) -> float:
+    """Return the probability that Student's t exceeds t, by summing up its density."""
+    x = np.linspace(0, abs(t), 20_001)
+    scale = math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2)
+    scale -= 0.5 * math.log(freedom * math.pi)
+    density = np.exp(scale - (freedom + 1) / 2 * np.log1p(x**2 / freedom))
+    inner = float(np.trapezoid(density, x))
+    return 0.5 - inner if t > 0 else 0.5 + inner
+
+
+def equations_3_to_15(
+    first: Floats, seen: list[Floats], frames: int, alpha: float
+) -> Iterator[tuple[Floats, float, bool]]:
+    """Yield model, gain and whether the frame was refused, one bin and one equation at a time."""
+    m = len(first)
+    p, q, noise = list(first), [0.0] * m, math.nan
+    residuals: list[list[float]] = []
+    for o in seen:
+        r = [o[b] - p[b] for b in range(m)]  # 8
+        residuals.append(r)
+        window = residuals[-frames:]
+        spread = sum(x**2 for row in window for x in row) / (m * len(window))  # 9
+        if len(residuals) < frames:
+            yield np.array(p), 0.0, False
+            continue
+        if len(residuals) == frames:
+            noise, drift, q = 0.5 * spread, 0.0, [0.5 * spread] * m  # 11
+        else:
+            drift = max(0.0, spread - noise - sum(q) / m)  # 10
+        predicted = [q[b] + drift for b in range(m)]  # 4
+        gain = [predicted[b] / (predicted[b] + noise) for b in range(m)]  # 5
+        samples = [x**2 for x in r]
+        mean = sum(samples) / m
+        s = math.sqrt(sum((x - mean) ** 2 for x in samples) / (m - 1))
+        t = (mean - spread) / (s / math.sqrt(m))  # 12
+        refused = tail(t, m - 1) <= alpha  # 13 and 14
+        if refused:
+            q = predicted
+        else:
+            q = [(1 - gain[b]) * predicted[b] for b in range(m)]  # 7
+            p = [p[b] + gain[b] * r[b] for b in range(m)]  # 6
+        yield np.array(p), 0.0 if refused else gain[0], refused  # 15
+
+
+@given(st.integers(0, 9999), st.sampled_from([3, 8, 72]), st.sampled_from([1, 4, 10]))
+@settings(max_examples=40, deadline=None)
+def test_the_filter_is_its_equations(seed: int, bins: int, frames: int) -> None:
+    first, *seen = series(seed, bins, 31)
+    strategy = KalmanBins(frames=frames, alpha=0.1)
+    expected = equations_3_to_15(first, seen, frames, 0.1)
+    model = first
+    for each, learned, (right, gain, refused) in zip(
+        seen, lessons(strategy, first, seen), expected, strict=True
+    ):
+        assert learned.diagnostics is not None
+        np.testing.assert_allclose(learned.histogram, right, atol=1e-9)
+        np.testing.assert_allclose(learned.diagnostics.residuals, each - model, atol=1e-9)
+        assert learned.diagnostics.gain == pytest.approx(gain)
+        assert learned.diagnostics.accepted == (not refused)
+        assert learned.histogram.sum() == pytest.approx(1)
+        model = learned.histogram
+
+
+def test_series_have_frames_of_both_kinds() -> None:
+    """Else the test before this one would say little."""
+    first, *seen = series(1, 72, 60)
+    found = [
+        learned.diagnostics.accepted
+        for learned in lessons(KalmanBins(), first, seen)
+        if learned.diagnostics
+    ]
+    assert 3 <= found.count(0.0) <= 12
+
+
+def given_residuals(bins: int, sizes: list[float]) -> list[UpdateResult]:
+    """Return what becomes of a model that finds the same residuals, of these sizes, every time."""
+    strategy, model, memory = KalmanBins(frames=4), np.full(bins, 1 / bins), None
+    pattern = np.random.default_rng(0).normal(size=bins)
+    found = []
+    for size in sizes:
+        found.append(strategy.learn(memory, model, model, model + size * pattern))
+        model, memory = found[-1].histogram, found[-1].memory
+    return found
+
+
+def gains(sizes: list[float]) -> list[float]:
+    return [
+        learned.diagnostics.gain for learned in given_residuals(8, sizes) if learned.diagnostics
+    ]
+
+
+def test_gains_worked_by_hand() -> None:
+    """Half of the residuals is noise, and half is learned, as long as they stay as they are."""
+    assert gains([0.01] * 10) == pytest.approx([0, 0, 0] + [1 / 2] * 7)
+
+
+def test_what_would_be_a_variance_below_zero_is_none() -> None:
+    """Equation 10, where residuals have become smaller: then the gain only falls, as 1 / n."""
+    found = gains([0.01] * 4 + [1e-6] * 8)
+    assert found[3] == pytest.approx(1 / 2)
+    # As long as the large ones are among the last four, there is drift.
+    assert [1 / b - 1 / a for a, b in pairwise(found[7:])] == pytest.approx([1.0] * 4)
+
+
+def test_a_model_that_fits_without_any_residual() -> None:
+    assert gains([0.0] * 8) == [0] * 8
+    # There is no noise: what comes then is all change.
+    assert gains([0.0] * 4 + [0.01] * 5)[-1] == pytest.approx(1)
+
+
+def test_a_leap_is_refused_and_then_believed() -> None:
+    found = given_residuals(72, [0.01] * 8 + [0.05] * 6)
+    accepted = [learned.diagnostics.accepted for learned in found if learned.diagnostics]
+    assert accepted[:8] == [1] * 8
+    assert accepted[8] == 0
+    assert accepted[-1] == 1
+    refused = found[8]
+    np.testing.assert_array_equal(refused.histogram, found[7].histogram)
+    before, after = found[7].memory, refused.memory
+    assert isinstance(before, KalmanMemory)
+    assert isinstance(after, KalmanMemory)
+    assert after.variance > before.variance  # nothing was measured, and time has passed
+
+
+def test_significance_is_the_chance_to_refuse_a_frame_like_any_other() -> None:
+    rng = np.random.default_rng(0)
+    first = np.full(400, 1 / 400)
+    for alpha in (0.02, 0.1, 0.4):
+        refused = 0
+        for _ in range(400):
+            seen = [first + rng.normal(0, 1e-4, 400) for _ in range(30)]
+            strategy = KalmanBins(frames=30, alpha=alpha)
+            *_, last = lessons(strategy, first, seen)
+            assert last.diagnostics is not None
+            refused += last.diagnostics.accepted == 0
+        assert refused / 400 == pytest.approx(alpha, abs=3 * math.sqrt(alpha / 400) + 0.02)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "freedom", "value"),
+    [
+        (0.1, 1, 3.078), (0.1, 2, 1.886), (0.1, 7, 1.415), (0.1, 71, 1.294), (0.1, 100_000, 1.282),
+        (0.05, 7, 1.895), (0.05, 30, 1.697), (0.025, 10, 2.228), (0.01, 3, 4.541), (0.01, 7, 2.998),
+        (0.5, 7, 0.0),
+    ],
+)  # fmt: skip
+def test_critical_values(alpha: float, freedom: int, value: float) -> None:
+    """As printed in tables."""
+    assert critical(alpha, freedom) == pytest.approx(value, abs=6e-4)
+    if 1 < freedom < 1000:
+        assert tail(critical(alpha, freedom), freedom) == pytest.approx(alpha, rel=1e-5)
+
+
+# The Gaussian model
+
+
+def equation_16(
+    first: Floats, seen: list[Floats], beta: float, k: float
+) -> Iterator[tuple[Floats, float]]:
+    """Yield the model and the share of bins near their mean, one bin at a time."""
+    for count in range(1, len(seen) + 1):
+        near, model = 0, []
+        for b in range(len(first)):
+            values = [first[b], *(each[b] for each in seen[:count])]
+            mu = sum(values) / len(values)
+            delta = math.sqrt(sum((value - mu) ** 2 for value in values) / len(values))
+            if abs(values[-1] - mu) <= k * delta:
+                near += 1
+                model.append(beta * mu + (1 - beta) * values[-1])
+            else:
+                model.append(mu)
+        yield np.array(model) / sum(model), near / len(model)
+
+
+@given(
+    st.integers(0, 9999),
+    st.sampled_from([2, 8]),
+    st.sampled_from([0.1, 0.9, 0.0]),
+    st.sampled_from([3.0, 0.3]),
+)
+@settings(max_examples=40)
+def test_the_gaussian_model_is_its_equation(seed: int, bins: int, beta: float, k: float) -> None:
+    first, *seen = series(seed, bins, 16)
+    strategy = GaussianBins(beta=beta, deviations=k)
+    model = first
+    for each, learned, (right, near) in zip(
+        seen, lessons(strategy, first, seen), equation_16(first, seen, beta, k), strict=True
+    ):
+        assert learned.diagnostics is not None
+        np.testing.assert_allclose(learned.histogram, right, atol=1e-9)
+        np.testing.assert_allclose(learned.diagnostics.residuals, each - model, atol=1e-9)
+        assert learned.diagnostics.gain == 1 - beta
+        assert learned.diagnostics.accepted == pytest.approx(near)
+        model = learned.histogram
+
+
+def test_the_bins_of_the_frame_are_tested_not_those_of_the_model() -> None:
+    """A frame unlike the fifteen before it is refused; its bins become their means."""
+    usual, odd = np.array([0.9, 0.1]), np.array([0.2, 0.8])
+    *_, before, last = lessons(GaussianBins(), usual, [usual] * 15 + [odd])
+    assert before.diagnostics is not None
+    assert before.diagnostics.accepted == 1
+    assert last.diagnostics is not None
+    assert last.diagnostics.accepted == 0
+    np.testing.assert_allclose(last.histogram, (16 * usual + odd) / 17)
+
+
+# The Kalman filter around the first frame
+
+
+def anchored_kalman(
+    first: Floats, seen: list[Floats], config: AnchoredKalman
+) -> Iterator[tuple[Floats, float, bool]]:
+    """Yield model, gain and whether the frame was refused, one bin at a time."""
+    m = len(first)
+    p, q, noise = list(first), 0.0, math.nan
+    starts: list[float] = []
+    for o in seen:
+        if len(starts) < config.frames:
+            rho = sum(math.sqrt(first[b] * o[b]) for b in range(m))
+            starts.append(1 - rho)
+            if len(starts) == config.frames:
+                noise = max(LEAST_NOISE, sum(starts) / len(starts) / 2)
+                q = noise
+            yield np.array(p), 0.0, False
+            continue
+        p = [first[b] + config.persistence * (p[b] - first[b]) for b in range(m)]
+        q = config.persistence**2 * q + config.change * noise
+        rho = sum(math.sqrt(p[b] * o[b]) for b in range(m))
+        if 1 - rho > config.deviations**2 * (q + noise):
+            yield np.array(p), 0.0, True
+            continue
+        gain = q / (q + noise)
+        p = [p[b] + gain * (o[b] - p[b]) for b in range(m)]
+        q *= 1 - gain
+        yield np.array(p), gain, False
+
+
+@given(st.integers(0, 9999), st.sampled_from([3, 8, 72]), st.sampled_from([1, 4]))
+@settings(max_examples=40, deadline=None)
+def test_the_filter_around_the_first_frame_is_its_equations(
+    seed: int, bins: int, frames: int
+) -> None:
+    first, *seen = series(seed, bins, 31)
+    config = AnchoredKalman(frames=frames, persistence=0.9, change=0.1, deviations=1.5)
+    for learned, (model, gain, refused) in zip(
+        lessons(config, first, seen), anchored_kalman(first, seen, config), strict=True
+    ):
+        assert learned.diagnostics is not None
+        np.testing.assert_allclose(learned.histogram, model, atol=1e-9)
+        assert learned.diagnostics.gain == pytest.approx(gain)
+        assert learned.diagnostics.accepted == (not refused)
+        assert learned.histogram.sum() == pytest.approx(1)
+
+
+def passing_a_pole(strategy: Strategy) -> tuple[float, float]:
+    """Return how near the model is to the target and to a pole that hides it for 30 frames.
+
+    Over five frames the pole comes before the target.
+    """
+    rng = np.random.default_rng(0)
+    target, pole = histogram(rng, 72), histogram(rng, 72)
+    covered = [*[0.0] * 20, *np.linspace(0, 1, 6)[1:], *[1.0] * 25]
+    seen = [
+        0.9 * ((1 - share) * target + share * pole) + 0.1 * histogram(rng, 72) for share in covered
+    ]
+    *_, last = lessons(strategy, target, seen)
+    to_target, to_pole = (
+        math.sqrt(max(0.0, 1 - float(np.sqrt(last.histogram * each).sum())))
+        for each in (target, pole)
+    )
+    return to_target, to_pole
+
+
+def test_a_pole_is_not_learned() -> None:
+    to_target, to_pole = passing_a_pole(AnchoredKalman())
+    assert to_target < 0.3 < to_pole
+
+
+@pytest.mark.parametrize("strategy", [KalmanBins(), GaussianBins()], ids=repr)
+def test_the_printed_updates_learn_a_pole(strategy: Strategy) -> None:
+    to_target, to_pole = passing_a_pole(strategy)
+    assert to_pole < 0.3 < to_target
+
+
+def test_a_target_that_changes_slowly_is_learned() -> None:
+    rng = np.random.default_rng(1)
+    first, later = histogram(rng, 72), histogram(rng, 72)
+    last, final = first, first
+    for learned, share in zip(
+        lessons(
+            AnchoredKalman(persistence=1.0),
+            first,
+            [
+                0.9 * ((1 - s) * first + s * later) + 0.1 * histogram(rng, 72)
+                for s in [*[0.0] * 20, *np.linspace(0, 0.6, 200)]
+            ],
+        ),
+        [*[0.0] * 20, *np.linspace(0, 0.6, 200)],
+        strict=True,
+    ):
+        final = (1 - share) * first + share * later
+        last = learned.histogram
+    near, fixed = (float(np.sqrt(each * final).sum()) for each in (last, first))
+    assert 1 - near < 0.5 * (1 - fixed)
+
+
+def test_a_picture_without_noise_can_be_learned_from() -> None:
+    first = np.full(8, 1 / 8)
+    other = np.array([0.13, 0.12, *[1 / 8] * 6])
+    *_, last = lessons(AnchoredKalman(), first, [first] * 12 + [other])
+    assert last.diagnostics is not None
+    assert last.diagnostics.gain > 0
