@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import av
 
+from motes.core.frame import as_rgb
 from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.video.writer import VideoWriter
@@ -58,7 +59,7 @@ def scaled(film: str, path: Path, width: int, height: int, frames: int) -> tuple
         for frame in itertools.islice(source.decode(video=0), frames):
             factors = width / frame.width, height / frame.height
             picture = frame.reformat(width, height, format="rgb24", interpolation="BICUBIC")
-            writer.write(picture.to_ndarray())
+            writer.write(as_rgb(picture.to_ndarray()))
     return factors
 
 

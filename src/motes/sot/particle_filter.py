@@ -29,7 +29,7 @@ from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
+from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -37,6 +37,7 @@ from motes.sot.filtering.model_update import (
     ModelUpdate,
     PerCue,
     Strategy,
+    any_changes,
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
@@ -109,7 +110,7 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: Fusion = Adaptive()
+    fusion: FusionRule = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
@@ -127,7 +128,7 @@ class ParticleFilter(
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, Fixed):
+        if isinstance(self.fusion, WeightedProduct):
             named["fusion.weights"] = self.fusion.weights
         if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues
@@ -155,15 +156,13 @@ class ParticleFilter(
     @cached_property
     def learns(self) -> bool:
         """Whether any model ever changes."""
-        own = any(type(cue).update_reading is not Cue.update_reading for cue in self.cues.values())
-        return own or any(strategy.learns for strategy in self.strategies.values())
+        return any_changes(self.cues, self.strategies)
 
     @cached_property
     def color_step(self) -> ColorStep | None:
         """The compiled step that gives the same as one part by part; None for most filters."""
-        if self.presence.in_frame:
-            return None
-        return ColorStep.of(self.resampling, self.motion, self.cues, self.likelihood)
+        parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
+        return ColorStep.of(*parts)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -205,7 +204,8 @@ class ParticleFilter(
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
         start = scatter(rng, places, size, self.particles)
-        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, start, models, backgrounds, size, places, status, known=True)
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
@@ -227,7 +227,8 @@ class ParticleFilter(
         backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
         low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
-        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, samples, models, backgrounds, size, places, status)
 
     def step(
         self,
@@ -250,18 +251,19 @@ class ParticleFilter(
         # A known target that has just appeared is looked at more closely before it counts as found.
         searching = absent and not state.frames_missed
         if absent and expected is not None:
+            # The other tracker has seen it for long enough, so one frame is enough here.
+            fresh = replace(state, known=False, frames_missed=0)
             states, prior = self.motion.initial(expected), np.zeros(len(expected))
-            there = self._judge(state, frame, self._observe(state, frame, states, prior))
-            if there[1].track.status is Status.TRACKING:
-                return there
+            after, info = self._judge(fresh, frame, self._observe(fresh, frame, states, prior))
+            if info.track.status is Status.TRACKING:
+                return replace(after, known=state.known), info
         n = self._count(state, max_particles)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
             [model], [background] = state.models.values(), state.backgrounds.values()
-            seen = self.color_step(
-                rng, frame, state.states, state.weights, n, dt, first, model,
-                self.presence.threshold(background),
-            )  # fmt: skip
+            least = self.presence.threshold(background)
+            before = state.states, state.weights
+            seen = self.color_step(rng, frame, *before, n, dt, first, model, least)
             return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -322,6 +324,8 @@ class ParticleFilter(
         first: Ellipse,
         places: Floats,
         status: Status,
+        *,
+        known: bool = False,
     ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
             time=frame.time,
@@ -334,7 +338,7 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
-            known=status is Status.SEARCHING,
+            known=known,
         )
         seen = self._observe(state, frame, state.states, np.zeros(len(ellipses)))
         return self._judge(state, frame, seen)
@@ -347,7 +351,7 @@ class ParticleFilter(
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
         overall = fuse_distances(distances, shares)
@@ -356,10 +360,8 @@ class ParticleFilter(
         threshold = sum(share * one for share, one in zip(shares.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        return Observation(
-            states, ellipses, weights, overall, shares, estimate, covariance, distance,
-            appearing, support,
-        )  # fmt: skip
+        found = estimate, covariance, distance, appearing, support
+        return Observation(states, ellipses, weights, overall, shares, *found)
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation
@@ -377,35 +379,18 @@ class ParticleFilter(
             )
         confidence = self.calibration.probability(seen.distance) * min(1.0, seen.support)
         track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=seen.estimate,
-            covariance=seen.covariance,
-            confidence=confidence,
-            status=status,
-            distance=seen.distance,
-            effective_sample_size=seen.weights.effective_sample_size,
-        )
+            frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
+            seen.distance, seen.weights.effective_sample_size,
+        )  # fmt: skip
         info = FilterInfo(
-            track,
-            seen.ellipses,
-            seen.weights.values,
-            seen.distances,
-            seen.appearing,
-            state.models,
-            dict(zip(self.cues, seen.shares.tolist(), strict=True)),
+            track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
+            state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
             update.diagnostics,
-        )
+        )  # fmt: skip
         after = replace(
-            state,
-            time=frame.time,
-            states=seen.states,
-            weights=seen.weights,
-            models=update.models,
-            memories=update.memories,
-            status=status,
-            frames_missed=missed,
-        )
+            state, time=frame.time, states=seen.states, weights=seen.weights,
+            models=update.models, memories=update.memories, status=status, frames_missed=missed,
+        )  # fmt: skip
         return after, info
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:

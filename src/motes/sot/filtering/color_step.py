@@ -14,6 +14,7 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.base import Cue
 from motes.cues.color import Color, ColorModel
+from motes.sot.filtering.appearance_rule import AppearanceRule
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.motion import ConstantVelocity, Motion, RandomWalk, SecondOrder, Walking
 from motes.sot.filtering.observation import Observation
@@ -44,6 +45,7 @@ class ColorStep:
         motion: Motion,
         cues: Mapping[str, Cue],
         likelihood: Likelihood,
+        presence: AppearanceRule,
     ) -> Self | None:
         """Return the step of a filter of these parts; None if one of them is another.
 
@@ -54,7 +56,7 @@ class ColorStep:
             return None
         if not isinstance(motion, Walking) or type(motion) not in WALKS:
             return None
-        if resampling != EVERY_FRAME:
+        if resampling != EVERY_FRAME or presence.in_frame:
             return None
         sigma = likelihood.cues.get(name, likelihood.sigma)
         return cls(motion, cue, (sigma, likelihood.epsilon))
