@@ -252,9 +252,9 @@ class ParticleFilter(
         searching = absent and not state.frames_missed
         if absent and expected is not None:
             # The other tracker has seen it for long enough, so one frame is enough here.
-            fresh = replace(state, known=False, frames_missed=0)
+            anew = replace(state, known=False, frames_missed=0)
             states, prior = self.motion.initial(expected), np.zeros(len(expected))
-            after, info = self._judge(fresh, frame, self._observe(fresh, frame, states, prior))
+            after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
             if info.track.status is Status.TRACKING:
                 return replace(after, known=state.known), info
         n = self._count(state, max_particles)
