@@ -327,12 +327,13 @@ class ParticleFilter(
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
+        reliability = self.fusion.reliability(names)
         overall, distance = (
-            fuse_distances(distances, shares),
-            float(fuse_distances(seen, shares)[0]),
+            fuse_distances(distances, reliability),
+            float(fuse_distances(seen, reliability)[0]),
         )
         threshold = 0.0
-        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
+        for share, background in zip(reliability.tolist(), state.backgrounds.values(), strict=True):
             threshold += share * self.presence.threshold(background)
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
