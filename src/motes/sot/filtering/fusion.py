@@ -103,16 +103,18 @@ class Fixed(WeightedProduct, frozen=True, tag="fixed"):
 class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     """Shares inversely proportional to each cue's uncertainty, after Maggio et al., section 4.2.
 
-    A cue's uncertainty is the volume of the particles' error ellipsoid under its likelihood: the
-    root of the determinant of their covariance (equations 8 and 9). Cues that are equally certain
-    have shares in proportion to their weights. Three parts differ from `PrintedMixture`, which is
-    the paper's rule:
+    A cue's uncertainty is the geometric mean of the eigenvalues of the particles' covariance under
+    its likelihood: the fifth root of the determinant (equations 8 and 9). Cues that are equally
+    certain have shares in proportion to their weights. Four parts differ from `PrintedMixture`,
+    which is the paper's rule:
 
     - The likelihoods are multiplied. The paper's sum (equation 10) averages the places of two cues;
       a product is where they agree.
     - Where its uncertainty is computed, a likelihood is scaled so that its best particle has at
       least exp(-1). Otherwise a cue that matches nowhere seems certain, as its likelihood falls
       steeply at large distances.
+    - A determinant of a covariance in five dimensions, of some 50 effective particles, is too much
+      by chance; its root is less so.
     - The covariance is relative to that of the predicted particles, so that units do not matter.
 
     Attributes
@@ -128,8 +130,8 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1."""
         comparable = [_at_least(log, LEAST_LOG) for log in logs]
-        volumes = 0.5 * log_determinants(prior, comparable, ellipses, self.floor)
-        return _inverse(volumes - np.log(self.reliability(names)))
+        variances = log_determinants(prior, comparable, ellipses, self.floor) / ellipses.shape[1]
+        return _inverse(variances - np.log(self.reliability(names)))
 
 
 class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
