@@ -35,9 +35,9 @@ from motes.sot.filtering.motion import (
     SecondOrder,
 )
 from motes.sot.filtering.resampling import Resampling
-from motes.sot.known_target import Place
 from motes.sot.mean_shift import Kalman, MeanShift
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.places import Place
 from motes.sot.presets import PRESETS, TrackerConfig, configure, preset
 
 presets = pytest.mark.parametrize("name", PRESETS)

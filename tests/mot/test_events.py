@@ -55,7 +55,7 @@ def test_events_of_one_visit() -> None:
     kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
     assert kinds == [
         (0, "appears", None, None, None),
-        (6, "crosses", "gate", "left", None),  # in frame 5 it stands on the line
+        (5, "crosses", "gate", "left", None),  # where it stands on the line
         (6, "enters", "zone 1", None, None),
         (9, "leaves", "zone 1", None, 0.75),
         (13, "disappears", None, None, 2.75),
@@ -63,7 +63,7 @@ def test_events_of_one_visit() -> None:
     assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
-    assert counting.counts[0, "crosses", "gate", "left"] == 1
+    assert counting.counts[0, "crosses", "gate", "left", ""] == 1
     assert counting.counts.total() == 5
 
 
@@ -73,13 +73,13 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
         zone=(Zone(square, "desk", dwell=1), Zone(square, "hall"), Zone(square, "bed", 9))
     )
     counting = EventCounter(places)
-    feet = [70, 70, 71, 72, 73, 74, 50, 70, 70, 70, 50, *[70] * 6]
+    feet = [70, 70, 71, 72, 73, 74, 50, 50, 50, 70, 70, 70, 50, 50, 50, *[70] * 6]
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
-    assert stays == [(4, "desk", 1.0), (15, "desk", 1.0)]  # four frames a second
-    assert counting.counts[0, "stays", "desk", ""] == 2
+    assert stays == [(4, "desk", 1.0), (19, "desk", 1.0)]  # four frames a second
+    assert counting.counts[0, "stays", "desk", "", ""] == 2
     left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
-    assert left == [(6, 1.5), (10, 0.75)]
+    assert left == [(6, 1.5), (12, 0.75)]
 
 
 def test_who_is_hidden_while_it_stays_is_told_when_it_comes_up() -> None:
@@ -98,7 +98,7 @@ def test_what_is_hidden_crosses_when_it_comes_up() -> None:
         seen(0, (30, 40)),
         seen(1, (60, 40), Status.OCCLUDED),
         seen(2, (70, 40), Status.OCCLUDED),
-        seen(3, (80, 40)),
+        *(seen(i, (80, 40)) for i in range(3, 6)),
     )
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (3, "crosses")]
 
@@ -109,7 +109,7 @@ def test_who_trembles_on_a_line_crosses_it_once() -> None:
     feet = [40, 49.5, 50.5, 49.2, 50.9, 49.1, 52, 50.5, 49.5, 51, 60]
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
-    back = told(counting, seen(11, (48, 40)))
+    back = told(counting, *(seen(i, (48, 40)) for i in range(11, 14)))
     assert [(e.event, e.direction) for e in back] == [("crosses", "right")]
 
 
@@ -157,3 +157,74 @@ def test_places_from_toml() -> None:
 def test_places_that_are_none(make: object, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         make()  # type: ignore[operator]
+
+
+def gate(**changes: object) -> EventCounter:
+    """Return the counter of a line at x = 50; an object to the right of the picture is left."""
+    return EventCounter(Regions((Line((50, 0, 50, 99), **changes),)))  # type: ignore[arg-type]
+
+
+def crossings(
+    counting: EventCounter, feet: list[float], identity: int = 1
+) -> list[tuple[int, str]]:
+    """Return frames and directions of the crossings of an object that then is lost."""
+    events = told(counting, *(seen(i, (x, 40), identity=identity) for i, x in enumerate(feet)))
+    events += told(counting, seen(len(feet), (0, 0), Status.LOST, identity))
+    return [(e.frame, e.direction or "") for e in events if e.event == "crosses"]
+
+
+def test_who_turns_back_at_once_has_not_crossed() -> None:
+    """Within two frames, half a second: a box that jumps."""
+    assert crossings(gate(), [30, 40, 48, 53, 47, 40, 30]) == []
+    assert crossings(gate(), [30, 40, 48, 53, 55, 57, 47, 40, 30, 20]) == [
+        (3, "left"),
+        (6, "right"),
+    ]
+
+
+def test_who_is_on_the_edge_of_a_zone_enters_once() -> None:
+    counting = EventCounter(Regions(zone=(Zone((60, 0, 90, 0, 90, 99, 60, 99)),)))
+    feet = [50, 58, 61, 59, 61, 65, 70, 70, 88, 91, 89, 92, 95, 99, 110]
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
+    places = [(e.frame, e.event) for e in events if e.place]
+    assert places == [(4, "enters"), (11, "leaves")]
+    assert counting.counts.total() == 3
+
+
+def test_directions_have_the_lines_own_names() -> None:
+    counting = gate(label=("in", "out"))
+    assert crossings(counting, [30, 40, 60, 70, 80]) == [(2, "in")]
+    assert crossings(counting, [70, 60, 40, 30, 20], 2) == [(2, "out")]
+    assert counting.counts[0, "crosses", "line 1", "in"] == 1
+    text = '[[line]]\npoints = [1, 2, 3, 4]\nlabel = ["north", "south"]\n'
+    assert Regions.parse(text).line[0].label == ("north", "south")
+    with pytest.raises(ConfigError, match="two different names"):
+        Line((1, 2, 3, 4), label=("in", "in"))
+
+
+def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
+    """An object 11 pixels high is on the line up to 1.1 pixels from it."""
+    assert crossings(gate(), [50.5, 53, 56, 59]) == [(1, "left")]
+    assert crossings(gate(), [49.5, 53, 56, 59]) == [(1, "left")]
+    assert crossings(gate(), [50.5, 50.7, 51.2, 51.3, 51.4]) == []  # and hardly moves
+    assert crossings(gate(), [52, 53, 56, 59]) == []  # and is clear of it at first
+
+
+def test_who_is_known_for_a_moment_is_not_counted() -> None:
+    assert crossings(gate(), [45, 55]) == []
+    assert crossings(gate(), [45, 55, 60]) == [(1, "left")]
+
+
+def test_a_crossing_has_the_frame_in_which_the_foot_is_over() -> None:
+    """From frame 2 on; it is clear of the line in frame 5."""
+    assert crossings(gate(), [45, 48, 50.2, 50.6, 50.9, 52, 53, 54]) == [(2, "left")]
+    assert crossings(gate(), [45, 48, 50.2, 49.5, 50.6, 52, 53, 54]) == [(4, "left")]
+
+
+def test_the_end_of_a_film_settles_what_is_open() -> None:
+    counting = gate()
+    events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate([30, 40, 45, 55])))
+    assert [e.event for e in events] == ["appears"]
+    assert [(e.frame, e.event) for e in counting.finish()] == [(3, "crosses")]
+    assert counting.counts[0, "crosses", "line 1", "left"] == 1
+    assert counting.finish() == []

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motes.mot.detection.illumination import Background, without_light, without_tremble
+from motes.mot.detection.illumination import (
+    Background,
+    with_enclosed,
+    without_light,
+    without_tremble,
+)
 
 Picture = NDArray[np.uint8]
 PATCH = slice(20, 60), slice(30, 70)
@@ -69,3 +74,17 @@ def test_a_tremble_of_a_pixel_is_no_foreground() -> None:
     assert without_tremble(everywhere, shaken, background).sum() == 0
     shaken[30:40, 40:50] = 20
     assert without_tremble(everywhere, shaken, background).sum() == 100
+
+
+def test_what_an_outline_encloses_is_no_shadow() -> None:
+    mask, before = np.zeros((2, 40, 40), np.uint8)
+    before[10:30, 10:25] = before[25:30, 25:38] = 1  # an object with a shadow beside it
+    mask[10:30, 10:25] = 1
+    mask[12:28, 12:23] = 0
+    mask[18:20, 10:12] = 0  # a gap in its outline
+    filled = with_enclosed(mask, before)
+    assert filled[12:28, 12:23].all()
+    assert not filled[:, 25:].any()
+    open_side = mask.copy()
+    open_side[12:28, 23:25] = 0
+    assert not with_enclosed(open_side, before)[14:26, 14:21].any()

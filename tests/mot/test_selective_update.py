@@ -51,7 +51,7 @@ def test_who_has_walked_in_stays_and_what_only_appears_is_learned(
     for index in range(105):
         x = None if index < 5 else min(20 + 4 * (index - 5), 80) if walks else 80
         scene.update(frame(index, x))
-    detector = scene._detector
+    detector = scene.detector
     boxes = [each.box for each in detector(frame(105, 80))]
     assert len(boxes) == found
     assert all(iou(box, Box(80, 30, *SIZE)) > 0.8 for box in boxes)
@@ -63,7 +63,7 @@ def test_patience_has_an_end(method: Method) -> None:
     scene = Scene(BackgroundDetector(config))
     for index in range(105):
         scene.update(frame(index, None if index < 5 else min(20 + 4 * (index - 5), 80)))
-    assert scene._detector(frame(105, 80)) == []
+    assert scene.detector(frame(105, 80)) == []
 
 
 class Listener:

@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.experiment_dials import dials
 from motes.cli.experiment_maggio import (
+    maggio_figure3,
     maggio_figure5,
     maggio_growth,
     maggio_rotation,
@@ -18,7 +19,13 @@ from motes.cli.experiment_maggio import (
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
-from motes.cli.experiment_zhao_pei import occlusions, zhao_detections, zhao_figure2, zhao_figure9
+from motes.cli.experiment_zhao_pei import (
+    occlusions,
+    zhao_detections,
+    zhao_figure2,
+    zhao_figure9,
+    zhao_figure10,
+)
 from motes.core.errors import ConfigError
 
 app = App(name="experiment", help_format="plaintext")
@@ -30,11 +37,13 @@ for _experiment in (
     handover,
     nummiaro_figure9,
     maggio_table1,
+    maggio_figure3,
     maggio_figure5,
     maggio_rotation,
     maggio_growth,
     zhao_figure2,
     zhao_figure9,
+    zhao_figure10,
     zhao_detections,
     occlusions,
     dials,

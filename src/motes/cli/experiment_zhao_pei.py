@@ -15,7 +15,8 @@ from motes.cli.experiment_scenes import (
     rendered_scene_factory,
     scene_factory,
 )
-from motes.cli.input_checks import check_counts
+from motes.cli.input_checks import check_counts, read_text
+from motes.cli.load_config import error_context
 from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
 from motes.core.errors import ConfigError, SourceError
 
@@ -95,6 +96,42 @@ def zhao_figure9(
     announce(expected, full or frames == crowd.frames)
     return show(
         zhao_pei_figure9.figure9(crowd, scene, seed, frames), output, problems, expected.seconds
+    )
+
+
+def zhao_figure10(
+    truth: Path,
+    films: Path,
+    /,
+    *,
+    detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
+    preset: ObjectPreset = "nummiaro:adaptive",
+    seed: Seed = 0,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 10: objects that cross lines, counted.
+
+    Parameters
+    ----------
+    truth
+        A TOML file of true crossings: [[clip]] with file, and [[clip.line]] with points, left and
+        right, the frames of the crossings to each side.
+    films
+        The folder of the films.
+    """
+    output = results.output("zhao-figure10")
+
+    from motes.evaluation.datasets.crossings import parse_crossings
+    from motes.evaluation.papers import zhao_pei_figure10
+    from motes.mot.pipeline_config import named_detector
+
+    named_detector(detector)
+    text = read_text(truth)
+    with error_context(truth):
+        clips = parse_crossings(text, str(truth))
+    return show(
+        zhao_pei_figure10.figure10(clips, films, lambda: named_detector(detector), preset, seed),
+        output,
     )
 
 

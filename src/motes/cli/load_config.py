@@ -26,7 +26,7 @@ def tracker_config(
     settings: Mapping[str, Any],
     target: Target | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's cue, the file and the settings, in this order.
+    """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
     An unknown setting may be a misspelled option of the command `app`.
 
@@ -42,7 +42,8 @@ def tracker_config(
 
     base = presets.preset(preset)
     if target is not None:
-        base = presets.configure(base, {"color": to_dict(target.cue)})
+        known = {name: to_dict(cue) for name, cue in target.cues.items() if name in base.cues}
+        base = presets.configure(base, known)
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
@@ -60,9 +61,10 @@ def watch_config(
     file: Path | None,
     detector: str | None,
     like: str | None,
+    selection: Mapping[str, Any],
     settings: Mapping[str, Any],
 ) -> WatchConfig:
-    """Return the scene of a preset, changed by the file, the detector and the settings in turn.
+    """Return the scene of a preset, changed by the file, the options and the settings in turn.
 
     Parameters
     ----------
@@ -73,7 +75,9 @@ def watch_config(
     file
         A TOML file.
     detector, like
-        The values of --detector and --like; at most one of them.
+        The values of --detector and --like; together, what the detector finds is compared.
+    selection
+        The keys that --classes and --least set.
     settings
         Options that are keys of the configuration.
 
@@ -90,9 +94,6 @@ def watch_config(
     from motes.mot.pipeline_config import WatchConfig, detector_values
     from motes.mot.scene_config import scene_config
 
-    if like is not None and detector is not None:
-        raise ConfigError("--like and --detector contradict each other; give one of them.")
-
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
         new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
         return new
@@ -103,9 +104,13 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
-        config = changed(config, {"detector": {"type": "like", "box": box}})
+        values: dict[str, Any] = {"type": "like", "box": box}
+        if detector is not None:
+            values["candidates"] = detector_values(detector)
+        config = changed(config, {"detector": values})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
+    config = changed(config, selection)
     try:
         return changed(config, as_keys(settings))
     except ConfigError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +20,7 @@ from motes.cli.input_checks import (
 from motes.cli.load_config import watch_config
 from motes.cli.messages import counted, log
 from motes.cli.options import (
+    FLAG,
     HYPHEN,
     OUTPUT,
     ConfigOptions,
@@ -34,6 +35,7 @@ from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
+    from motes.core.detection import Detector
     from motes.core.frame import Frame
     from motes.mot.analytics.events import EventCounter
     from motes.mot.scene import Scene
@@ -60,16 +62,37 @@ class ObjectOptions:
         Parameter(
             accepts_keys=False,
             help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
-            "faces, or a .txt file of detections in the format of the MOTChallenge. The default "
-            "is mog2, or gaussian if OpenCV is not installed.",
+            "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
+            "the MOTChallenge. The default is mog2, or gaussian if OpenCV is not installed.",
         ),
     ] = None
+    classes: Annotated[
+        str | None,
+        Parameter(help="Track only objects of these classes of the detector: person,car,..."),
+    ] = None
+    least: Annotated[
+        float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
+    ] = None
+    own_process: Annotated[
+        bool, FLAG, Parameter(help="Run the detector in a process of its own.")
+    ] = False
+
+    def selection(self) -> dict[str, Any]:
+        """Return the keys of the configuration that --classes and --least set."""
+        keys: dict[str, Any] = {}
+        if self.classes is not None:
+            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+        if self.least is not None:
+            keys["least"] = self.least
+        return {"detections": keys} if keys else {}
+
     like: Annotated[
         str | None,
         HYPHEN,
         Parameter(
-            help="In place of a detector: track all that look like the target in this box of the "
-            "first frame, such as the players of a team: x,y,width,height. The camera may move.",
+            help="Track all that look like the target in this box of the first frame, such as the "
+            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
+            "Without --detector, the camera may move.",
         ),
     ] = None
     histogram: Annotated[
@@ -93,6 +116,19 @@ class WatchOutputs(OutputOptions):
             help="Events as they happen, as JSON Lines: a file, or - for standard output. An "
             "object appears, disappears, crosses, enters, stays or leaves.",
         ),
+    ] = None
+    slit: Annotated[
+        Path | None,
+        Parameter(
+            help="Picture of the pixels under each line, .png: time downwards, the line across, "
+            "each counted crossing marked. With several lines, a file for each."
+        ),
+    ] = None
+    heatmap: Annotated[
+        Path | None, Parameter(help="Picture of how long feet have been at each place, .png.")
+    ] = None
+    paths: Annotated[
+        Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
     ] = None
 
 
@@ -118,8 +154,8 @@ def watch(
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
 
-    An object keeps its identity from entry to exit, also while it is occluded. Without -o, --events
-    and --overlay the rows go to standard output; if that is a terminal, they go to a file named
+    An object keeps its identity from entry to exit, also while it is occluded. Without any output
+    the rows go to standard output; if that is a terminal, they go to a file named
     after the source. At the end the events of each minute are printed.
     """
     if source is not None and source.endswith(".toml"):
@@ -133,7 +169,9 @@ def watch(
             "--histogram is for a file of several cameras; for one, give it to motes track."
         )
     where = counting.regions()
-    config = watch_config(app, preset, values.config, objects.detector, objects.like, settings)
+    config = watch_config(
+        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings
+    )
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -142,7 +180,8 @@ def watch(
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
     output, events, overlay = outputs.output, outputs.events, outputs.overlay
-    if output is None and overlay is None and events is None:
+    pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
+    if output is None and overlay is None and events is None and not pictures:
         output = default_output(source)
     if output == events == "-":
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
@@ -153,31 +192,57 @@ def watch(
     files = [Path(name) for name in (output, events) if name is not None and name != "-"]
     if output is not None and is_document(output):
         files.append(journal_of(output))
+    files += pictures
     check_not_source(source, overlay, *files)
     point_out_leftovers(overlay, *files)
 
     from motes.cli.watch_outputs import Events, Overlay, objects_output
+    from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.scene import Scene
     from motes.video.sources import is_recorded
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
-    detector = config.detector.detector()
-    if isinstance(detector, PreparedDetector) and is_recorded(source):
-        with frames.open(source) as film:
-            detector.prepare(film)
-    scene = Scene(detector, config, values.seed)
-    with frames.open(source) as film:
+    with contextlib.ExitStack() as running:
+        if objects.own_process:
+            detector: Detector = running.enter_context(DetectorProcess(config.detector))
+        else:
+            detector = config.detector.detector()
+        check_classes(detector, config.detections.classes)
+        if isinstance(detector, PreparedDetector) and is_recorded(source):
+            with frames.open(source) as film:
+                detector.prepare(film)
+        scene = Scene(detector, config, values.seed)
+        film = running.enter_context(frames.open(source))
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
         if events is not None:
             opened.append(Events(events, overwrite))
+        if outputs.slit is not None:
+            opened.append(Slits(outputs.slit, where, overwrite=overwrite))
+        if outputs.heatmap is not None:
+            opened.append(Heatmap(outputs.heatmap, overwrite=overwrite))
+        if outputs.paths is not None:
+            opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
             opened.append(objects_output(output, film, overwrite=overwrite, label=outputs.label))
         return _run(film, scene, counter, opened)
+
+
+def check_classes(detector: Detector, wanted: Sequence[str]) -> None:
+    """Check that a detector has some classes, if it knows which it has; else a ConfigError."""
+    from motes.mot.detection.adapters import class_names
+
+    known = class_names(detector)
+    for name in wanted:
+        if known and name not in known:
+            raise ConfigError(
+                f"--classes: The detector has no class {name!r}; it has {', '.join(known)[:200]}."
+            )
 
 
 def _check_no_single(
@@ -214,8 +279,16 @@ def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Ou
 
     def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
+            last: FrameResult | None = None  # of a recorded film, which gets its open events
             for frame, tracks in watched:
-                yield FrameResult(frame, tracks, counter.update(tracks))
+                if last is not None:
+                    yield last
+                last = FrameResult(frame, tracks, counter.update(tracks))
+                if film.live:
+                    yield last
+                    last = None
+            if last is not None:
+                yield replace(last, events=[*last.events, *counter.finish()])
 
     def note(moment: FrameResult) -> str:
         nonlocal frames

@@ -5,7 +5,6 @@ Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 201
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 import msgspec
@@ -78,7 +77,7 @@ class ScaleFilter(Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
-        shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
+        shrink = min(1.0, SIDE / ellipse.side)
         rows, columns = (
             max(round(2 * half * shrink / CELL_SIZE), 2) for half in (ellipse.b, ellipse.a)
         )

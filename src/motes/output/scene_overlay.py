@@ -33,6 +33,7 @@ def draw_scene(
     tracks: Sequence[SceneTrack],
     trails: Mapping[int, Sequence[Point]],
     regions: Regions | None = None,
+    caption: Sequence[str] = (),
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
@@ -41,12 +42,14 @@ def draw_scene(
     pixels
         RGB uint8 of shape (H, W, 3); not changed.
     tracks
-        The objects, drawn as boxes with their identities. An object that is not tracked has thin
-        lines and a label without background.
+        The objects, drawn as boxes with their identities and classes. An object that is not tracked
+        has thin lines and a label without background.
     trails
         The past centers of each identity, oldest first.
     regions
         Lines and zones of the event counter.
+    caption
+        Lines of text in the upper left corner, such as time and totals.
     """
     from PIL import Image, ImageDraw
 
@@ -66,7 +69,8 @@ def draw_scene(
         box = each.track.box
         corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
-        text = f"{each.identity}" + (f" {each.track.status}" if hidden else "")
+        name = "" if each.label is None else f" {each.label}"
+        text = f"{each.identity}{name}" + (f" {each.track.status}" if hidden else "")
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         x = min(max(corners[0], 0), image.width - right)
@@ -74,6 +78,12 @@ def draw_scene(
         if not hidden:
             pen.rectangle((x, y, x + right, y + bottom), (*color, 255))
         pen.text((x, y), text, color if hidden else (0, 0, 0), typeface)
+    y = line
+    for text in caption:
+        _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
+        pen.rectangle((line, y, 3 * line + right, y + bottom), (0, 0, 0, 160))
+        pen.text((2 * line, y), text, (255, 255, 255), typeface)
+        y += bottom + line
     drawn: NDArray[np.uint8] = np.array(image)
     return drawn
 

@@ -28,7 +28,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
+from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -107,7 +107,7 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: Fusion = Adaptive()
+    fusion: FusionRule = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
@@ -125,7 +125,7 @@ class ParticleFilter(
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, Fixed):
+        if isinstance(self.fusion, WeightedProduct):
             named["fusion.weights"] = self.fusion.weights
         if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues
@@ -190,7 +190,8 @@ class ParticleFilter(
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
         start = scatter(rng, places, size, self.particles)
-        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, start, models, backgrounds, size, places, status, known=True)
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
@@ -212,7 +213,8 @@ class ParticleFilter(
         backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
         low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
-        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, samples, models, backgrounds, size, places, status)
 
     def step(
         self,
@@ -235,11 +237,15 @@ class ParticleFilter(
         # A known target that has just appeared is looked at more closely before it counts as found.
         searching = absent and not state.frames_missed
         if absent and expected is not None:
-            there = self._observe(
-                state, frame, self.motion.initial(expected), np.zeros(len(expected))
+            # The other tracker has seen it for long enough, so one frame is enough here.
+            after, info = self._observe(
+                replace(state, known=False, frames_missed=0),
+                frame,
+                self.motion.initial(expected),
+                np.zeros(len(expected)),
             )
-            if there[1].track.status is Status.TRACKING:
-                return there
+            if info.track.status is Status.TRACKING:
+                return replace(after, known=state.known), info
         n = self._count(state, max_particles)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
@@ -300,6 +306,8 @@ class ParticleFilter(
         first: Ellipse,
         places: Floats,
         status: Status,
+        *,
+        known: bool = False,
     ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
             time=frame.time,
@@ -312,7 +320,7 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
-            known=status is Status.SEARCHING,
+            known=known,
         )
         return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
 
@@ -324,7 +332,7 @@ class ParticleFilter(
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
         overall, distance = (

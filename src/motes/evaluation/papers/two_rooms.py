@@ -28,7 +28,7 @@ from motes.evaluation.synthetic.clips import Clip
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 
 SIZE = (320, 240)
 PEOPLE = 4

@@ -25,6 +25,12 @@ SPEED_OVER = 0.5
 """Seconds over which a speed is measured."""
 CLEAR = 0.1
 """A foot is clearly on one side of a line from this share of its object's height on."""
+SETTLED = 0.4
+"""Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
+LEAST_AGE = 0.5
+"""Seconds for which an object must be known before anything that it does counts."""
+PAST = 0.5
+"""Seconds before its first place over which the path of an object is continued backwards."""
 
 
 class Line(Config, frozen=True):
@@ -38,13 +44,18 @@ class Line(Config, frozen=True):
         Its two ends: x1, y1, x2, y2, in pixels.
     name
         Its name in events; by default its number.
+    label
+        Names of its two directions in events, for crossings to the left and to the right.
     """
 
     points: tuple[float, float, float, float]
     name: str = ""
+    label: tuple[str, str] = ("left", "right")
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.label[0] == self.label[1] or not all(self.label):
+            raise ConfigError(f"The label of a line is two different names; got {self.label}.")
         if self.points[:2] == self.points[2:]:
             raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
 
@@ -132,11 +143,13 @@ class Event(msgspec.Struct, frozen=True):
     speed
         In pixels a second, over the last half second.
     place, direction
-        The name of the line or zone, and the side to which the line is crossed.
+        The name of the line or zone, and the line's label for the side to which it is crossed.
     seconds
         How long it has been in the zone where it stays or that it leaves, or in the picture.
     metres_per_second
         The speed on the ground, if that is known.
+    label
+        The object's class so far, if the detector knows classes; in JSON the key is `class`.
     """
 
     frame: int
@@ -147,13 +160,15 @@ class Event(msgspec.Struct, frozen=True):
     y: float
     speed: float
     place: str | None = None
-    direction: Literal["left", "right"] | None = None
+    direction: str | None = None
     seconds: float | None = None
     metres_per_second: float | None = None
+    label: str | None = None
 
     def json(self) -> str:
         """Return a line of JSON, with numbers rounded and without empty fields."""
         pairs = {name: getattr(self, name) for name in self.__struct_fields__}
+        pairs["class"] = pairs.pop("label")
         return msgspec.json.encode(
             {
                 key: round(value, 3) if isinstance(value, float) else value
@@ -180,6 +195,12 @@ class _Trajectory:
         trembles on a line does not cross it.
     stays
         Names of the zones in which it stays.
+    first
+        Its first place.
+    over
+        For each line, the event of crossing it, until the object is clearly on the other side.
+    pending
+        For each line or zone, an event that does not count yet, as the object may come back.
     """
 
     since: float
@@ -187,6 +208,9 @@ class _Trajectory:
     zones: dict[str, float]
     clear: dict[str, Point]
     stays: set[str]
+    first: Point
+    over: dict[str, Event]
+    pending: dict[str, Event]
 
 
 class EventCounter:
@@ -194,6 +218,11 @@ class EventCounter:
 
     The place of an object is that of its foot. An occluded object has no events; what it did
     meanwhile becomes events when it is visible again.
+
+    A crossing, an entry or an exit has the frame in which it happens. It is returned `SETTLED`
+    seconds later, if the object has not come back, and is known for `LEAST_AGE` seconds. An object
+    that is found on a line has crossed it if its path, continued backwards, begins on the other
+    side.
 
     Parameters
     ----------
@@ -203,7 +232,7 @@ class EventCounter:
     Attributes
     ----------
     counts
-        Number of events for each (minute, event, place, direction).
+        Number of events for each (minute, event, place, direction, class).
 
     Raises
     ------
@@ -211,7 +240,7 @@ class EventCounter:
         If two places have the same name.
     """
 
-    counts: Counter[tuple[int, str, str, str]]
+    counts: Counter[tuple[int, str, str, str, str]]
 
     def __init__(self, places: Regions | None = None) -> None:
         places = places or Regions()
@@ -229,54 +258,87 @@ class EventCounter:
                 events += self._walk(each)
             elif each.track.status is Status.LOST and each.identity in self._walks:
                 events += self._end(each)
+        return self._counted(events)
+
+    def finish(self) -> list[Event]:
+        """Return the events of the last frames that no later frame can undo, at a film's end."""
+        walks, self._walks = self._walks, {}
+        return self._counted(
+            [event for walk in walks.values() for event in _settled(walk, walk.feet[-1][0], 0)]
+        )
+
+    def _counted(self, events: list[Event]) -> list[Event]:
+        """Return events, which are counted."""
         for event in events:
-            key = event.event, event.place or "", event.direction or ""
+            key = event.event, event.place or "", event.direction or "", event.label or ""
             self.counts[(int(event.time // MINUTE), *key)] += 1
         return events
 
     def _walk(self, each: SceneTrack) -> list[Event]:
         """Return the events of a visible object."""
-        foot, time = _foot(each), each.track.time
+        foot, time = foot_of(each), each.track.time
         walk = self._walks.get(each.identity)
         events = []
         if walk is None:
             walk = self._walks[each.identity] = _Trajectory(
-                time, deque([(time, foot)]), {}, {}, set()
+                time, deque([(time, foot)]), {}, {}, set(), foot, {}, {}
             )
             events.append(self._event(each, walk, foot, "appears"))
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
+        events += _settled(walk, time, SETTLED)
         for name, line in self._lines.items():
-            if _distance(line.points, foot) < CLEAR * each.track.box.height:
-                continue
-            side = crossing(line.points, walk.clear.get(name, foot), foot)
-            walk.clear[name] = foot
-            if side is not None:
-                events.append(self._event(each, walk, foot, "crosses", name, side))
+            self._cross(each, walk, foot, name, line)
         for name, zone in self._zones.items():
             holds = zone.holds(foot)
             if holds and name not in walk.zones:
-                walk.zones[name] = time
-                events.append(self._event(each, walk, foot, "enters", name))
+                left = walk.pending.pop(name, None)  # and is back
+                walk.zones[name] = time if left is None else left.time - (left.seconds or 0)
+                if left is None:
+                    walk.pending[name] = self._event(each, walk, foot, "enters", name)
             elif not holds and name in walk.zones:
                 since = walk.zones.pop(name)
-                walk.stays.discard(name)
-                events.append(self._event(each, walk, foot, "leaves", name, seconds=time - since))
-            elif holds and zone.dwell is not None and name not in walk.stays:
+                if walk.pending.pop(name, None) is None:
+                    left = self._event(each, walk, foot, "leaves", name, seconds=time - since)
+                    walk.pending[name] = left
+            elif holds and zone.dwell is not None and not {name} & {*walk.stays, *walk.pending}:
                 inside = time - walk.zones[name]
                 if inside >= zone.dwell:
                     walk.stays.add(name)
                     events.append(self._event(each, walk, foot, "stays", name, seconds=inside))
         return events
 
+    def _cross(
+        self, each: SceneTrack, walk: _Trajectory, foot: Point, name: str, line: Line
+    ) -> None:
+        """Note where an object is beside a line, and whether it has crossed it."""
+        margin, before = CLEAR * each.track.box.height, walk.clear.get(name)
+        clear = _distance(line.points, foot) >= margin
+        if before is None and clear:
+            past = _past(walk, foot, each.track.time)
+            before = past if _distance(line.points, past) >= margin else foot
+        side = None if before is None else crossing(line.points, before, foot)
+        if side is None:
+            walk.over.pop(name, None)
+        else:
+            event = self._event(each, walk, foot, "crosses", name, line.label[side == "right"])
+            walk.over.setdefault(name, event)
+        if clear:
+            walk.clear[name] = foot
+            crossed = walk.over.pop(name, None)
+            if crossed is not None and walk.pending.pop(name, None) is None:  # else it is back
+                walk.pending[name] = crossed
+
     def _end(self, each: SceneTrack) -> list[Event]:
         """Return the events of an object that is lost, at its last visible place."""
         walk = self._walks.pop(each.identity)
         last, foot = walk.feet[-1]
-        events = [
+        events = _settled(walk, last, 0)
+        events += [
             self._event(each, walk, foot, "leaves", name, seconds=last - since)
             for name, since in walk.zones.items()
+            if name not in walk.pending
         ]
         return [*events, self._event(each, walk, foot, "disappears", seconds=last - walk.since)]
 
@@ -287,7 +349,7 @@ class EventCounter:
         foot: Point,
         kind: Kind,
         place: str | None = None,
-        direction: Literal["left", "right"] | None = None,
+        direction: str | None = None,
         seconds: float | None = None,
     ) -> Event:
         (began, first), (now, last) = walk.feet[0], walk.feet[-1]
@@ -295,7 +357,7 @@ class EventCounter:
         track = each.track
         return Event(
             track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds,
-            self._metres_per_second(walk),
+            self._metres_per_second(walk), each.label,
         )  # fmt: skip
 
     def _metres_per_second(self, walk: _Trajectory) -> float | None:
@@ -307,6 +369,28 @@ class EventCounter:
         if start is None or end is None:
             return None
         return math.dist(start, end) / (now - began) if now > began else 0.0
+
+
+def _settled(walk: _Trajectory, now: float, settled: float) -> list[Event]:
+    """Return the pending events of an object that count from now on."""
+    if now - walk.since < LEAST_AGE:
+        return []
+    done = [name for name, event in walk.pending.items() if now - event.time >= settled]
+    events = [walk.pending.pop(name) for name in done]
+    walk.stays -= {event.place for event in events if event.event == "leaves"}
+    return events
+
+
+def _past(walk: _Trajectory, foot: Point, now: float) -> Point:
+    """Return where an object was before its first place, if it has gone evenly; or its place.
+
+    A foot that was clear of a line from the start has no past there: its first place is its place.
+    """
+    if now == walk.since:
+        return foot
+    share = PAST / (now - walk.since)
+    x, y = walk.first
+    return x - share * (foot[0] - x), y - share * (foot[1] - y)
 
 
 def crossing(
@@ -335,7 +419,7 @@ def _distance(line: tuple[float, float, float, float], point: Point) -> float:
     return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
 
 
-def _foot(each: SceneTrack) -> Point:
+def foot_of(each: SceneTrack) -> Point:
     """Return the place of an object's foot."""
     box = each.track.box
     return box.x + (box.width - 1) / 2, box.y + box.height - 1

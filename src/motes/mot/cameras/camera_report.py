@@ -31,6 +31,8 @@ class ObjectReport(msgspec.Struct, frozen=True):
         Of the ellipse in its box.
     expected
         The identity in the rig of the `Arrival` as which it began, if any.
+    label
+        Its class.
     """
 
     identity: int
@@ -44,6 +46,7 @@ class ObjectReport(msgspec.Struct, frozen=True):
     velocity: tuple[float, float] = (0.0, 0.0)
     covariance: Covariance = ()
     expected: int | None = None
+    label: str | None = None
 
     @property
     def seen(self) -> bool:

@@ -18,7 +18,7 @@ from motes.mot.cameras.rig_config import Camera
 from motes.mot.expected import CUE, Expected
 from motes.mot.scene import Scene
 from motes.mot.tracked_object import SceneTrack
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 
 COMING = 1.0
 """Longest delay, in seconds, of the first report of an object that enters at the border.
@@ -177,6 +177,7 @@ class CameraReporter:
             each.velocity,
             tuple(track.covariance.ravel().tolist()),
             expected,
+            each.label,
         )
 
 

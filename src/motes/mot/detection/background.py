@@ -30,7 +30,12 @@ from motes.mot.detection.background_models import (
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.detection.ghosts import Steps, gradients, without_ghosts
-from motes.mot.detection.illumination import Background, without_light, without_tremble
+from motes.mot.detection.illumination import (
+    Background,
+    with_enclosed,
+    without_light,
+    without_tremble,
+)
 from motes.mot.detection.images import Mask, opencv
 from motes.mot.detection.selective_update import SelectiveUpdate
 
@@ -40,9 +45,11 @@ RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
 MOVES = "the camera moves; what moves before it is not seen"
 PREVIEWED = 31
-"""Frames from which the first background is made: with fewer, it has more noise."""
+"""Largest number of frames from which the first background is made; at least half of it."""
 DENSEST = 1 / 3
 """Share of these frames that show the background of a pixel, at least."""
+RETURNS = 1 / 2
+"""Share of the time between the first and the last of them, at least; an object passes sooner."""
 
 
 class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
@@ -208,14 +215,16 @@ class BackgroundDetector:
             Frames of the same camera, from the first on.
         """
         pictures: list[Mask] = []
-        step, start = self.config.preview / PREVIEWED, None
+        step, start = 1, None
         with contextlib.suppress(SourceError):
-            for frame in frames:
+            for number, frame in enumerate(frames):
                 start = frame.time if start is None else start
                 if frame.time - start > self.config.preview:
                     break
-                if frame.time - start >= len(pictures) * step:
+                if number % step == 0:
                     pictures.append(frame.pixels.copy())
+                if len(pictures) > PREVIEWED:  # every other one stays
+                    pictures, step = pictures[::2], 2 * step
         if pictures and self.config.preview:
             self._first = densest(pictures)
 
@@ -280,10 +289,12 @@ class BackgroundDetector:
             self._background = Background(picture, config.noise)
             self._learned: Steps = gradients(picture)
         self._frames += 1
-        return without_light(
-            self._model.foreground(pixels), pixels, self._background, shadow=config.shadow,
-            highlight=config.highlight, tint=config.tint, texture=config.texture,
+        differs = self._model.foreground(pixels)
+        mask = without_light(
+            differs, pixels, self._background, shadow=config.shadow, highlight=config.highlight,
+            tint=config.tint, texture=config.texture,
         )  # fmt: skip
+        return with_enclosed(mask, differs)
 
     def _objects(self, frame: Frame, pixels: Mask, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
@@ -326,9 +337,9 @@ class BackgroundDetector:
 def densest(pictures: Sequence[Mask]) -> Mask:
     """Return the usual colors of each pixel in pictures (H, W, 3).
 
-    They are the mean over the third of the pictures whose brightness is closest together. The
-    objects before a background differ, and it does not: so it is found also where it is seen in
-    fewer than half of the pictures, which a median needs.
+    They are the mean over the third of the pictures whose brightness is closest together, and which
+    do not lie close together in time. The objects before a background differ, and pass; it does
+    not, and returns. So it is found also where it is seen in fewer than half of the pictures.
     """
     count = math.ceil(len(pictures) * DENSEST)
     rows = []
@@ -337,7 +348,10 @@ def densest(pictures: Sequence[Mask]) -> Mask:
         brightness = colors.sum(axis=2)
         order = np.argsort(brightness, axis=0, kind="stable")
         ranked = np.take_along_axis(brightness, order, axis=0)
-        first = (ranked[count - 1 :] - ranked[: len(pictures) - count + 1]).argmin(axis=0)
+        width = ranked[count - 1 :] - ranked[: len(pictures) - count + 1]
+        groups = np.lib.stride_tricks.sliding_window_view(order, count, axis=0)
+        passing = np.ptp(groups, axis=2) < RETURNS * len(pictures)
+        first = np.where(passing, width + 3 * 256, width).argmin(axis=0)
         chosen = np.take_along_axis(order, first + np.arange(count)[:, None], axis=0)
         own = np.take_along_axis(colors, chosen[:, :, None], axis=0)
         rows.append(np.rint(own.mean(axis=0)).astype(np.uint8))

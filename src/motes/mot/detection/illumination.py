@@ -8,7 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from motes.mot.detection.images import Mask, Singles, largest, mean, smallest
+from motes.mot.detection.images import (
+    Mask,
+    Singles,
+    closed,
+    components,
+    largest,
+    mean,
+    smallest,
+)
 
 WINDOW = 3
 """Colors are means over a window of this width and height; noise changes single pixels."""
@@ -80,6 +88,25 @@ def without_light(
     lit = (factor > shadow) & (factor < highlight) & (tinted < tint) & (own_edges < texture)
     out = mask.copy()
     out[y[lit], x[lit]] = 0
+    return out
+
+
+def with_enclosed(mask: Mask, before: Mask) -> Mask:
+    """Return a mask with the pixels of the one before that it encloses.
+
+    A shadow lies beside an object. What looks like one inside of an outline is the object, such as
+    a gray shirt before a white wall.
+
+    Parameters
+    ----------
+    mask, before
+        (H, W) of 0 and 1, without and with the pixels that light may explain.
+    """
+    labels, parts = components(1 - closed(mask, (EDGES, EDGES)), corners=False)
+    x, y, width, height, _ = parts.T
+    inside = (x > 0) & (y > 0) & (x + width < mask.shape[1]) & (y + height < mask.shape[0])
+    enclosed = np.concatenate([[False], inside])[labels]
+    out: Mask = mask | (before & enclosed)
     return out
 
 

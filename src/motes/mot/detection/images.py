@@ -70,8 +70,8 @@ def mean(picture: Singles, size: int) -> Singles:
     return around
 
 
-def components(mask: Mask) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Return the connected parts of a mask, with all eight neighbors.
+def components(mask: Mask, *, corners: bool = True) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the connected parts of a mask; parts that meet at `corners` are connected too.
 
     Returns
     -------
@@ -82,11 +82,13 @@ def components(mask: Mask) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """
     cv2 = opencv()
     if cv2 is not None:
-        _, labels, parts, _ = cv2.connectedComponentsWithStats(mask)
+        _, labels, parts, _ = cv2.connectedComponentsWithStats(
+            mask, connectivity=8 if corners else 4
+        )
         return labels, parts[1:].astype(np.int64)  # the first is the background
     from scipy import ndimage
 
-    labels, count = ndimage.label(mask, np.ones((3, 3)))
+    labels, count = ndimage.label(mask, np.ones((3, 3)) if corners else None)
     areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     boxes = [
         (x.start, y.start, x.stop - x.start, y.stop - y.start)

@@ -1,22 +1,27 @@
-"""Find all objects that look like one, as the players of a team: Zhao and Pei, section 4.
+"""Find all objects that look like one, as the players of a team: Zhao and Pei, section 3.
 
-Only colors are compared. So camera and objects may move or stand still. Only those colors count
-that the object has more of than its surroundings: the box of a player on a lawn is mostly lawn.
+What moves before the background, also before that of a camera that pans, or what another detector
+finds, is compared with the given object by its colors and its oriented gradients. Only those colors
+count that the object has more of than its surroundings: the box of a player on a lawn is mostly
+lawn. A patch of several objects is divided where it looks like the given one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motes.core.config import Config
+from motes.core.config import Config, Share
 from motes.core.detection import Detection, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
+from motes.cues.hog import Hog
 from motes.cues.sampling import Lattice
+from motes.mot.detection.panned_background import PannedBackground
 from motes.sot.filtering.appearance_rule import AppearanceRule
 
 STEPS = 4
@@ -29,6 +34,10 @@ SURROUNDINGS = 3.0
 """Width and height of the surroundings, as multiples of the target's."""
 LIMIT = 100
 """Largest number of detections in a frame."""
+SEVERAL = 1.4
+"""A detection that is larger than the target by this factor may hold several objects."""
+MOVING = 0.2
+"""Least share of a region that is foreground."""
 
 
 class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
@@ -42,11 +51,21 @@ class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
         The histogram of colors that is compared; by default that of Zhao and Pei.
     rule
         The appearance rule: how similar the colors of a region must be.
+    hog
+        The oriented gradients that are compared.
+    distance
+        Largest mean of the distances of colors and gradients, T in the paper. With a larger value
+        more regions are similar.
+    candidates
+        The detector whose detections are compared; by default what moves before the background.
     """
 
     box: tuple[float, float, float, float]
     color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128))
-    rule: AppearanceRule = AppearanceRule(margin=0.7)
+    rule: AppearanceRule = AppearanceRule(margin=0.6)
+    hog: Hog = Hog()
+    distance: Share = 0.4
+    candidates: DetectorConfig | None = None
 
     def detector(self) -> LookalikeDetector:
         """Return the detector."""
@@ -54,10 +73,12 @@ class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
 
 
 class LookalikeDetector:
-    """Finds all regions whose colors are similar to those of one region in the first frame.
+    """Finds all moving regions that are similar to one region of the first frame.
 
-    Their rho must fulfill the appearance rule of Nummiaro et al., with the other places of the
-    first frame as background. All detections have the score 1.
+    A region's rho must fulfill the appearance rule of Nummiaro et al., with the other places of the
+    first frame as background; and the mean of its distances in color and in gradients must be below
+    `distance`. In the first frame, regions that stand still are found too, and then again. All
+    detections have the score 1.
 
     Parameters
     ----------
@@ -74,19 +95,29 @@ class LookalikeDetector:
         if not isinstance(like, LookalikeConfig):
             like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
         self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
+        self._hog, self._distance = like.hog, like.distance
+        self._finder = None if like.candidates is None else like.candidates.detector()
+        self._background = PannedBackground() if self._finder is None else None
         self._model: ColorModel | None = None
         self._least = 0.0
+        self._last: list[Box] = []
+
+    @property
+    def warnings(self) -> Mapping[str, str]:
+        """The warnings of the detector whose detections are compared."""
+        return dict(getattr(self._finder, "warnings", {}))
 
     def __call__(self, frame: Frame) -> list[Detection]:
-        """Return the similar regions in a frame, the most similar first."""
+        """Return the similar regions in a frame, the most similar colors first."""
+        places = self._candidates(frame)
         if self._model is None:
             region = region_within(self._box, frame.width, frame.height)
             self._model = self._distinctive(frame, region)
+            self._edges = self._hog.learn(frame, region)
             background = self._rule.background(
                 self._color, self._model, frame, region, target_in_frame=True
             )
             self._least = self._rule.threshold(background)
-        places = self._grid(frame)
         rho = 1 - self._color.distances(self._model, frame, places) ** 2
         order = np.argsort(-rho)
         found: list[Detection] = []
@@ -95,9 +126,47 @@ class LookalikeDetector:
                 break
             if not any(_meet(places[i], each.box) for each in found):
                 place = self._shifted(frame, Ellipse(*places[i].tolist()))
-                if not any(_meet(np.array(place), each.box) for each in found):
+                distance = self._apart(frame, place)
+                taken = any(_meet(np.array(place), each.box) for each in found)
+                if distance < self._distance and not taken:
                     found.append(Detection(place.box))
+        self._last = [each.box for each in found]
         return found
+
+    def _apart(self, frame: Frame, place: Ellipse) -> float:
+        """Return the mean of the distances in color and in gradients of a place from the target."""
+        assert self._model is not None
+        region = np.array([place])
+        color = self._color.distances(self._model, frame, region)[0]
+        return float(color + self._hog.distances(self._edges, frame, region)[0]) / 2
+
+    def _candidates(self, frame: Frame) -> Floats:
+        """Return the ellipses (N, 5) that are compared with the target."""
+        grid = self._grid(frame)
+        if self._background is not None:
+            moving = self._background.foreground(np.ascontiguousarray(frame.pixels))
+            apart = _shares(moving, grid, frame) >= MOVING
+            return grid[apart | self._known(grid, frame, moving.shape[1] / frame.width)]
+        assert self._finder is not None
+        boxes = [each.box for each in self._finder(frame)]
+        own = np.array([Ellipse.from_box(box) for box in boxes]).reshape(-1, 5)
+        large = [box for box in boxes if box.width * box.height > SEVERAL * np.prod(self._box[2:])]
+        inside = [any(_meet(each, box) for box in large) for each in grid]
+        return np.concatenate([own, grid[np.array(inside, bool)]])
+
+    def _known(self, grid: Floats, frame: Frame, scale: float) -> NDArray[np.bool_]:
+        """Return which ellipses (N, 5) lie where an object of the frame before would be at rest.
+
+        Who stands still is so found again, once he is found; `scale` is that of the reduced frame.
+        """
+        assert self._background is not None
+        out, motion = np.zeros(len(grid), np.bool_), self._background.motion
+        for x, y, width, height in self._last if motion is not None else ():
+            center = np.array([scale * (x + width / 2), scale * (y + height / 2), 1])
+            moved = motion @ center
+            away = np.abs(grid[:, :2] - moved[:2] / moved[2] / scale)
+            out |= (away < (width / 2, height / 2)).all(axis=1)
+        return out
 
     def _distinctive(self, frame: Frame, region: Ellipse) -> ColorModel:
         """Return a region's histogram over the colors that it has more of than its surroundings.
@@ -138,6 +207,20 @@ class LookalikeDetector:
             x, y = self._color.shift(self._model, frame, place)
             place = place._replace(x=x, y=y)
         return place
+
+
+def _shares(mask: NDArray[np.bool_], ellipses: Floats, frame: Frame) -> Floats:
+    """Return the share of a reduced mask in the box of each ellipse (N, 5): (N,)."""
+    sums = np.zeros((mask.shape[0] + 1, mask.shape[1] + 1))
+    sums[1:, 1:] = mask.cumsum(axis=0).cumsum(axis=1)
+    scale = np.array([mask.shape[1] / frame.width, mask.shape[0] / frame.height])
+    limits = np.array(mask.shape[::-1])
+    low = np.rint((ellipses[:, :2] - ellipses[:, 2:4]) * scale).clip(0, limits).astype(int)
+    high = np.rint((ellipses[:, :2] + ellipses[:, 2:4]) * scale).clip(0, limits).astype(int)
+    inside = sums[high[:, 1], high[:, 0]] - sums[low[:, 1], high[:, 0]]
+    inside += sums[low[:, 1], low[:, 0]] - sums[high[:, 1], low[:, 0]]
+    out: Floats = inside / np.maximum((high - low).prod(axis=1), 1)
+    return out
 
 
 def _meet(ellipse: Floats, box: Box) -> bool:
