@@ -22,7 +22,9 @@ HEIGHT, WIDTH = 240, 320
 def scene() -> NDArray[np.uint8]:
     """Return a textured picture, larger than the frames that show parts of it."""
     noise = np.random.default_rng(5).standard_normal((3 * HEIGHT, 3 * WIDTH, 3))
-    smooth = sum(ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15))
+    smooth: NDArray[np.float64] = sum(
+        ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
+    )
     return np.clip(128 + 110 * smooth, 0, 255).astype(np.uint8)
 
 

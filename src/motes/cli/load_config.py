@@ -37,12 +37,16 @@ def tracker_config(
     SourceError
         If the file cannot be read.
     """
-    from motes.core.config import from_toml, to_dict
+    from motes.core.config import Config, from_toml, to_dict
     from motes.sot import presets
 
     base = presets.preset(preset)
     if target is not None:
-        known = {name: to_dict(cue) for name, cue in target.cues.items() if name in base.cues}
+        known = {
+            name: to_dict(cue)
+            for name, cue in target.cues.items()
+            if name in base.cues and isinstance(cue, Config)
+        }
         base = presets.configure(base, known)
     if file is not None:
         with error_context(file):

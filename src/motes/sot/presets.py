@@ -153,7 +153,7 @@ NUMMIARO_PRINTED = replace(
         velocity=0.5,
         persistence=1.0,  # equations 8 and 9: velocities are constant
     ),
-    color=replace(NUMMIARO.color, sampling=EveryPixel()),  # equation 3
+    color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel()),  # equation 3
     presence=AppearanceRule(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
@@ -180,8 +180,10 @@ NG_DELP_PRINTED = replace(
 )
 ZHAO_PEI_PRINTED = replace(
     ZHAO_PEI,
-    color=replace(ZHAO_PEI.color, sampling=EveryPixel()),  # section 3.1
-    hog=replace(ZHAO_PEI.hog, sampling=EveryPixel()),  # equation 2
+    color=Color(
+        space="hsv+v", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel()
+    ),  # section 3.1
+    hog=Hog(cells=1, bins=8, kernel="gaussian", sampling=EveryPixel()),  # equation 2
     presence=ALWAYS_PRESENT,
     adaptation=PerCue(
         cues={

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +15,6 @@ from motes.core.errors import ConfigError, FormatError, MissingDependencyError, 
 from motes.core.files import write_whole
 from motes.core.geometry import Box
 from motes.core.types import Bytes
-from motes.sot.filtering.appearance_rule import cores
 from motes.video.sources import read_image
 
 PENALTY = 5.0
@@ -105,7 +105,7 @@ def train_faces(examples: Sequence[Example], folder: Path) -> Trained:
     options = dlib.simple_object_detector_training_options()
     options.add_left_right_image_flips = True  # faces are about symmetric
     options.C = PENALTY
-    options.num_threads = cores()
+    options.num_threads = os.cpu_count() or 1
     pictures = [np.ascontiguousarray(example.picture) for example in examples]
     boxes = [[_rectangle(dlib, box) for box in example.faces] for example in examples]
     try:
