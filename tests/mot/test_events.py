@@ -195,7 +195,7 @@ def test_directions_have_the_lines_own_names() -> None:
     counting = gate(label=("in", "out"))
     assert crossings(counting, [30, 40, 60, 70, 80]) == [(2, "in")]
     assert crossings(counting, [70, 60, 40, 30, 20], 2) == [(2, "out")]
-    assert counting.counts[0, "crosses", "line 1", "in"] == 1
+    assert counting.counts[0, "crosses", "line 1", "in", ""] == 1
     text = '[[line]]\npoints = [1, 2, 3, 4]\nlabel = ["north", "south"]\n'
     assert Regions.parse(text).line[0].label == ("north", "south")
     with pytest.raises(ConfigError, match="two different names"):
@@ -226,5 +226,5 @@ def test_the_end_of_a_film_settles_what_is_open() -> None:
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate([30, 40, 45, 55])))
     assert [e.event for e in events] == ["appears"]
     assert [(e.frame, e.event) for e in counting.finish()] == [(3, "crosses")]
-    assert counting.counts[0, "crosses", "line 1", "left"] == 1
+    assert counting.counts[0, "crosses", "line 1", "left", ""] == 1
     assert counting.finish() == []

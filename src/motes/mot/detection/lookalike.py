@@ -107,6 +107,15 @@ class LookalikeDetector:
         """The warnings of the detector whose detections are compared."""
         return dict(getattr(self._finder, "warnings", {}))
 
+    @property
+    def motion(self) -> Floats | None:
+        """The homography of the camera's motion to the latest frame, if it is known."""
+        if self._background is None or self._background.motion is None:
+            return None
+        scale = np.diag([self._scale, self._scale, 1.0])
+        moved: Floats = np.linalg.inv(scale) @ self._background.motion @ scale
+        return moved
+
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""
         places = self._candidates(frame)
@@ -146,7 +155,8 @@ class LookalikeDetector:
         if self._background is not None:
             moving = self._background.foreground(np.ascontiguousarray(frame.pixels))
             apart = _shares(moving, grid, frame) >= MOVING
-            return grid[apart | self._known(grid, frame, moving.shape[1] / frame.width)]
+            self._scale = moving.shape[1] / frame.width
+            return grid[apart | self._known(grid)]
         assert self._finder is not None
         boxes = [each.box for each in self._finder(frame)]
         own = np.array([Ellipse.from_box(box) for box in boxes]).reshape(-1, 5)
@@ -154,17 +164,15 @@ class LookalikeDetector:
         inside = [any(_meet(each, box) for box in large) for each in grid]
         return np.concatenate([own, grid[np.array(inside, bool)]])
 
-    def _known(self, grid: Floats, frame: Frame, scale: float) -> NDArray[np.bool_]:
+    def _known(self, grid: Floats) -> NDArray[np.bool_]:
         """Return which ellipses (N, 5) lie where an object of the frame before would be at rest.
 
-        Who stands still is so found again, once he is found; `scale` is that of the reduced frame.
+        So who stands still is found again.
         """
-        assert self._background is not None
-        out, motion = np.zeros(len(grid), np.bool_), self._background.motion
+        out, motion = np.zeros(len(grid), np.bool_), self.motion
         for x, y, width, height in self._last if motion is not None else ():
-            center = np.array([scale * (x + width / 2), scale * (y + height / 2), 1])
-            moved = motion @ center
-            away = np.abs(grid[:, :2] - moved[:2] / moved[2] / scale)
+            moved = motion @ (x + width / 2, y + height / 2, 1)
+            away = np.abs(grid[:, :2] - moved[:2] / moved[2])
             out |= (away < (width / 2, height / 2)).all(axis=1)
         return out
 
