@@ -110,11 +110,12 @@ def test_without_a_look_nothing_is_overdue() -> None:
 
 def test_events_and_counts_have_classes() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
+    events = []
     for label, identity in (("car", 1), ("bus", 2), ("car", 3)):
-        for frame, x in ((0, 45.0), (1, 55.0)):
+        for frame, x in enumerate((42.0, 47.0, 52.0, 57.0, 62.0)):
             track = seen(frame, (x, 40), identity=identity)
             track = type(track)(identity, track.track, None, True, label=label)
-            events = counting.update([track])
+            events += counting.update([track])
     assert json.loads(events[-1].json())["class"] == "car"
     assert "label" not in events[-1].json()
     assert counting.counts[0, "crosses", "gate", "left", "car"] == 2

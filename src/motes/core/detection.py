@@ -33,8 +33,9 @@ class Detection:
 class Detector(Protocol):
     """Any callable from a frame to the objects found in it.
 
-    A detector may also be a `PreparedDetector` or an `ObservingDetector`, and have `warnings`,
-    texts by their kind.
+    A detector may also be a `PreparedDetector` or an `ObservingDetector`. It may have `warnings`,
+    texts by their kind, and `motion`, the homography (3, 3) of the background from the frame before
+    to the latest one, or None.
     """
 
     def __call__(self, frame: Frame) -> Sequence[Detection]:

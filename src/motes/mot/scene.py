@@ -20,6 +20,7 @@ from motes.core.errors import SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Box
 from motes.core.seed import checked_seed
+from motes.core.types import Floats
 from motes.mot.detection.adapters import as_detections
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
@@ -28,6 +29,7 @@ from motes.mot.scene_tracks import SceneTracks
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
 from motes.mot.stages.drop_fragments import drop_fragments
+from motes.mot.stages.follow_camera import follow_camera
 from motes.mot.stages.initiate import initiate
 from motes.mot.stages.mark_occluded import mark_occluded
 from motes.mot.stages.reidentify import reidentify
@@ -87,13 +89,19 @@ def step(
     detections: Sequence[Detection] | None,
     config: SceneConfig,
     expected: Sequence[Expected] = (),
+    motion: Floats | None = None,
 ) -> tuple[SceneState, SceneInfo]:
     """Follow all objects into a frame, `dt` seconds after the last one. Zhao and Pei, section 3.
 
     Each object draws from random numbers of its own, which `seed` and its identity determine. If
     the detector did not look at the frame, detections are None, and tentative tracks wait.
+    `motion` is that of the camera, a homography (3, 3) from the frame that the detector looked at
+    last, if it moves.
     """
     looked = detections is not None
+    if motion is not None:
+        carried, initiation = follow_camera(state.objects, state.initiation, motion)
+        state = SceneState(carried, initiation, state.terminated)
     found, useless = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
     if not looked:
@@ -119,10 +127,14 @@ def step(
 
 
 class _Found(NamedTuple):
-    """A detector's detections in a frame, None if it did not look; its warnings up to then."""
+    """What a detector returns of a frame.
+
+    Its detections, None if it did not look; its warnings up to then; and the camera's motion.
+    """
 
     detections: Sequence[Detection] | None
     warnings: Mapping[str, str]
+    motion: Floats | None
 
 
 class Scene:
@@ -234,15 +246,17 @@ class Scene:
         if turn and isinstance(self.detector, ObservingDetector):
             self.detector.observe(moved)
         found = as_detections(self.detector(frame)) if turn else None
-        return _Found(found, dict(getattr(self.detector, "warnings", {})))
+        motion = getattr(self.detector, "motion", None) if turn else None
+        return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
 
     def _step(self, frame: Frame, found: _Found) -> SceneTracks:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
         self._state, info = step(
-            self._seed, self._state, frame, dt, found.detections, self.config, self._expected
-        )
+            self._seed, self._state, frame, dt, found.detections, self.config, self._expected,
+            found.motion,
+        )  # fmt: skip
         if isinstance(self.detector, ObservingDetector):
             moved = [each.track.box for each in self._state.objects if each.moved]
             self._moved[self._stepped] = moved

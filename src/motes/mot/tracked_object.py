@@ -223,6 +223,14 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             self.identity, self.track, self.occluded_by, self.detected, (dx, dy), label
         )
 
+    def carried(self, place: tuple[float, float], origin: tuple[float, float]) -> Self:
+        """Put it, and its origin, where the camera's motion takes them."""
+        old = self.track.ellipse
+        ellipse = old._replace(x=place[0], y=place[1])
+        state = self._moved(self.state, old, ellipse)
+        track = replace(self.track, ellipse=ellipse)
+        return replace(self, state=state, track=track, origin=origin)
+
     def predict(self, dt: float) -> Self:
         """Move its particles to where it should be after some seconds."""
         old, (dx, dy) = self.track.ellipse, (self.velocity * dt).tolist()

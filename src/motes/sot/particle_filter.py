@@ -28,6 +28,7 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
+from motes.sot.filtering.color_step import ColorStep
 from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
@@ -36,10 +37,12 @@ from motes.sot.filtering.model_update import (
     ModelUpdate,
     PerCue,
     Strategy,
+    any_changes,
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
+from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -150,6 +153,17 @@ class ParticleFilter(
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
         return {name: self.adaptation.strategy(name) for name in names}
 
+    @cached_property
+    def learns(self) -> bool:
+        """Whether any model ever changes."""
+        return any_changes(self.cues, self.strategies)
+
+    @cached_property
+    def color_step(self) -> ColorStep | None:
+        """The compiled step that gives the same as one part by part; None for most filters."""
+        parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
+        return ColorStep.of(*parts)
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, FilterInfo]:
@@ -238,28 +252,31 @@ class ParticleFilter(
         searching = absent and not state.frames_missed
         if absent and expected is not None:
             # The other tracker has seen it for long enough, so one frame is enough here.
-            after, info = self._observe(
-                replace(state, known=False, frames_missed=0),
-                frame,
-                self.motion.initial(expected),
-                np.zeros(len(expected)),
-            )
+            anew = replace(state, known=False, frames_missed=0)
+            states, prior = self.motion.initial(expected), np.zeros(len(expected))
+            after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
             if info.track.status is Status.TRACKING:
                 return replace(after, known=state.known), info
         n = self._count(state, max_particles)
+        dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
+        if self.color_step is not None and not searching:
+            [model], [background] = state.models.values(), state.backgrounds.values()
+            least = self.presence.threshold(background)
+            before = state.states, state.weights
+            seen = self.color_step(rng, frame, *before, n, dt, first, model, least)
+            return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
             states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
             prior = np.zeros(n)
-        dt = min(frame.time - state.time, LONGEST_INTERVAL)
-        states = self.motion.propagate(rng, states, dt, state.reference_size)
+        states = self.motion.propagate(rng, states, dt, first)
         if searching:
-            fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
+            fresh = scatter(rng, state.search_regions, first, (n + 1) // 2)
             # The half is random: most schemes return ancestors in order, and a fixed half would
             # always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
-        return self._observe(state, frame, states, prior)
+        return self._judge(state, frame, self._observe(state, frame, states, prior))
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
@@ -267,7 +284,8 @@ class ParticleFilter(
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
-        return self._observe(state, frame, states, np.zeros(self.particles))
+        seen = self._observe(state, frame, states, np.zeros(self.particles))
+        return self._judge(state, frame, seen)
 
     def check(self, state: FilterState, frame: Frame) -> FilterState:
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
@@ -322,12 +340,13 @@ class ParticleFilter(
             frames_missed=0,
             known=known,
         )
-        return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
+        seen = self._observe(state, frame, state.states, np.zeros(len(ellipses)))
+        return self._judge(state, frame, seen)
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
-    ) -> tuple[FilterState, FilterInfo]:
-        """Weight the new states, with log-weights `prior`, by the frame; estimate, judge, learn."""
+    ) -> Observation:
+        """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
@@ -335,54 +354,44 @@ class ParticleFilter(
         weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
-        overall, distance = (
-            fuse_distances(distances, shares),
-            float(fuse_distances(seen, shares)[0]),
-        )
-        threshold = 0.0
-        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
-            threshold += share * self.presence.threshold(background)
+        reliability = self.fusion.reliability(names)
+        overall = fuse_distances(distances, reliability)
+        distance = float(fuse_distances(seen, reliability)[0])
+        each = map(self.presence.threshold, state.backgrounds.values())
+        threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        there = appearing > self.presence.fraction * len(states)
+        found = estimate, covariance, distance, appearing, support
+        return Observation(states, ellipses, weights, overall, shares, *found)
+
+    def _judge(
+        self, state: FilterState, frame: Frame, seen: Observation
+    ) -> tuple[FilterState, FilterInfo]:
+        """Decide whether the target is there, and learn from it if so."""
+        there = seen.appearing > self.presence.fraction * len(seen.states)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
         update = ModelUpdate(state.models, state.memories, {})
-        if there and frame.time > state.time:  # a model learns at most once from a frame
+        # A model learns at most once from a frame.
+        if self.learns and there and frame.time > state.time:
             update = update_models(
-                self.cues, self.strategies, state.models, state.memories, frame, estimate
+                self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
             )
+        confidence = self.calibration.probability(seen.distance) * min(1.0, seen.support)
         track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=estimate,
-            covariance=covariance,
-            confidence=self.calibration.probability(distance) * min(1.0, support),
-            status=status,
-            distance=distance,
-            effective_sample_size=weights.effective_sample_size,
-        )
+            frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
+            seen.distance, seen.weights.effective_sample_size,
+        )  # fmt: skip
         info = FilterInfo(
-            track,
-            ellipses,
-            weights.values,
-            overall,
-            appearing,
-            state.models,
-            dict(zip(self.cues, shares.tolist(), strict=True)),
+            track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
+            state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
             update.diagnostics,
-        )
+        )  # fmt: skip
         after = replace(
-            state,
-            time=frame.time,
-            states=states,
-            weights=weights,
-            models=update.models,
-            memories=update.memories,
-            status=status,
-            frames_missed=missed,
-        )
+            state, time=frame.time, states=seen.states, weights=seen.weights,
+            models=update.models, memories=update.memories, status=status, frames_missed=missed,
+        )  # fmt: skip
         return after, info
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:

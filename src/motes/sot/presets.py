@@ -79,7 +79,7 @@ MAGGIO = ParticleFilter(
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.37, width=0.08),
+    calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(
     MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
@@ -207,9 +207,7 @@ PRESETS: dict[str, TrackerConfig] = {
         MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)
     ),
     "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
-    "maggio:C+O-SS-ROH": replace(
-        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)
-    ),
+    "maggio:C+O-SS-ROH": replace(MAGGIO, fusion=FIXED),
     "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
     "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
     "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
