@@ -161,7 +161,7 @@ def zhao_team(
     seed: Seed = 0,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Zhao and Pei, figure 8: the players of a team, found by the features of one of them.
+    """Zhao and Pei, figure 8: a team, found by one of its players.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def zhao_detections(
     detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Zhao and Pei, section 3.1: precision and recall of a detector, before tracking.
+    """Zhao and Pei, section 3.1: precision and recall of a detector.
 
     Parameters
     ----------
