@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.core.frame import Frame
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.pipeline_config import lookalike_detector
     from motes.mot.scene import Scene
     from motes.video.sources import Source
 
@@ -181,7 +183,11 @@ def watch(
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
-    detector = config.detector.detector()
+    detector = (
+        lookalike_detector(config.detector, objects.detector)
+        if isinstance(config.detector, LookalikeConfig)
+        else config.detector.detector()
+    )
     if isinstance(detector, PreparedDetector) and is_recorded(source):
         with frames.open(source) as film:
             detector.prepare(film)
