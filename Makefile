@@ -14,6 +14,12 @@ TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C
 	nummiaro nummiaro:adaptive mean_shift mean_shift:kalman \
 	cv2:csrt cv2:kcf cv2:mil cv2:mosse cv2:medianflow cv2:camshift
 
+# What `make bench` scales and follows, and files of trained networks: NANO=BACKBONE,HEAD VIT=NETWORK.
+FILM := $(dir $(DATA))video/sam2_cups.mp4
+BOX := 570,292,168,252
+NANO :=
+VIT :=
+
 # How long `make fuzz` runs, how often `make kills` kills, and with which random numbers.
 SECONDS := 60
 KILLS := 200
@@ -52,9 +58,12 @@ docs: ready
 gallery: ready
 	$(BIN)/python docs/generate/gallery.py
 
+# Into bench/; what needs real film is left out where there is none.
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes bench --against docs/performance.md
+	$(BIN)/motes bench --against docs/performance.md --plot --out bench --overwrite \
+		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
+	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
 accuracy: ready
 	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
@@ -85,4 +94,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build demo accuracy fuzz site src/motes/kernels/*.so
+	rm -rf $(VENV) build demo accuracy bench fuzz site src/motes/kernels/*.so

@@ -3,8 +3,10 @@
     python benchmarks/breakdown.py
 
 Times are those of the real functions in the midst of real updates; what a kernel does step by step
-is timed in calls of the kernel's own steps, on the same frames and for all particles at once. (This
-is not called profile.py, which would hide Python's module.)
+is timed in calls of the kernel's own steps, on the same frames and for all particles at once. A
+filter on color alone makes its steps in one call of compiled code; here they are called one by one,
+and the last line is of the one call. (This is not called profile.py, which would hide Python's
+module.)
 """
 
 from __future__ import annotations
@@ -105,13 +107,18 @@ def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
         (type(config.likelihood), "log", WEIGH),
         (type(config.fusion), "fuse", WEIGH),
         (particle_filter, "mean_ellipse", ESTIMATE),
-        (ParticleFilter, "_learned", LEARN),
+        (particle_filter, "update_models", LEARN),
     )
-    with ExitStack() as stack, patch.object(ParticleFilter, "_distances", reading):
+    with ExitStack() as stack, step_by_step(), patch.object(ParticleFilter, "_distances", reading):
         for owner, name, row in steps:
             function = watched(spent, row, getattr(owner, name))
             stack.enter_context(patch.object(owner, name, function))
         yield spent
+
+
+def step_by_step() -> Any:
+    """Return a context in which no filter makes its steps in one call."""
+    return patch.object(ParticleFilter, "color_step", property(lambda _: None), create=True)
 
 
 def seconds_of(function: Callable[..., object], *arguments: Any) -> float:
@@ -180,8 +187,8 @@ class Breakdown:
 
     Attributes
     ----------
-    whole
-        Seconds of an update.
+    whole, steps
+        Seconds of an update, and of one that makes its steps one by one.
     parts
         By row.
     counts
@@ -189,6 +196,7 @@ class Breakdown:
     """
 
     whole: float
+    steps: float
     parts: dict[str, float]
     counts: dict[str, int]
 
@@ -201,12 +209,16 @@ def break_down(name: str) -> Breakdown:
     tracker = Tracker(config)
     tracker.init(frames[0], region)
     whole: list[float] = []
+    steps: list[float] = []
     parts: dict[str, list[float]] = defaultdict(list)
     for turn in range(1 + ROUNDS):
         if turn == 1:  # all is imported and warm
             parts.clear()
             whole.clear()
+            steps.clear()
         whole += timed(copy.copy(tracker).update, frames[1:])
+        with step_by_step():
+            steps += timed(copy.copy(tracker).update, frames[1:])
         with watching(config) as spent:
             again = copy.copy(tracker)
             for frame in map(copy.deepcopy, frames[1:]):
@@ -223,6 +235,7 @@ def break_down(name: str) -> Breakdown:
                     parts[row].append(value)
     return Breakdown(
         statistics.median(whole),
+        statistics.median(steps),
         {row: statistics.median(values) for row, values in parts.items()},
         counted(config, frame, info),
     )
@@ -275,12 +288,15 @@ def times(found: dict[str, Breakdown]) -> Table:
             for each in found.values()
         )
         rows.append((Cell(row), *cells))
-    rests = (each.whole - sum(each.parts.values()) for each in found.values())
+    rests = (each.steps - sum(each.parts.values()) for each in found.values())
     rows.append(
         (Cell("rest: Python between all these"), *(number(1e6 * rest, 1) for rest in rests))
     )
-    foot = (Cell("whole"), *(number(1e6 * each.whole, 1) for each in found.values()))
-    return Table("Microseconds of an update", ("part", *found), rows, (foot,))
+    feet = (
+        (Cell("all, step by step"), *(number(1e6 * each.steps, 1) for each in found.values())),
+        (Cell("an update"), *(number(1e6 * each.whole, 1) for each in found.values())),
+    )
+    return Table("Microseconds of an update", ("part", *found), rows, feet)
 
 
 def amounts(found: dict[str, Breakdown]) -> Table:

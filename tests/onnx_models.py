@@ -65,8 +65,8 @@ def save(
     if channels_last:
         pixels = graph.add("Transpose", pixels, perm=[0, 3, 1, 2])
     shape = (1, 3, 1, 1)
-    raw = graph.add("Mul", pixels, np.float32(deviation).reshape(shape))
-    raw = graph.add("Add", raw, np.float32(mean).reshape(shape))
+    raw = graph.add("Mul", pixels, np.array(deviation, np.float32).reshape(shape))
+    raw = graph.add("Add", raw, np.array(mean, np.float32).reshape(shape))
     # The weights of class 0 are for red, those of class 1 for blue.
     weights = np.array([[1, -0.5, -0.5], [-0.5, -0.5, 1]], np.float32)
     if order == "bgr":
@@ -74,7 +74,11 @@ def save(
     kernel = np.repeat(np.repeat(weights[:, :, None, None], CELL, 2), CELL, 3) / (255 * CELL**2)
     share = graph.add("Conv", raw, np.ascontiguousarray(kernel), strides=[CELL, CELL])
     share = graph.add("Reshape", share, np.array([1, 2, -1]))
-    logits = graph.add("Mul", graph.add("Sub", share, np.float32(0.5)), np.float32(SHARP))
+    logits = graph.add(
+        "Mul",
+        graph.add("Sub", share, np.array(0.5, np.float32)),
+        np.array(SHARP, np.float32),
+    )
     scores = graph.add("Sigmoid", logits)
     outputs = _HEADS[head](graph, logits, scores, width, height)
     layout = [1, height, width, 3] if channels_last else [1, 3, height, width]
@@ -115,7 +119,7 @@ def _yolo(graph: Graph, logits: str, scores: str, width: int, height: int) -> di
 def _yolox(graph: Graph, logits: str, scores: str, width: int, height: int) -> dict[str, int]:
     """Return offsets of half a cell, and sizes of `CELL` pixels as logarithms."""
     parts = [
-        np.tile(np.float32([0.5, 0.5, *[np.log(CELL / step)] * 2, 1.0]), (n, 1))
+        np.tile(np.array([0.5, 0.5, *[np.log(CELL / step)] * 2, 1.0], np.float32), (n, 1))
         for step in STEPS
         for n in [len(cells(width, height, step))]
     ]
@@ -176,7 +180,7 @@ def _lists(graph: Graph, logits: str, scores: str, width: int, height: int) -> d
     best, which = _rows(graph, scores)
     asked = graph.add("Cast", "orig_target_sizes", to=FLOAT)
     twice = graph.add("Concat", asked, asked, axis=1)
-    shares = _corners(width, height) / np.float32([width, height, width, height])
+    shares = _corners(width, height) / np.array([width, height, width, height], np.float32)
     boxes = graph.add("Mul", shares[None], graph.add("Reshape", twice, np.array([1, 1, 4])))
     labels = graph.add("Cast", graph.add("Squeeze", which, np.array([2])), to=INT, name="labels")
     found = graph.add("Squeeze", best, np.array([2]), name="scores")

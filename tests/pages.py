@@ -14,7 +14,7 @@ from motes.cli import main
 
 NUMBER = re.compile(r"\d*\.\d+|\d{2,}")
 """Measured numbers, whose last digits depend on the processor; counts below ten must agree."""
-OTHERS = ("make", "pip", "cd", "python")
+OTHERS = ("make", "pip", "cd", "python", "docker")
 """Programs in blocks of commands that are not run here."""
 
 

@@ -42,6 +42,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
         Zone as Zone,
     )
     from motes.mot.analytics.ground_plane import Ground as Ground
+    from motes.mot.detection.adapters import (
+        as_detections as as_detections,
+        from_supervision as from_supervision,
+    )
     from motes.mot.detection.background import (
         BackgroundConfig as BackgroundConfig,
         BackgroundDetector as BackgroundDetector,
@@ -49,6 +53,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.mot.detection.lookalike import (
         LookalikeConfig as LookalikeConfig,
         LookalikeDetector as LookalikeDetector,
+    )
+    from motes.mot.detection.onnx_detector import (
+        OnnxConfig as OnnxConfig,
+        OnnxDetector as OnnxDetector,
     )
     from motes.mot.detection.pretrained import (
         FaceDetector as FaceDetector,
@@ -58,6 +66,7 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     )
     from motes.mot.scene import Scene as Scene
     from motes.mot.scene_config import SceneConfig as SceneConfig, scene_config as scene_config
+    from motes.mot.scene_tracks import SceneTracks as SceneTracks
     from motes.mot.tracked_object import SceneTrack as SceneTrack
     from motes.output.overlay import draw as draw
     from motes.output.read_rows import read_track as read_track
@@ -67,11 +76,12 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.sot.batch import Trackers as Trackers
     from motes.sot.discriminative.state import DiscriminativeInfo as DiscriminativeInfo
     from motes.sot.discriminative.tracker import Discriminative as Discriminative
-    from motes.sot.known_target import Place as Place, Target as Target, load_places as load_places
+    from motes.sot.known_target import Target as Target
     from motes.sot.mean_shift import MeanShift as MeanShift, MeanShiftInfo as MeanShiftInfo
     from motes.sot.opencv_api import OpenCVTracker as OpenCVTracker
     from motes.sot.particle_filter import ParticleFilter as ParticleFilter
     from motes.sot.particle_state import FilterInfo as FilterInfo
+    from motes.sot.places import Place as Place, load_places as load_places
     from motes.sot.presets import (
         PRESETS as PRESETS,
         TrackerConfig as TrackerConfig,
@@ -99,11 +109,14 @@ _NAMES = {
     "core.track": "Status Track",
     "mot.analytics.events": "Event EventCounter Line Regions Zone",
     "mot.analytics.ground_plane": "Ground",
+    "mot.detection.adapters": "as_detections from_supervision",
     "mot.detection.background": "BackgroundConfig BackgroundDetector",
     "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",
+    "mot.detection.onnx_detector": "OnnxConfig OnnxDetector",
     "mot.detection.pretrained": "FaceDetector FacesConfig PeopleConfig PeopleDetector",
     "mot.scene": "Scene",
     "mot.scene_config": "SceneConfig scene_config",
+    "mot.scene_tracks": "SceneTracks",
     "mot.tracked_object": "SceneTrack",
     "output.overlay": "draw",
     "output.read_rows": "read_track",
@@ -113,11 +126,12 @@ _NAMES = {
     "sot.batch": "Trackers",
     "sot.discriminative.state": "DiscriminativeInfo",
     "sot.discriminative.tracker": "Discriminative",
-    "sot.known_target": "Place Target load_places",
+    "sot.known_target": "Target",
     "sot.mean_shift": "MeanShift MeanShiftInfo",
     "sot.opencv_api": "OpenCVTracker",
     "sot.particle_filter": "ParticleFilter",
     "sot.particle_state": "FilterInfo",
+    "sot.places": "Place load_places",
     "sot.presets": "PRESETS TrackerConfig configure preset",
     "sot.step_info": "StepInfo",
     "sot.tracker": "Tracker",

@@ -17,7 +17,7 @@ from motes.sot.discriminative.confidence_gate import ConfidenceGate
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -61,6 +61,7 @@ __all__ = [
     "Motion",
     "Noise",
     "PerCue",
+    "PrintedMixture",
     "Product",
     "RandomWalk",
     "Redetection",

@@ -254,7 +254,7 @@ def test_nothing_is_overwritten_unasked(go: Go) -> None:
 
 
 def test_histogram_then_search(go: Go) -> None:
-    code, _, error = go("histogram FILM --init BOX --frame 3 -o h.json --color.bins 6,6,6")
+    code, _, error = go("histogram FILM --init BOX --start 3 -o h.json --color.bins 6,6,6")
     assert (code, "wrote h.json" in error) == (0, True)
     Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
     assert go("histogram FILM --init BOX -o h.json")[0] == 5
@@ -265,9 +265,19 @@ def test_histogram_then_search(go: Go) -> None:
     assert rows[0]["status"] == "searching"
     assert rows[-1]["status"] == "tracking"
     code, _, error = go(line + " --color.bins 4,4,4")
-    assert (code, "the histogram is rgb (6, 6, 6)" in error) == (2, True)
+    assert (code, "the histogram's (6, 6, 6)" in error) == (2, True)
     dumped = go("track --histogram h.json --dump-config")[1]
     assert "6,\n    6,\n    6," in dumped
+
+
+def test_a_filter_of_two_cues_searches_by_both(go: Go) -> None:
+    line = "--preset ng_delp --edges.bins 12"
+    code, _, error = go(f"histogram FILM --init BOX -o h.json {line}")
+    assert (code, "bins of color and" in error, "of 13 bins of edges" in error) == (0, True, True)
+    code, _, error = go("track FILM --histogram h.json --preset ng_delp -o r.csv")
+    assert (code, "found at frame" in error) == (0, True)
+    code, _, error = go("track FILM --histogram h.json -o s.csv")
+    assert (code, "make its histogram with the tracker's preset" in error) == (2, True)
 
 
 def test_a_background_without_the_target_helps_the_search(go: Go) -> None:
@@ -448,7 +458,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("histogram FILM --init BOX", 2, "--output is missing; see motes histogram --help"),
         ("histogram FILM -o x.json", 2, "Give either --init x,y,width,height or --ellipse"),
         ("histogram FILM --init 1,1,900,9 -o x.json", 2, "outside the frame of 160x120"),
-        ("histogram FILM --init BOX --frame 99 -o x.json", 3, "choose a smaller start"),
+        ("histogram FILM --init BOX --start 99 -o x.json", 3, "choose a smaller start"),
         ("histogram FILM --init BOX -o /dev/full", 5, "/dev/full cannot be written: No space"),
         ("trak FILM", 2, 'Did you mean "track"'),
     ],

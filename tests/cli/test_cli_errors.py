@@ -89,7 +89,7 @@ def test_unknown_options_are_named(go: Go, line: str, said: str) -> None:
         f"track film.mkv --init 60,40,30,40 -o r.csv --budget.max {HUGE} --preset nummiaro",
         f"track film.mkv --init 60,40,30,40 -o r.csv --preset nummiaro --presence.frames {HUGE}",
         "track film.mkv --init 60,40,30,40 -o r.csv --config huge.toml",
-        f"histogram film.mkv --init 60,40,30,40 -o h.json --frame {HUGE}",
+        f"histogram film.mkv --init 60,40,30,40 -o h.json --start {HUGE}",
         f"watch film.mkv -o r.csv --end {HUGE}",
         "watch film.mkv -o r.csv --detector.history 2147483648",
         f"demo --frames {HUGE}",

@@ -127,7 +127,11 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
 @pytest.mark.parametrize(
     ("line", "code", "said"),
     [
-        ("FILM --detector yolo", 2, "mog2, knn, gaussian, people, faces"),
+        (
+            "FILM --detector yolo",
+            2,
+            "mog2, knn, gaussian, people, faces, MODULE:CALLABLE, or an .onnx or .txt file",
+        ),
         ("FILM --line 1,2,3", 2, "--line takes x1,y1,x2,y2"),
         ("FILM --line 1,2,1,2", 2, "two different points"),
         ("FILM --dwell 3", 2, "--dwell is for zones"),
@@ -269,3 +273,51 @@ def test_a_scene_is_drawn_on_a_copy() -> None:
     assert len({color_of(i) for i in range(200)}) == 200
     away = draw_scene(pixels, [seen(0, (1e9, -1e9))], {})
     assert away.shape == pixels.shape
+
+
+@pytest.mark.slow
+def test_an_onnx_file_finds_classes(go: Go) -> None:
+    pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+    models = pytest.importorskip("onnx_models", reason="onnx is not installed")
+    models.save(Path("red.onnx"), "yolo", size=(160, 96))
+    Path("red.toml").write_text('classes = ["walker", "sky"]\nscore = 0.5\n')
+    with VideoWriter(Path("still.mkv"), 25) as writer:
+        pixels = np.full((96, 160, 3), 100, np.uint8)
+        pixels[48:64, 64:80] = (230, 40, 40)
+        for _ in range(12):
+            writer.write(pixels)
+    line = "still.mkv --detector red.onnx -o r.csv --events e.jsonl"
+    code, _, error = go(f"{line} --classes walker --least 0.6")
+    assert code == 0, error
+    assert "appears walker 1" in error
+    with Path("r.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["class"] for row in rows} == {"walker"}
+    events = [json.loads(each) for each in Path("e.jsonl").read_text().splitlines()]
+    assert {each["class"] for each in events} == {"walker"}
+    code, _, error = go(f"{line} --classes cat --overwrite")
+    assert code == 2
+    assert "--classes: The detector has no class 'cat'; it has walker, sky." in error
+    code, _, error = go(f"{line} --classes sky --overwrite")
+    assert code == 4
+    code, _, error = go(f"{line} --own-process --detections.every 2 --overwrite")
+    assert code == 0, error
+    assert "appears walker 1" in error
+
+
+@pytest.mark.slow
+def test_a_detector_of_ones_own(go: Go) -> None:
+    Path("my_red.py").write_text(
+        "import numpy as np\n"
+        "def red(frame):\n"
+        "    y, x = np.nonzero(frame.pixels[:, :, 0] > 160)\n"
+        "    if not x.size:\n"
+        "        return []\n"
+        "    return [(x.min(), y.min(), np.ptp(x) + 1, np.ptp(y) + 1, 0.9, 'box')]\n"
+    )
+    code, _, error = go("FILM --detector my_red:red -o - --line 80,96,80,0")
+    assert code == 0, error
+    assert "crosses line 1 right box 1" in error
+    code, _, error = go("FILM --detector my_red:blue -o r.csv")
+    assert (code, "Traceback" in error) == (2, False)
+    assert "The detector my_red:blue cannot be made: AttributeError" in error

@@ -481,6 +481,22 @@ def test_the_table_is_laid_out_as_the_papers() -> None:
     assert value(first["tracks lost of 1"]) == pytest.approx(2 / 3)
 
 
+def test_each_variant_is_compared_with_color_alone() -> None:
+    shifts = {tracker: [[2.0], [3.0], [4.0]] for tracker in maggio_table1_figure5.COLUMNS.values()}
+    shifts["maggio:O-FOH"] = [[4.0], [5.0], [6.0]]
+    shifts["maggio:O-ROH"] = [[2.0], [5.0], [2.0]]
+    now = standing(shifts)
+    table = cells(maggio_table1_figure5._means(now, maggio_table1_figure5.COLUMNS))
+    assert [table["C"][column].text for column in ("minus C", "95 % interval")] == ["–", "–"]
+    worse = np.mean([od(x + 2) - od(x) for x in (2, 3, 4)])
+    assert value(table["O FOH"]["minus C"]) == pytest.approx(worse, abs=2e-3)
+    low, high = map(float, table["O FOH"]["95 % interval"].text.split(" to "))
+    assert 0 < low <= worse <= high
+    low, high = map(float, table["O ROH"]["95 % interval"].text.split(" to "))
+    assert low < 0 < high
+    assert table["C+O(SS) ROH"]["95 % interval"].text == "+0.000 to +0.000"
+
+
 def test_the_paper_in_short() -> None:
     """As its table adds up by hand."""
     scores = {
@@ -793,6 +809,7 @@ def test_maggio_on_the_command_line(
         for tracker in (
             *maggio_table1_figure5.COLUMNS.values(),
             *maggio_table1_figure5.FIXED_SCALE.values(),
+            *maggio_table1_figure5.PRINTED.values(),
         )
     }
     asked: list[object] = []

@@ -25,8 +25,9 @@ def test_scores_count_frames_until_there_and_until_known() -> None:
     after = [{}, {}, {(1, 1): Found(8, 0.5)}, *[{(1, 1): Found(7, 1.0)}] * 30]
     found = score([*before, *after], Entry(1, 1, 10))
     assert found is not None
-    assert found == (2, 3, pytest.approx(0.75), True)
-    assert score([{}] * 10 + after, Entry(1, 1, 10)) is None
+    assert (found.any, found.same, found.later) == (2, 3, True)
+    assert found.overlap == pytest.approx(0.75)
+    assert score([*({} for _ in range(10)), *after], Entry(1, 1, 10)) is None
 
 
 @pytest.mark.slow

@@ -230,7 +230,7 @@ def test_results_have_no_use_for_a_detector(home: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("backgrond", "There is no detector backgrond; give background or MODULE:NAME."),
+        ("backgrond", "There is no detector backgrond; give background, MODULE:NAME or an "),
         ("many:Nothing", "The detector many:Nothing: It cannot be imported: AttributeError"),
         (
             "mani:Corner",

@@ -30,7 +30,7 @@ def seeds() -> list[bytes]:
         "watch --line 1,2,30,40 --zone 1,1,50,1,50,40 --dwell 0.1 --scale 20 --seed 1 --end 3",
         "watch --like 10,12,20,16 --end 3",
         "watch --initiation.min-hits 3 --detector.history 200 --dump-config",
-        "histogram --init 10,12,20,16 --frame 1",
+        "histogram --init 10,12,20,16 --start 1",
         "evaluate --seeds 2 --workers 1 --time-limit 60 --max-frames 10 --first-pixel 0 --folds 2",
     )
     return [line.replace(" ", "\n").encode() for line in lines]

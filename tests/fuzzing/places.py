@@ -13,7 +13,7 @@ from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Rig
 from motes.mot.tracked_object import SceneTrack
-from motes.sot.known_target import boxes_of, load_places
+from motes.sot.places import boxes_of, load_places
 
 from .outcomes import check_finite, outcome, put
 

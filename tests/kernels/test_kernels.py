@@ -16,7 +16,7 @@ from motes import kernels
 from motes.cues.hog import DERIVATIVE, SMOOTH
 from motes.cues.sampling import sunflower
 from motes.cues.search_window import sectors
-from motes.kernels.structures import ColorBins, Grid, Reading
+from motes.kernels.structures import ColorBins, ColorTarget, Grid, Reading
 from oracles import mosaic
 
 STUBS = sorted(Path(kernels.__file__).parent.glob("*.pyi"))
@@ -53,7 +53,8 @@ def calls(compiled: Any) -> dict[str, Any]:
         compiled.color.histograms(PIXELS, ELLIPSES, LATTICE, SLOTS, bins, out)
         roots = np.sqrt(out[0][:37])
         distances = found[f"distances {space}"] = np.empty(len(ELLIPSES))
-        compiled.color.distances(PIXELS, ELLIPSES, LATTICE, SLOTS % 38, roots, bins, distances)
+        target = ColorTarget(LATTICE, SLOTS % 38, roots, bins)
+        compiled.color.distances(PIXELS, ELLIPSES, target, distances)
     edges = found["sobel"] = np.empty((60, 80), np.uint8)
     compiled.sobel.sobel(PIXELS, 0, 0, 100.0, 8, edges)
     certainty, orientation = np.empty((60, 80), np.float32), np.empty((60, 80), np.uint8)
@@ -91,7 +92,7 @@ def test_the_extension_fits_the_processor() -> None:
     assert best == kernels.INSTRUCTIONS
 
 
-OUT, LOCKED = np.ones(3), np.ones(3)
+OUT, LOCKED = np.ones(3), np.ones((3, 512))
 LOCKED.setflags(write=False)
 
 
@@ -110,23 +111,19 @@ LOCKED.setflags(write=False)
         (3, LATTICE[:2], "a tuple of 3"),
         (3, [*LATTICE], "a tuple of 3"),
         (3, (*LATTICE[:2], "gaussian"), "an integer"),
-        (5, OUT[::2], "an array of float64 with 1 axis in C order"),
-        (6, (0, 8, 8), "a tuple of 4"),
-        (
-            7,
-            LOCKED,
-            "an array of float64 with 1 axis in C order, to be written",
-        ),
+        (4, SLOTS[::2], "an array of uint32 with 1 axis in C order"),
+        (5, (0, 8, 8), "a tuple of 4"),
+        (6, LOCKED, "an array of float64 with 2 axes in C order, to be written"),
     ],
 )
 def test_what_a_kernel_cannot_read_is_refused(place: int, value: Any, needed: str) -> None:
-    slots, bins = SLOTS % (len(OUT) + 1), ColorBins(0, 8, 8, 8)
-    arguments: list[Any] = [PIXELS, ELLIPSES, LATTICE, slots, OUT, bins, OUT.copy()]
-    kernels.color.distances(*arguments)
+    out, bins = np.empty((len(ELLIPSES), len(SLOTS))), ColorBins(0, 8, 8, 8)
+    arguments: list[Any] = [PIXELS, ELLIPSES, LATTICE, SLOTS, bins, out]
+    kernels.color.histograms(*arguments)
     arguments[place - 1] = value
     with pytest.raises(TypeError) as refused:
-        kernels.color.distances(*arguments)
-    assert str(refused.value) == f"argument {place} of distances must be {needed}"
+        kernels.color.histograms(*arguments)
+    assert str(refused.value) == f"argument {place} of histograms must be {needed}"
 
 
 def test_a_number_must_be_one() -> None:

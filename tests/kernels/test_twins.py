@@ -10,6 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from motes import kernels
+from motes.cues.search_window import CELL_SIZE, features, sectors
+from motes.kernels.structures import Noise
+from oracles import mosaic
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
@@ -22,18 +25,24 @@ def close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
 @pytest.mark.parametrize("orders", [0, 1, 2])
 def test_walk(orders: int) -> None:
     """A random walk, at constant velocity, at constant acceleration."""
-    first, steps, kept, returned, growth = (9.0, 4.0), 1.5, 0.8, 0.9, 0.1
+    (a, b), steps, persistence = (9.0, 4.0), 1.5, 0.8
+    position, size, returned, aspect, angle = 0.6, 0.5, 0.1, 0.02, 0.1
+    changes = np.array([0.5, 0.2])[:orders]
+    noise = Noise(position, size, returned, aspect, angle, changes, persistence)
     states = RNG.normal(5, 9, (50, 5 + 4 * orders))
-    normal, deviations = RNG.normal(size=(50, 6 + 4 * orders)), RNG.random(5 + 4 * orders)
-    out = np.empty_like(states)
-    kernels.particles.walk(states, normal, deviations, steps, kept, *first, returned, growth, out)
-    expected = states + deviations * normal[:, :-1]
+    normal, out = RNG.normal(size=(50, 6 + 4 * orders)), np.empty_like(states)
+    kernels.particles.walk(states, normal, noise, steps, (a, b), out)
+    spread = np.array([position * math.sqrt(a * b)] * 2 + [aspect * a, aspect * b])
+    deviations = np.concatenate([spread, [angle], np.outer(changes, spread).ravel()])
+    expected = states + math.sqrt(steps) * deviations * normal[:, :-1]
+    kept = persistence**steps
     expected[:, 5:] -= (1 - kept) * states[:, 5:]
     for lower, change in ((5, 9), (0, 5))[2 - orders :]:
         expected[:, lower : lower + 4] += steps * expected[:, change : change + 4]
-    for column, half in zip((2, 3), first, strict=True):
+    growth = math.sqrt(steps) * size * normal[:, -1]
+    for column, half in ((2, a), (3, b)):
         far = np.log(np.maximum(expected[:, column], 1) / half)
-        scaled = half * np.exp(returned * far + growth * normal[:, -1])
+        scaled = half * np.exp((1 - returned) ** steps * far + growth)
         expected[:, column] = np.maximum(scaled, 1)
     close(out, expected)
     assert (out[:, 2:4] == 1).any()
@@ -105,6 +114,42 @@ def test_ridge_regression_on_spectra() -> None:
     kernels.fourier_ridge.teach(seen, label, 0.3, numerator, denominator)
     close(numerator, 0.7 * learned + 0.3 * label * seen, 1e-5)
     close(denominator, 0.7 * power + 0.3 * (np.abs(seen) ** 2).sum(axis=0), 1e-5)
+
+
+def test_a_response_is_padded_and_centered() -> None:
+    """As numpy's transforms want it, with more values than there are frequencies."""
+    shape, more = (7, 9), (14, 18)
+    learned, first = (np.fft.rfft2(RNG.normal(size=shape)).astype(np.complex64) for _ in range(2))
+    out = np.empty((14, 10), np.complex64)
+    kernels.fourier_ridge.pad(learned, first, 0.3, 4.0, out)
+    plane = np.fft.irfft2(out, more).astype(np.float32)
+    expected = np.fft.irfft2(0.7 * learned + 0.3 * first, shape)
+    close(plane[::2, ::2], expected, 1e-4)
+    for size in ((7, 10), (6, 9)):
+        values, middle = RNG.random(size).astype(np.float32), np.empty(size, np.float32)
+        kernels.fourier_ridge.center(values, middle)
+        np.testing.assert_array_equal(middle, np.fft.fftshift(values))
+
+
+def test_cells_of_sizes_are_those_of_each_size() -> None:
+    pixels, place = mosaic(3, 60, 80), (38.0, 31.0, 11.0, 16.0, 0.2)
+    factors, tapers = np.array([0.8, 1.0, 1.3]), np.array([0.1, 1.0, 0.4], np.float32)
+    out, window = np.empty((30 * 4 * 3, 3), np.float32), np.empty((3, 16, 12), np.float32)
+    kernels.search_window.cells_of_sizes(
+        pixels, place, factors, tapers, 4, 3, CELL_SIZE, sectors(), out
+    )
+    for n, factor in enumerate(factors.tolist()):
+        step = 22 * factor / 12, 32 * factor / 16
+        kernels.search_window.cut_around(pixels, place, step, window)
+        np.testing.assert_array_equal(out[:, n], tapers[n] * features(window).ravel())
+    across, down = np.array([np.cos(0.2), np.sin(0.2)]), np.array([-np.sin(0.2), np.cos(0.2)])
+    corner = np.array(place[:2]) - 5.5 * step[0] * across - 7.5 * step[1] * down
+    again = np.empty_like(window)
+    kernels.search_window.cut(
+        pixels, tuple(corner.tolist()), tuple((step[0] * across).tolist()),
+        tuple((step[1] * down).tolist()), again,
+    )  # fmt: skip
+    close(window, again, 1e-3)
 
 
 def test_colors_in_a_box_and_outside_of_another() -> None:

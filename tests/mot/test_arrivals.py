@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from test_reidentification import BLUE, RIG, SHIFT, Watching, sighting
+from test_reidentification import BLUE, RED, RIG, SHIFT, Watching, looks, sighting
 
 from motes.core.track import Status
 from motes.mot.cameras.arrivals import expected_of
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
-from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.known_object import KnownObject
+from motes.mot.cameras.reidentification import CrossCameraAssociation, unmistakable
 from motes.mot.cameras.rig_config import Rig
 
 SIZE = 320, 240
@@ -185,3 +186,54 @@ def test_a_known_target_is_always_the_same() -> None:
         assert handover.update(CameraReport(camera, 0, 0.0, (seen,), SIZE)) == {1: 1}
     lost = sighting(1, at=(), status=Status.LOST)
     assert handover.update(CameraReport("hall", 1, 0.04, (lost,), SIZE)) == {1: 1}
+
+
+def test_only_looks_that_nobody_else_has_pair_objects() -> None:
+    report = sighting(1)
+    known = {
+        (camera, color): KnownObject.of(camera, 0, 0.0, replace(report, histogram=looks(color)))
+        for camera in ("hall", "office")
+        for color in (0, 3, 5)
+    }
+    hall = [known["hall", 0], known["hall", 3], known["hall", 5]]
+    office = [known["office", 5], known["office", 0]]
+    assert set(unmistakable(hall, office)) == {
+        (known["hall", 0], known["office", 0]),
+        (known["hall", 5], known["office", 5]),
+    }
+    twin = KnownObject.of("hall", 0, 0.0, replace(report, histogram=looks(5)))
+    assert unmistakable([*hall, twin], office) == [(known["hall", 0], known["office", 0])]
+    assert unmistakable([], office) == []
+
+
+def test_a_moment_out_of_sight_does_not_delay_a_merge() -> None:
+    cameras = Giving(RIG + SHIFT)
+    cameras.tell("hall", 0.0, sighting(1, at=(), x=150))
+    cameras.tell("office", 0.0, sighting(5, at=(), x=90))
+    for index in range(1, 30):
+        time = index * DT
+        cameras.tell("hall", time, sighting(1, at=(), x=150, detected=index % 9 > 0))
+        found = cameras.tell("office", time, sighting(5, at=(), x=55))
+    assert found == [1]
+
+
+def test_a_part_is_somebody_expected_or_nobody_yet() -> None:
+    for color, known in ((RED, True), (BLUE, False)):
+        cameras = Giving()
+        who = cameras.leaves()
+        part = replace(sighting(5, color=color), partial=True)
+        assert cameras.tell("office", 3.0, part) == [who] * known
+        assert cameras.handover.handed == known
+        whole = sighting(5)  # as it looks when it is seen whole
+        assert cameras.tell("office", 3.04, whole) == [who]
+
+
+def test_a_part_has_to_look_more_like_it_than_the_whole() -> None:
+    """Its distance is 0.37: within 0.6, but not within half of it."""
+    mixed = np.full(8, 0.02, np.float32)
+    mixed[[RED, BLUE]] = 0.5, 0.38
+    cameras = Giving()
+    who = cameras.leaves()
+    half = replace(sighting(5), histogram=mixed.tobytes(), partial=True)
+    assert cameras.tell("office", 3.0, half) == []
+    assert cameras.tell("office", 3.04, replace(half, partial=False)) == [who]

@@ -63,7 +63,7 @@ def test_events_of_one_visit() -> None:
     assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
-    assert counting.counts[0, "crosses", "gate", "left"] == 1
+    assert counting.counts[0, "crosses", "gate", "left", ""] == 1
     assert counting.counts.total() == 5
 
 
@@ -77,7 +77,7 @@ def test_who_stays_is_told_once_for_each_visit() -> None:
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(feet)))
     stays = [(e.frame, e.place, e.seconds) for e in events if e.event == "stays"]
     assert stays == [(4, "desk", 1.0), (19, "desk", 1.0)]  # four frames a second
-    assert counting.counts[0, "stays", "desk", ""] == 2
+    assert counting.counts[0, "stays", "desk", "", ""] == 2
     left = [(e.frame, e.seconds) for e in events if (e.event, e.place) == ("leaves", "desk")]
     assert left == [(6, 1.5), (12, 0.75)]
 
@@ -194,7 +194,7 @@ def test_directions_have_the_lines_own_names() -> None:
     counting = gate(label=("in", "out"))
     assert crossings(counting, [42, 47, 52, 57, 62]) == [(2, "in")]
     assert crossings(counting, [58, 53, 48, 43, 38], 2) == [(2, "out")]
-    assert counting.counts[0, "crosses", "line 1", "in"] == 1
+    assert counting.counts[0, "crosses", "line 1", "in", ""] == 1
     text = '[[line]]\npoints = [1, 2, 3, 4]\nlabel = ["north", "south"]\n'
     assert Regions.parse(text).line[0].label == ("north", "south")
     with pytest.raises(ConfigError, match="two different names"):
@@ -235,5 +235,5 @@ def test_the_end_of_a_film_settles_what_is_open() -> None:
     events = told(counting, *(seen(i, (x, 40)) for i, x in enumerate([30, 40, 45, 55])))
     assert [e.event for e in events] == ["appears"]
     assert [(e.frame, e.event) for e in counting.finish()] == [(3, "crosses")]
-    assert counting.counts[0, "crosses", "line 1", "left"] == 1
+    assert counting.counts[0, "crosses", "line 1", "left", ""] == 1
     assert counting.finish() == []

@@ -15,9 +15,8 @@ pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
-from motes.mot.detection.onnx_config import OnnxConfig
-from motes.mot.detection.onnx_detector import OnnxDetector, suppressed
-from motes.mot.detection.onnx_heads import IMAGENET, INPUTS, Boxes
+from motes.mot.detection.onnx_detector import OnnxConfig, OnnxDetector
+from motes.mot.detection.onnx_heads import IMAGENET, INPUTS, Boxes, suppressed
 from motes.mot.pipeline_config import named_detector
 from onnx_models import save
 

@@ -33,7 +33,7 @@ from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
 from motes.video.writer import VideoWriter
@@ -125,7 +125,7 @@ def test_one_walks_from_the_hall_into_the_office(go: Go) -> None:
 @pytest.mark.slow
 def test_two_rooms_wait_for_one_known_person(go: Go) -> None:
     """Nummiaro et al., section VII: both search for a histogram that was saved before."""
-    line = "histogram hall.mkv --frame 32 --init 32,40,16,30 -o red.json"
+    line = "histogram hall.mkv --start 32 --init 32,40,16,30 -o red.json"
     assert main(line.split()) == 0
     entry = '[{ name = "entry", box = [0, 0, 10, 96] }, {'
     rig = HALL.replace("[{", entry) + OFFICE + PASSAGE
@@ -169,8 +169,8 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
 
     monkeypatch.setattr(rig_module, "CameraProcess", Recording)
     watch = RigRunner(Rig((Camera("one", ""), Camera("two", ""))))
-    monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(told)}")
-    told: list[float] = []
+    monkeypatch.setattr(watch.handover, "arrivals", lambda _, now: f"{now:.2f} knows {len(times)}")
+    times: list[float] = []
     starts = {"one": 0.0, "two": 0.02}
     cameras = {camera.name: camera for camera in watch._cameras}
     frames = {name: iter([start + 0.04 * n for n in range(4)]) for name, start in starts.items()}
@@ -192,11 +192,11 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
     for _ in range(40):
         while works(cameras[order[0]]):
             while (report := watch._next()) is not None:
-                told.append(report.time)
+                times.append(report.time)
         works(cameras[order[1]])
         while (report := watch._next()) is not None:
-            told.append(report.time)
-    assert told == sorted(told)
+            times.append(report.time)
+    assert times == sorted(times)
     assert sorted(log) == [
         *(f"one {0.04 * n:.2f} knows {max(2 * n - 1, 0)}" for n in range(4)),
         *(f"two {0.04 * n + 0.02:.2f} knows {2 * n}" for n in range(4)),

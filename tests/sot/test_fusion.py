@@ -22,11 +22,11 @@ from motes.cues.base import AdaptableCue
 from motes.cues.color import Color
 from motes.cues.structure_tensor import Orientation
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
-from motes.sot.filtering.fusion import Adaptive, Fixed
+from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, PrintedMixture, Product
 from motes.sot.filtering.likelihood import Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting
 from motes.sot.filtering.motion import EllipseWalk
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Resampling
 from motes.sot.particle_filter import ParticleFilter
 from motes.sot.particle_state import FilterInfo, FilterState
 from motes.sot.presets import PRESETS
@@ -38,70 +38,74 @@ FIRST = Ellipse(40, 30, 12, 6, 0.2)
 NAMES = ["color", "orientation", "edges", "shape"]
 
 
-def uncertainties(likelihoods: Floats, ellipses: Floats, first: Ellipse, floor: float) -> Floats:
-    """Return U of each cue: equations 8 and 9, one particle at a time.
+def covariance(weights: Floats, ellipses: Floats) -> Floats:
+    """Return the covariance of ellipses under weights, one particle at a time: equation 8."""
+    weights = weights / weights.sum()
+    doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(weights, ellipses, strict=True))
+    mean = np.array([*(weights @ ellipses[:, :4]), np.angle(doubled) / 2])
+    found = np.zeros((5, 5))
+    for w, row in zip(weights, ellipses, strict=True):
+        off = row - mean
+        off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
+        found += w * np.outer(off, off)
+    return found
 
-    Positions count in mean half-axes of the first region, half-axes relative to its own, and the
-    floor is a standard deviation that each dimension has in addition.
-    """
+
+def determinants(prior: Floats, likelihoods: Floats, ellipses: Floats, floor: float) -> Floats:
+    """Return U of each cue: equation 9 for the share of the predicted covariance."""
+    predicted = covariance(prior, ellipses)
+    units = np.sqrt(np.diag(predicted))
+    units[units == 0] = 1
     out = []
-    for likelihood in likelihoods / likelihoods.sum(axis=1, keepdims=True):
-        doubled = sum(w * np.exp(2j * row[4]) for w, row in zip(likelihood, ellipses, strict=True))
-        mean = np.array([*(likelihood @ ellipses[:, :4]), np.angle(doubled) / 2])
-        covariance = floor**2 * np.eye(5)
-        for w, row in zip(likelihood, ellipses, strict=True):
-            off = row - mean
-            off[4] = (off[4] + np.pi / 2) % np.pi - np.pi / 2
-            off[:2] /= math.sqrt(first.a * first.b)
-            off[2:4] /= [first.a, first.b]
-            covariance += w * np.outer(off, off)
-        out.append(np.linalg.det(covariance))
+    for likelihood in likelihoods:
+        found = covariance(prior * likelihood, ellipses) + floor**2 * predicted
+        out.append(np.linalg.det(found / np.outer(units, units) + 1e-9 * np.eye(5)))
     return np.array(out)
 
 
-def by_hand(likelihoods: Floats, ellipses: Floats, first: Ellipse, floor: float) -> Floats:
-    """Equation 10."""
-    inverse = 1 / uncertainties(likelihoods, ellipses, first, floor)
+def by_hand(prior: Floats, logs: Floats, ellipses: Floats, floor: float) -> Floats:
+    """Return the shares: each likelihood is at least exp(-1) at its best, and U is a fifth root."""
+    comparable = [np.exp(log / max(1.0, -log.max())) for log in logs]
+    inverse = determinants(prior, np.array(comparable), ellipses, floor) ** (-1 / 5)
     shares: Floats = inverse / inverse.sum()
     return shares
 
 
-def cloud(seed: int, n: int, cues: int) -> tuple[Floats, Floats]:
-    """Return particles around the first region, and likelihoods of different sharpness."""
+def cloud(seed: int, n: int, cues: int) -> tuple[Floats, Floats, Floats]:
+    """Return particles around the first region, log-weights, and log-likelihoods of all kinds."""
     rng = np.random.default_rng(seed)
     ellipses = np.array(FIRST) + rng.normal(size=(n, 5)) * [5, 9, 2, 1, 0.3]
     ellipses[:, 2:4] = np.maximum(ellipses[:, 2:4], 1)
-    logs = rng.normal(size=(cues, n)) * rng.uniform(0, 6, (cues, 1))
-    return ellipses, np.stack([Weights.from_log(log).values for log in logs])
+    logs = -rng.uniform(0, 6, (cues, 1)) * rng.random((cues, n)) - rng.uniform(0, 9, (cues, 1))
+    return ellipses, rng.normal(size=n), logs
 
 
-def shares(fusion: Adaptive | Fixed, likelihoods: Floats, ellipses: Floats) -> Floats:
-    return fusion.shares(NAMES[: len(likelihoods)], likelihoods, ellipses, FIRST)
+def shares(fusion: Fusion, made: tuple[Floats, Floats, Floats]) -> Floats:
+    ellipses, prior, logs = made
+    return fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)[1]
 
 
-clouds = st.builds(cloud, st.integers(0, 999), st.integers(1, 30), st.integers(2, 4))
-floors = st.floats(0.01, 3)
+clouds = st.builds(cloud, st.integers(0, 999), st.integers(8, 30), st.integers(2, 4))
+floors = st.floats(0.05, 3)
 
 
 # Fixed weights
 
 
-@given(st.dictionaries(st.sampled_from(NAMES), st.floats(1e-6, 1e6)), st.integers(1, 4))
+@given(st.dictionaries(st.sampled_from(NAMES), st.floats(1e-6, 1e6)), st.integers(2, 4))
 def test_fixed_weights_are_normalized(weights: Mapping[str, float], cues: int) -> None:
-    names = NAMES[:cues]
-    found = Fixed(weights=dict(weights)).shares(names, np.ones((cues, 3)), np.ones((3, 5)), FIRST)
-    expected = [weights.get(name, 1.0) for name in names]
+    found = shares(Fixed(weights=dict(weights)), cloud(0, 3, cues))
+    expected = [weights.get(name, 1.0) for name in NAMES[:cues]]
     np.testing.assert_allclose(found, np.array(expected) / sum(expected))
     assert found.sum() == pytest.approx(1)
 
 
 def test_the_paper_s_weights() -> None:
     """Section 5: 66 % and 34 %; as many names as there are cues, in their order."""
-    ellipses, likelihoods = cloud(0, 9, 2)
+    made = cloud(0, 9, 2)
     fixed = Fixed(weights={"orientation": 34, "color": 66})
-    np.testing.assert_allclose(shares(fixed, likelihoods, ellipses), [0.66, 0.34])
-    np.testing.assert_allclose(fixed.shares(["orientation"], likelihoods[:1], ellipses, FIRST), [1])
-    np.testing.assert_allclose(shares(Fixed(), likelihoods, ellipses), [0.5, 0.5])
+    np.testing.assert_allclose(shares(fixed, made), [0.66, 0.34])
+    np.testing.assert_allclose(shares(Fixed(), made), [0.5, 0.5])
 
 
 @pytest.mark.parametrize("weight", [0.0, -1.0, math.nan, math.inf, 1e300, "much"])
@@ -110,109 +114,174 @@ def test_weights_that_are_none(weight: Any) -> None:
         Fixed(weights={"color": weight})
 
 
+@given(clouds)
+def test_a_share_is_the_power_of_a_likelihood(made: tuple[Floats, Floats, Floats]) -> None:
+    ellipses, prior, logs = made
+    for fusion in (Fixed(weights={"color": 3.0}), Adaptive()):
+        weights, powers = fusion.fuse(NAMES[: len(logs)], prior, logs, ellipses)
+        likelihoods = [np.exp(log * len(logs) * w) for log, w in zip(logs, powers, strict=True)]
+        expected = np.exp(prior) * np.prod(likelihoods, axis=0)
+        np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
+
+
+def test_equal_shares_are_the_product() -> None:
+    ellipses, prior, logs = cloud(1, 20, 3)
+    weights, found = Fixed().fuse(NAMES[:3], prior, logs, ellipses)
+    product, equal = Product().fuse(NAMES[:3], prior, logs, ellipses)
+    np.testing.assert_allclose(weights.values, product.values, rtol=1e-12)
+    np.testing.assert_allclose(found, equal)
+
+
 # Adaptive weights
 
 
 @given(clouds, floors)
-def test_equations_8_to_10(made: tuple[Floats, Floats], floor: float) -> None:
-    ellipses, likelihoods = made
-    found = shares(Adaptive(floor=floor), likelihoods, ellipses)
-    np.testing.assert_allclose(found, by_hand(likelihoods, ellipses, FIRST, floor), rtol=1e-6)
+def test_equations_8_and_9(made: tuple[Floats, Floats, Floats], floor: float) -> None:
+    ellipses, prior, logs = made
+    found = shares(Adaptive(floor=floor), made)
+    expected = by_hand(np.exp(prior), logs, ellipses, floor)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
     assert found.sum() == pytest.approx(1)
     assert (found > 0).all()
 
 
+@given(clouds, st.floats(0.1, 9))
+def test_a_weight_multiplies_the_certainty(
+    made: tuple[Floats, Floats, Floats], weight: float
+) -> None:
+    equal = shares(Adaptive(), made)
+    found = shares(Adaptive(weights={"orientation": weight}), made)
+    expected = np.where(np.arange(len(equal)) == 1, weight, 1) * equal
+    np.testing.assert_allclose(found, expected / expected.sum(), rtol=1e-9)
+
+
+@given(clouds, floors)
+def test_equations_7_to_10_as_printed(made: tuple[Floats, Floats, Floats], floor: float) -> None:
+    ellipses, prior, logs = made
+    names, likelihoods = NAMES[: len(logs)], np.exp(logs)
+    weights, found = PrintedMixture(floor=floor).fuse(names, prior, logs, ellipses)
+    inverse = 1 / determinants(np.exp(prior), likelihoods, ellipses, floor)
+    np.testing.assert_allclose(found, inverse / inverse.sum(), rtol=1e-5)
+    expected = np.exp(prior) * (found @ likelihoods)  # likelihoods as they are
+    np.testing.assert_allclose(weights.values, expected / expected.sum(), rtol=1e-9)
+
+
 @given(clouds, st.randoms(use_true_random=False))
-def test_no_order_matters(made: tuple[Floats, Floats], random: Any) -> None:
+def test_no_order_matters(made: tuple[Floats, Floats, Floats], random: Any) -> None:
     """Neither that of the cues nor that of the particles."""
-    ellipses, likelihoods = made
-    expected = shares(Adaptive(), likelihoods, ellipses)
-    cues, particles = list(range(len(likelihoods))), list(range(len(ellipses)))
+    ellipses, prior, logs = made
+    cues, particles = list(range(len(logs))), list(range(len(ellipses)))
     random.shuffle(cues)
     random.shuffle(particles)
-    found = shares(Adaptive(), likelihoods[cues][:, particles], ellipses[particles])
-    np.testing.assert_allclose(found, expected[cues], rtol=1e-6)
+    other = ellipses[particles], prior[particles], logs[cues][:, particles]
+    np.testing.assert_allclose(shares(Adaptive(), other), shares(Adaptive(), made)[cues], rtol=1e-5)
 
 
 @given(clouds, st.lists(st.integers(-9, 9), min_size=30, max_size=30))
-def test_an_angle_counts_modulo_half_a_turn(made: tuple[Floats, Floats], turns: list[int]) -> None:
-    ellipses, likelihoods = made
+def test_an_angle_counts_modulo_half_a_turn(
+    made: tuple[Floats, Floats, Floats], turns: list[int]
+) -> None:
+    ellipses, prior, logs = made
     turned = ellipses.copy()
     turned[:, 4] += np.pi * np.array(turns[: len(turned)])
     np.testing.assert_allclose(
-        shares(Adaptive(), likelihoods, turned),
-        shares(Adaptive(), likelihoods, ellipses),
-        rtol=1e-6,
+        shares(Adaptive(), (turned, prior, logs)), shares(Adaptive(), made), rtol=1e-5
     )
 
 
-@given(clouds, st.floats(0.1, 30), st.floats(-500, 500))
-def test_units_do_not_matter(made: tuple[Floats, Floats], zoom: float, moved: float) -> None:
-    """The same film at another size, seen from elsewhere, has the same shares."""
-    ellipses, likelihoods = made
-    names = NAMES[: len(likelihoods)]
-    large = ellipses.copy()
-    large[:, :4] *= zoom
-    large[:, :2] += moved
-    x, y, a, b, theta = FIRST
-    first = Ellipse(zoom * x, zoom * y, zoom * a, zoom * b, theta)
-    np.testing.assert_allclose(
-        Adaptive().shares(names, likelihoods, large, first),
-        Adaptive().shares(names, likelihoods, ellipses, FIRST),
-        rtol=1e-6,
-    )
+@given(clouds, st.lists(st.floats(0.1, 30), min_size=4, max_size=4), st.floats(-500, 500))
+def test_units_do_not_matter(
+    made: tuple[Floats, Floats, Floats], units: list[float], moved: float
+) -> None:
+    """Each dimension may have a unit of its own, also without a floor in that unit."""
+    ellipses, prior, logs = made
+    other = ellipses.copy()
+    other[:, :4] *= units
+    other[:, :2] += moved
+    for fusion in (Adaptive(), PrintedMixture()):
+        found = shares(fusion, (other, prior, logs))
+        np.testing.assert_allclose(found, shares(fusion, made), rtol=1e-4)
 
 
 @pytest.mark.parametrize("dimension", range(5))
 def test_the_broader_posterior_counts_less(dimension: int) -> None:
     """In whatever dimension; the particles are the same."""
     rng = np.random.default_rng(1)
-    ellipses = np.tile(np.array(FIRST), (500, 1))
-    spread = [12, 12, 6, 3, 0.5][dimension]
-    ellipses[:, dimension] += rng.uniform(-spread, spread, 500)
-    off = (ellipses - np.array(FIRST))[:, dimension] / spread
-    logs = [-(off**2) / (2 * width**2) for width in (0.1, 0.3, 1.0, 1e9)]
-    likelihoods = np.stack([Weights.from_log(log).values for log in logs])
-    found = shares(Adaptive(floor=0.1), likelihoods, ellipses)
+    ellipses = np.array(FIRST) + rng.normal(size=(500, 5)) * [4, 4, 1, 0.5, 0.1]
+    off = (ellipses - np.array(FIRST))[:, dimension] / [4, 4, 1, 0.5, 0.1][dimension]
+    logs = np.array([-(off**2) / (2 * width**2) for width in (0.1, 0.3, 1.0, 1e9)])
+    found = shares(Adaptive(floor=0.1), (ellipses, np.zeros(500), logs))
     assert (np.diff(found) < 0).all()
-    assert found[0] > 1.5 * found[3]
+    assert found[0] > 2 * found[3]
+
+
+def test_a_cue_that_matches_nowhere_is_not_certain() -> None:
+    """Its likelihood falls steeply at large distances; what counts is its form at the best."""
+    rng = np.random.default_rng(0)
+    ellipses = np.array(FIRST) + rng.normal(size=(150, 5)) * [5, 9, 2, 1, 0.3]
+    near = 0.2 * np.abs(ellipses[:, 0] - FIRST.x) / 5
+    far = 0.7 + 0.05 * np.abs(ellipses[:, 1] - FIRST.y) / 9
+    logs = Gaussian(sigma=0.15).log(NAMES[:2], np.array([near, far]))
+    made = ellipses, np.zeros(150), logs
+    adaptive, printed = (shares(fusion, made) for fusion in (Adaptive(), PrintedMixture()))
+    assert adaptive[1] < 0.5
+    assert printed[1] > 0.55
 
 
 @given(clouds)
-def test_differences_far_below_the_floor_do_not_matter(made: tuple[Floats, Floats]) -> None:
-    ellipses, likelihoods = made
-    equal = shares(Adaptive(floor=1e6), likelihoods, ellipses)
-    np.testing.assert_allclose(equal, 1 / len(likelihoods), rtol=1e-6)
+def test_differences_far_below_the_floor_do_not_matter(
+    made: tuple[Floats, Floats, Floats],
+) -> None:
+    equal = shares(Adaptive(floor=1e6), made)
+    np.testing.assert_allclose(equal, 1 / len(made[2]), rtol=1e-6)
 
 
-@pytest.mark.parametrize("floor", [1e-3, 0.5, 1e6])
+@pytest.mark.parametrize("floor", [1e-3, 0.3, 1e6])
 def test_one_particle_with_all_the_weight(floor: float) -> None:
     """It has no spread at all, and yet is not infinitely certain."""
-    ellipses, _ = cloud(3, 10, 2)
-    one, other, broad = np.eye(10)[2], np.eye(10)[7], np.full(10, 0.1)
-    found = shares(Adaptive(floor=floor), np.stack([one, other, broad]), ellipses)
-    assert np.isfinite(found).all()
-    assert found.sum() == pytest.approx(1)
-    assert found[0] == pytest.approx(found[1])
-    assert found[0] >= found[2] * (1 - 1e-9)
-    alike = shares(Adaptive(floor=floor), np.stack([one, one]), ellipses[:10])
-    np.testing.assert_allclose(alike, 0.5)
-    single = shares(Adaptive(floor=floor), np.ones((3, 1)), ellipses[:1])
-    np.testing.assert_allclose(single, 1 / 3)
+    ellipses, _, _ = cloud(3, 10, 2)
+    none = np.zeros(10)
+    one, other = (np.where(np.arange(10) == chosen, 0.0, -1e9) for chosen in (2, 7))
+    for fusion in (Adaptive(floor=floor), PrintedMixture(floor=floor)):
+        found = shares(fusion, (ellipses, none, np.stack([one, other, none])))
+        assert np.isfinite(found).all()
+        assert found.sum() == pytest.approx(1)
+        assert found[0] == pytest.approx(found[1])
+        assert found[0] >= found[2] * (1 - 1e-9)
+        single = shares(fusion, (ellipses[:1], none[:1], np.zeros((3, 1))))
+        np.testing.assert_allclose(single, 1 / 3)
+        alike = shares(fusion, (np.tile(ellipses[:1], (10, 1)), none, np.stack([one, none])))
+        np.testing.assert_allclose(alike, 0.5)
+
+
+@pytest.mark.parametrize("bad", [np.nan, -np.inf, np.inf])
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_particles_without_a_likelihood(bad: float) -> None:
+    ellipses, prior, logs = cloud(2, 12, 2)
+    logs[0, 3] = bad
+    for fusion in (Adaptive(), PrintedMixture(), Fixed()):
+        weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
+        assert np.isfinite(weights.values).all()
+        assert found.sum() == pytest.approx(1)
+    logs[0] = bad
+    for fusion in (Adaptive(), PrintedMixture(), Fixed()):
+        weights, found = fusion.fuse(NAMES[:2], prior, logs, ellipses)
+        assert np.isfinite([*weights.values, *found]).all()
 
 
 def test_one_cue_has_it_all() -> None:
-    ellipses, likelihoods = cloud(0, 9, 1)
-    for fusion in (Adaptive(), Fixed(), Fixed(weights={"color": 7.0})):
-        np.testing.assert_array_equal(shares(fusion, likelihoods, ellipses), [1])
+    made = cloud(0, 9, 1)
+    for fusion in (Adaptive(), PrintedMixture(), Fixed(), Fixed(weights={"color": 7.0})):
+        np.testing.assert_array_equal(shares(fusion, made), [1])
 
 
 def test_inputs_stay_as_they_are() -> None:
-    ellipses, likelihoods = cloud(0, 9, 3)
-    before = ellipses.copy(), likelihoods.copy()
-    shares(Adaptive(), likelihoods, ellipses)
-    np.testing.assert_array_equal(ellipses, before[0])
-    np.testing.assert_array_equal(likelihoods, before[1])
+    made = cloud(0, 9, 3)
+    before = [each.copy() for each in made]
+    for fusion in (Adaptive(), PrintedMixture()):
+        shares(fusion, made)
+    for each, was in zip(made, before, strict=True):
+        np.testing.assert_array_equal(each, was)
 
 
 @pytest.mark.parametrize("floor", [0.0, -1.0, 1e-200, 1e200, math.nan, math.inf])
@@ -297,14 +366,15 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
         models, d = state.models, np.empty((2, 50))
         d[0] = color.distances(models["color"], copy, ellipses)
         d[1] = orientation.distances(models["orientation"], copy, ellipses)
-        likelihoods = prior * np.exp(-(d**2) / (2 * np.array([[0.15], [0.25]]) ** 2))
-        likelihoods /= likelihoods.sum(axis=1, keepdims=True)
+        logs = -(d**2) / (2 * np.array([[0.15], [0.25]]) ** 2)
         if isinstance(fusion, Fixed):
             alpha = np.array([2 / 3, 1 / 3])
         else:
-            alpha = by_hand(likelihoods, ellipses, state.reference_size, 0.3)
-        pi = alpha[0] * likelihoods[0] + alpha[1] * likelihoods[1]
-        rho = alpha @ (1 - d**2)
+            alpha = by_hand(prior, logs, ellipses, 0.3)
+        reliable = np.array([2 / 3, 1 / 3] if isinstance(fusion, Fixed) else [0.5, 0.5])
+        pi = prior * np.exp(2 * alpha @ logs)
+        pi /= pi.sum()
+        rho = reliable @ (1 - d**2)
         thresholds = []
         for name in ("color", "orientation"):
             background = state.backgrounds[name]
@@ -324,8 +394,8 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
             color.distances(models["color"], copy, place)[0],
             orientation.distances(models["orientation"], copy, place)[0],
         ]
-        assert info.track.distance == pytest.approx(math.sqrt(alpha @ np.square(at)), abs=1e-6)
-        appears = rho > alpha @ thresholds
+        assert info.track.distance == pytest.approx(math.sqrt(reliable @ np.square(at)), abs=1e-6)
+        appears = rho > reliable @ thresholds
         assert info.n_supporting == appears.sum()
         there = bool(appears.sum() > 0.1 * 50)
         sure = config.calibration.probability(info.track.distance)
@@ -352,15 +422,12 @@ def test_a_step_with_two_cues(fusion: Adaptive | Fixed, threshold: float) -> Non
 
 
 def test_a_cue_that_cannot_tell_does_not_decide() -> None:
-    """Where a target has no edges, all of orientation's distances are 1: the colors' word counts.
-
-    Were likelihoods multiplied or mixed as they are, either cue could silence the other.
-    """
+    """Where a target has no edges, all of orientation's distances are 1: colors count."""
     config = with_cues()
     state, _ = begun(config)
     plain = frame(np.full((72, 96, 3), 120, np.uint8), 1)
     colored = plain.pixels.copy()
-    colored[20:40, 30:50] = scene(0, (40, 30)).pixels[30, 40]
+    colored[20:40, 40:60] = scene(0, (40, 30)).pixels[30, 40]
     for pixels in (plain.pixels, colored):
         _, info = config.step(np.random.default_rng(1), state, frame(pixels, 1))
         assert np.isfinite(info.weights).all()
@@ -373,26 +440,28 @@ def test_a_cue_that_cannot_tell_does_not_decide() -> None:
     assert info.cue_weights["color"] > info.cue_weights["orientation"] > 0
 
 
-def test_the_scale_of_a_cue_s_likelihood_does_not_matter() -> None:
-    """Distances of one cue may all be larger than those of the other (equation 6 knows no norm)."""
-    config = with_cues()
-    rng = np.random.default_rng(0)
-    ellipses = np.array(FIRST) + rng.normal(size=(50, 5)) * [4, 4, 1, 1, 0.1]
-    squares = rng.uniform(0, 0.2, (2, 50))
-    prior = Weights.from_log(rng.normal(size=50))
-    found = []
-    for more in ([0, 0], [0, 0.7], [0.5, 0.2]):
-        distances = np.sqrt(squares + np.array(more)[:, None])
-        logs = config.likelihood.log(list(config.cues), distances)
-        weights, alpha = config.fusion.fuse(list(config.cues), prior.log, logs, ellipses, FIRST)
-        found.append((weights.values, alpha))
-    for values, alpha in found[1:]:
-        np.testing.assert_allclose(values, found[0][0], rtol=1e-6)
-        np.testing.assert_allclose(alpha, found[0][1], rtol=1e-6)
+def test_reliability_is_what_the_weights_are() -> None:
+    weights = {"color": 3.0, "orientation": 1.0}
+    for fusion in (Fixed(weights=weights), Adaptive(weights=weights)):
+        np.testing.assert_allclose(fusion.reliability(NAMES[:2]), [0.75, 0.25])
+    for other in (Fixed(), Adaptive(), PrintedMixture(), Product()):
+        np.testing.assert_allclose(other.reliability(NAMES[:4]), 0.25)
 
 
-def test_the_rule_is_that_of_the_mixture() -> None:
-    """Equation 13 with the shares' mean of the cues' coefficients and of their thresholds."""
+def test_a_cue_that_is_certain_of_a_place_does_not_find_the_target() -> None:
+    """Color matches nowhere, so orientation has the weight; the rule still asks for both."""
+    config = with_cues(presence=AppearanceRule(margin=0.7, frames=1, stride=6))
+    state, _ = begun(config)
+    picture = scene(1, (40, 30))
+    gray = np.repeat(picture.pixels.mean(axis=2, keepdims=True), 3, axis=2)
+    blue = np.clip(gray * [0, 1, 0] + [0, 0, 255], 0, 255).astype(np.uint8)
+    _, info = config.step(np.random.default_rng(1), state, frame(blue, 1))
+    assert info.cue_weights["orientation"] > 0.5
+    assert info.track.status is Status.LOST
+
+
+def test_the_rule_has_the_reliabilities_mean() -> None:
+    """Equation 13 with the mean of the cues' coefficients and of their thresholds."""
     config = with_cues(
         fusion=Fixed(weights={"color": 3.0, "orientation": 1.0}),
         motion=EllipseWalk(position=0, size=0, eccentricity=0, angle=0),
@@ -445,7 +514,7 @@ def test_a_filter_needs_a_cue() -> None:
             "fusion.weights names 'colour'; the cues in use are color",
         ),
         (
-            {"orientation": Orientation(), "fusion": Fixed(weights={"edges": 2.0})},
+            {"orientation": Orientation(), "fusion": Adaptive(weights={"edges": 2.0})},
             "the cues in use are color, orientation",
         ),
     ],

@@ -16,7 +16,7 @@ from kinds import FILTER_KINDS
 from motes.core.errors import ConfigError
 from motes.cues.color import Color
 from motes.cues.edge_histogram import Edges
-from motes.sot.filtering.fusion import Fixed, Product
+from motes.sot.filtering.fusion import PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian, Likelihood
 from motes.sot.filtering.resampling import Weights
 from motes.sot.particle_filter import ParticleFilter
@@ -151,9 +151,7 @@ def test_a_product_by_hand() -> None:
     prior = np.log([0.5, 0.25, 0.25])
     likelihoods = np.array([[0.5, 0.25, 0.125], [0.25, 1, 0.5], [1, 0.5, 0.5]])
     names = ["color", "edges", "orientation"]
-    weights, shares = Product().fuse(
-        names, prior, np.log(likelihoods), np.zeros((3, 5)), region((3, 3))
-    )
+    weights, shares = Product().fuse(names, prior, np.log(likelihoods), np.zeros((3, 5)))
     products = [
         Fraction(p) * math.prod(map(Fraction, column))
         for p, column in zip([0.5, 0.25, 0.25], likelihoods.T, strict=True)
@@ -163,18 +161,18 @@ def test_a_product_by_hand() -> None:
     np.testing.assert_allclose(shares, 1 / 3)
 
 
-def test_one_cue_has_a_veto_in_a_product_but_not_in_a_mixture() -> None:
+def test_one_cue_has_a_veto_in_a_product_but_not_in_a_sum() -> None:
     logs = np.log([[0.5, 0.5], [1e-200, 1.0]])
     nowhere = np.zeros((2, 5))
-    product, _ = Product().fuse(NAMES, np.zeros(2), logs, nowhere, region((3, 3)))
-    mixture, _ = Fixed().fuse(NAMES, np.zeros(2), logs, nowhere, region((3, 3)))
+    product, _ = Product().fuse(NAMES, np.zeros(2), logs, nowhere)
+    printed, _ = PrintedMixture().fuse(NAMES, np.zeros(2), logs, nowhere)
     np.testing.assert_allclose(product.values, [0, 1], atol=1e-12)
-    np.testing.assert_allclose(mixture.values, [0.25, 0.75])
+    np.testing.assert_allclose(printed.values, [0.25, 0.75])
 
 
 def test_particles_without_any_weight() -> None:
     prior = np.array([-np.inf, 0.0])
-    weights, _ = Product().fuse(NAMES, prior, np.zeros((2, 2)), np.zeros((2, 5)), region((3, 3)))
+    weights, _ = Product().fuse(NAMES, prior, np.zeros((2, 2)), np.zeros((2, 5)))
     np.testing.assert_array_equal(weights.values, [0, 1])
 
 

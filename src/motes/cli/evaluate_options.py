@@ -45,8 +45,8 @@ class RunOptions:
     detector: Annotated[
         str | None,
         Parameter(
-            help="Detector of many objects, in place of det/det.txt: background, or the "
-            "module:factory of a Python callable."
+            help="Detector of many objects, in place of det/det.txt: background, an .onnx file, or "
+            "the module:callable of a Python detector."
         ),
     ] = None
     protocol: Annotated[

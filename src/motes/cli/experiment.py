@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.experiment_dials import dials
 from motes.cli.experiment_maggio import (
+    maggio_figure3,
     maggio_figure5,
     maggio_growth,
     maggio_rotation,
@@ -37,6 +38,7 @@ for _experiment in (
     handover,
     nummiaro_figure9,
     maggio_table1,
+    maggio_figure3,
     maggio_figure5,
     maggio_rotation,
     maggio_growth,

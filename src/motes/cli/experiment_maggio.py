@@ -62,6 +62,30 @@ def maggio_figure5(
     return show(steps, output, problems)
 
 
+def maggio_figure3(
+    *presets: str,
+    seeds: Seeds = 5,
+    clips: Clips = 3,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Maggio et al., figure 3: weights of cues that fail in turn.
+
+    Parameters
+    ----------
+    presets
+        Presets that fuse color and orientation; by default maggio and maggio:printed.
+    """
+    check_counts(seeds=seeds, clips=clips)
+    output = results.output("maggio-figure3", plot=True)
+
+    from motes.evaluation.papers import maggio_figure3 as experiment
+    from motes.evaluation.synthetic.failing_cues import failing_cues
+
+    names = presets or ("maggio", "maggio:printed")
+    films = [failing_cues(seed) for seed in range(clips)]
+    return show(experiment.figure3(names, films, seeds), output)
+
+
 def maggio_rotation(
     *presets: str,
     seeds: Seeds = 5,

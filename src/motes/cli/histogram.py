@@ -1,4 +1,4 @@
-"""`motes histogram`: save the color histogram of a target, to search for it later."""
+"""`motes histogram`: save the histograms of a target, to search for it later."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def histogram(
         str | None, HYPHEN, Parameter(group=TARGET, help="Box: x,y,width,height.")
     ] = None,
     ellipse: Ellipse = None,
-    frame: Annotated[int, Parameter(group=FRAMES, help="Frame of the target.")] = 0,
+    start: Annotated[int, Parameter(group=FRAMES, help="Frame of the target.")] = 0,
     overwrite: Overwrite = False,
     preset: Preset = "nummiaro",
     config: ConfigFile = None,
     **settings: Settings,
 ) -> int:
-    """Save the color histogram of a region, for `motes track --histogram`.
+    """Save the histograms of a region, for `motes track --histogram` with the same preset.
 
     Parameters
     ----------
@@ -59,10 +59,9 @@ def histogram(
     from motes.sot.discriminative.tracker import Discriminative
 
     learning = tracker_config(app, preset, config, settings)
-    color = None if isinstance(learning, Discriminative) else learning.color
-    if color is None:
+    if isinstance(learning, Discriminative):
         raise ConfigError(
-            f"Preset {preset} has no color histogram; choose one that has, such as nummiaro."
+            f"Preset {preset} cannot search for a known target; choose another, such as nummiaro."
         )
     region = region_of(init, ellipse)
     if region is None or (init and ellipse):
@@ -78,13 +77,14 @@ def histogram(
     from motes.video.sources import open_source
 
     check_writable(output, overwrite)
-    with open_source(source, start=frame, end=frame + 1) as film:
+    with open_source(source, start=start, end=start + 1) as film:
         picture = next(film)
     place = region_within(region, picture.width, picture.height)
-    target = Target.learn(color, picture, place)
+    target = Target.learn(learning.cues, picture, place)
     target.save(output)
-    log(
-        f"wrote {output}: {(target.model.histogram > 0).sum()} of {target.model.histogram.size} "
-        f"bins are occupied."
+    occupied = (
+        f"{(model.histogram > 0).sum()} of {model.histogram.size} bins of {name}"
+        for name, model in target.models.items()
     )
+    log(f"wrote {output}: {' and '.join(occupied)} are occupied.")
     return DONE

@@ -26,7 +26,7 @@ def tracker_config(
     settings: Mapping[str, Any],
     target: Target | None = None,
 ) -> TrackerConfig:
-    """Return a preset, changed by the target's cue, the file and the settings, in this order.
+    """Return a preset, changed by the target's cues, the file and the settings, in this order.
 
     An unknown setting may be a misspelled option of the command `app`.
 
@@ -37,12 +37,17 @@ def tracker_config(
     SourceError
         If the file cannot be read.
     """
-    from motes.core.config import from_toml, to_dict
+    from motes.core.config import Config, from_toml, to_dict
     from motes.sot import presets
 
     base = presets.preset(preset)
     if target is not None:
-        base = presets.configure(base, {"color": to_dict(target.cue)})
+        known = {
+            name: to_dict(cue)
+            for name, cue in target.cues.items()
+            if name in base.cues and isinstance(cue, Config)
+        }
+        base = presets.configure(base, known)
     if file is not None:
         with error_context(file):
             base = presets.configure(base, from_toml(read_text(file), "this file"))
@@ -60,9 +65,10 @@ def watch_config(
     file: Path | None,
     detector: str | None,
     like: str | None,
+    selection: Mapping[str, Any],
     settings: Mapping[str, Any],
 ) -> WatchConfig:
-    """Return the scene of a preset, changed by the file, the detector and the settings in turn.
+    """Return the scene of a preset, changed by the file, the options and the settings in turn.
 
     Parameters
     ----------
@@ -74,6 +80,8 @@ def watch_config(
         A TOML file.
     detector, like
         The values of --detector and --like; with both, the configuration is that of --like.
+    selection
+        The keys that --classes and --least set.
     settings
         Options that are keys of the configuration.
 
@@ -103,6 +111,7 @@ def watch_config(
         config = changed(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
+    config = changed(config, selection)
     try:
         return changed(config, as_keys(settings))
     except ConfigError:

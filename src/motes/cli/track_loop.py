@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from motes.core.detection import Detector
 from motes.core.frame import Frame
 from motes.core.track import Status, Track
-from motes.sot.known_target import Place, Target
+from motes.sot.known_target import Target
+from motes.sot.places import Place
 from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Picture, Tracker
 

@@ -15,7 +15,8 @@ from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Begin
-    from motes.sot.known_target import Place, Target
+    from motes.sot.known_target import Target
+    from motes.sot.places import Place
 
 
 @Parameter(name="*", group=TARGET)
@@ -37,6 +38,10 @@ class TargetOptions:
     detect: Annotated[Literal["face"] | None, Parameter(help="Wait for a face and track it.")] = (
         None
     )
+    face_model: Annotated[
+        Path | None,
+        Parameter(help="With --detect face: a detector that motes faces train has written."),
+    ] = None
     at: Annotated[
         Path | None,
         Parameter(
@@ -87,6 +92,8 @@ class TargetOptions:
             raise ConfigError(f"{' and '.join(given)} contradict each other; give one of them.")
         if known is None and (self.at or self.background):
             raise ConfigError("--at and --background belong to --histogram; give it, or omit them.")
+        if self.detect is None and self.face_model:
+            raise ConfigError("--face-model belongs to --detect face; give it, or omit it.")
 
         from motes.cli import track_loop
 
@@ -95,15 +102,16 @@ class TargetOptions:
         if self.ellipse is not None:
             return track_loop.on_region(numbers_of("--ellipse", self.ellipse, "x,y,a,b,theta"))
         if known is None:
-            from motes.mot.detection.pretrained import FaceDetector
+            from motes.mot.detection.pretrained import FacesConfig
 
-            return track_loop.on_detection(FaceDetector())
+            model = None if self.face_model is None else str(self.face_model)
+            return track_loop.on_detection(FacesConfig(model=model).detector())
         return self._search(known)
 
     def _search(self, known: Target) -> Begin:
         """Return the search for a known target, in the places and before the background given."""
         from motes.cli.track_loop import on_target
-        from motes.sot.known_target import load_places
+        from motes.sot.places import load_places
         from motes.video.sources import read_image
 
         places: tuple[Place, ...] = ()

@@ -20,6 +20,7 @@ from motes.cli.input_checks import (
 from motes.cli.load_config import watch_config
 from motes.cli.messages import counted, log
 from motes.cli.options import (
+    FLAG,
     HYPHEN,
     OUTPUT,
     ConfigOptions,
@@ -34,6 +35,7 @@ from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
+    from motes.core.detection import Detector
     from motes.core.frame import Frame
     from motes.mot.analytics.events import EventCounter
     from motes.mot.detection.lookalike import LookalikeConfig
@@ -62,10 +64,30 @@ class ObjectOptions:
         Parameter(
             accepts_keys=False,
             help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
-            "faces, or a .txt file of detections in the format of the MOTChallenge. The default "
-            "is mog2, or gaussian if OpenCV is not installed.",
+            "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
+            "the MOTChallenge. The default is mog2, or gaussian if OpenCV is not installed.",
         ),
     ] = None
+    classes: Annotated[
+        str | None,
+        Parameter(help="Track only objects of these classes of the detector: person,car,..."),
+    ] = None
+    least: Annotated[
+        float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
+    ] = None
+    own_process: Annotated[
+        bool, FLAG, Parameter(help="Run the detector in a process of its own.")
+    ] = False
+
+    def selection(self) -> dict[str, Any]:
+        """Return the keys of the configuration that --classes and --least set."""
+        keys: dict[str, Any] = {}
+        if self.classes is not None:
+            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+        if self.least is not None:
+            keys["least"] = self.least
+        return {"detections": keys} if keys else {}
+
     like: Annotated[
         str | None,
         HYPHEN,
@@ -149,7 +171,9 @@ def watch(
             "--histogram is for a file of several cameras; for one, give it to motes track."
         )
     where = counting.regions()
-    config = watch_config(app, preset, values.config, objects.detector, objects.like, settings)
+    config = watch_config(
+        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings
+    )
     if values.dump_config:
         from motes.core.config import to_toml
 
@@ -178,21 +202,28 @@ def watch(
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.scene import Scene
     from motes.video.sources import is_recorded
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
-    detector = (
-        lookalike_detector(config.detector, objects.detector)
-        if isinstance(config.detector, LookalikeConfig)
-        else config.detector.detector()
-    )
-    if isinstance(detector, PreparedDetector) and is_recorded(source):
-        with frames.open(source) as film:
-            detector.prepare(film)
-    scene = Scene(detector, config, values.seed)
-    with frames.open(source) as film:
+    with contextlib.ExitStack() as running:
+        if objects.like is not None and objects.detector is not None:
+            if objects.own_process:
+                raise ConfigError("--own-process takes --detector or --like, not both together.")
+            assert isinstance(config.detector, LookalikeConfig)
+            detector: Detector = lookalike_detector(config.detector, objects.detector)
+        elif objects.own_process:
+            detector = running.enter_context(DetectorProcess(config.detector))
+        else:
+            detector = config.detector.detector()
+        check_classes(detector, config.detections.classes)
+        if isinstance(detector, PreparedDetector) and is_recorded(source):
+            with frames.open(source) as film:
+                detector.prepare(film)
+        scene = Scene(detector, config, values.seed)
+        film = running.enter_context(frames.open(source))
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
@@ -207,6 +238,18 @@ def watch(
         if output is not None:
             opened.append(objects_output(output, film, overwrite=overwrite, label=outputs.label))
         return _run(film, scene, counter, opened)
+
+
+def check_classes(detector: Detector, wanted: Sequence[str]) -> None:
+    """Check that a detector has some classes, if it knows which it has; else a ConfigError."""
+    from motes.mot.detection.adapters import class_names
+
+    known = class_names(detector)
+    for name in wanted:
+        if known and name not in known:
+            raise ConfigError(
+                f"--classes: The detector has no class {name!r}; it has {', '.join(known)[:200]}."
+            )
 
 
 def _check_no_single(

@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context, load_target
 from motes.cli.messages import counted, log
-from motes.cli.watch_outputs import COLUMNS, Lines
+from motes.cli.watch_outputs import COLUMNS, Lines, csv_line
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
@@ -46,10 +46,10 @@ class RigRows(Lines):
             values = [
                 report.camera, report.frame, round(report.time, 6), identities[each.identity],
                 *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-                identities.get(each.occluded_by or 0),
+                identities.get(each.occluded_by or 0), each.label,
             ]  # fmt: skip
             if self._csv:
-                lines.append(",".join("" if value is None else str(value) for value in values))
+                lines.append(csv_line(values))
             else:
                 pairs = dict(zip(self._columns, values, strict=True))
                 lines.append(msgspec.json.encode(pairs).decode())

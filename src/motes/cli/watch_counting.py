@@ -103,10 +103,10 @@ def _corners(text: str) -> list[float]:
     return numbers_of("--zone", text, form)
 
 
-def table(counts: Counter[tuple[int, str, str, str]]) -> list[str]:
+def table(counts: Counter[tuple[int, str, str, str, str]]) -> list[str]:
     """Return a line for each minute with events: the number of events of each kind."""
     minutes: dict[int, list[str]] = {}
-    for (minute, event, place, direction), count in sorted(counts.items()):
-        what = " ".join(part for part in (event, place, direction) if part)
+    for (minute, *parts), count in sorted(counts.items()):
+        what = " ".join(part for part in parts if part)
         minutes.setdefault(minute, []).append(f"{what} {count}")
     return [f"minute {minute}: {', '.join(whats)}" for minute, whats in minutes.items()]

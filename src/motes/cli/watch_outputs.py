@@ -43,7 +43,12 @@ LABEL = "object"
 """Default class of the objects."""
 COLUMNS = (
     "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by",
+    "class",
 )  # fmt: skip
+MOT_CLASSES = {
+    "pedestrian": 1, "person": 1, "car": 3, "bicycle": 4, "motorbike": 5, "motorcycle": 5,
+}  # fmt: skip
+"""Numbers of classes in the MOTChallenge (Milan et al., MOT16, 2016, table 3)."""
 TRAIL = 50
 """Frames of the trails in the overlay."""
 
@@ -162,8 +167,9 @@ class Rows(Lines):
 
     - CSV and JSON Lines have rows of all objects, with `COLUMNS`.
     - The form of the MOTChallenge has rows of visible objects: frame, identity, x, y, width,
-      height, confidence, class 1, visibility 1, -1. Frames and pixels count from 1. An occluded
-      object has no row, as the form cannot mark a predicted box, and scores would count it.
+      height, confidence, class, visibility 1, -1. Frames and pixels count from 1. The class is 1
+      for an object without one, and -1 for one that is none of `MOT_CLASSES`. An occluded object
+      has no row, as the form cannot mark a predicted box, and scores would count it.
     """
 
     def __init__(self, name: str, form: Form, overwrite: bool) -> None:
@@ -190,17 +196,30 @@ class Rows(Lines):
 def _mot(picture: FrameRow, each: ObjectRow) -> str:
     x, y, width, height = each.box
     box = f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
-    return f"{picture.frame + 1},{each.identity},{box},{each.confidence:.4f},1,1,-1"
+    label = 1 if each.label is None else MOT_CLASSES.get(each.label.lower(), -1)
+    return f"{picture.frame + 1},{each.identity},{box},{each.confidence:.4f},{label},1,-1"
+
+
+def csv_line(values: Sequence[object]) -> str:
+    """Return values as a line of CSV: None is empty, and a text that needs quotes has them."""
+    return ",".join(map(_csv_field, values))
+
+
+def _csv_field(value: object) -> str:
+    text = "" if value is None else str(value)
+    if not any(mark in text for mark in ',"\r\n'):
+        return text
+    return '"' + text.replace('"', '""') + '"'
 
 
 def _row(picture: FrameRow, each: ObjectRow, form: Form) -> str:
     values = [
         picture.frame, round(picture.time, 6), each.identity,
         *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-        each.occluded_by,
+        each.occluded_by, each.label,
     ]  # fmt: skip
     if form == "csv":
-        return ",".join("" if value is None else str(value) for value in values)
+        return csv_line(values)
     return msgspec.json.encode(dict(zip(COLUMNS, values, strict=True))).decode()
 
 

@@ -91,7 +91,9 @@ def alternatives(kind: Any) -> list[type[Struct]]:
     return [each for part in get_args(kind) for each in alternatives(part)]
 
 
-def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
+def keys(
+    kind: Any, value: Any = None, path: str = "", within: frozenset[type] = frozenset()
+) -> tuple[Key, ...]:
     """Return the keys of a configuration class, or of all in a union.
 
     Parameters
@@ -102,6 +104,8 @@ def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
         A configuration whose values are described; by default the defaults are.
     path
         The name of the key that it stands at.
+    within
+        The classes around it: one that holds one of its own kind is described once.
     """
     found: dict[str, Key] = {}
     for part in alternatives(kind):
@@ -109,7 +113,7 @@ def keys(kind: Any, value: Any = None, path: str = "") -> tuple[Key, ...]:
             given = _default(field) if value is None else _given(value, field.name)
             name = f"{path}.{field.name}" if path else field.name
             meaning = meanings(part).get(field.name, "")
-            found.setdefault(name, _key(field.type, given, name, meaning))
+            found.setdefault(name, _key(field.type, given, name, meaning, within | {part}))
     return tuple(found.values())
 
 
@@ -160,25 +164,27 @@ def meanings(kind: type) -> Mapping[str, str]:
     return found
 
 
-def _key(kind: Any, value: Any, path: str, meaning: str) -> Key:
+def _key(kind: Any, value: Any, path: str, meaning: str, within: frozenset[type]) -> Key:
     """Return a field as a key, with the choices of its type."""
     required = value is NODEFAULT
     set_value = None if required else value
     if get_origin(kind) is dict:
         inner = get_args(kind)[1]
         entries = set_value or {NAME: None}
-        named = tuple(_key(inner, each, f"{path}.{name}", "") for name, each in entries.items())
+        named = tuple(
+            _key(inner, each, f"{path}.{name}", "", within) for name, each in entries.items()
+        )
         return Key(path, "", None, required, meaning, (Choice(None, "", named, True),))
     if get_origin(kind) in (list, tuple) and alternatives(get_args(kind)[0]):
         kind, set_value = get_args(kind)[0], None  # each item has these keys
-    classes = alternatives(kind)
+    classes = [each for each in alternatives(kind) if each not in within]
     if not classes:
         text = None if set_value is None else json.dumps(msgspec.to_builtins(set_value))
         return Key(path, words(kind), text, required, meaning)
     choices = []
     for each in classes:
         chosen = type(set_value) is each
-        inside = keys(each, set_value if chosen else None, path)
+        inside = keys(each, set_value if chosen else None, path, within)
         tag = each.__struct_config__.tag if len(classes) > 1 else None
         choices.append(Choice(None if tag is None else str(tag), summary(each), inside, chosen))
     return Key(path, "", None, required, meaning, tuple(choices))

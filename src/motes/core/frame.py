@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,8 +16,10 @@ FRAME_INTERVAL = 1 / 25
 """Seconds between frames if a source does not give them (PAL; the papers' cameras)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
+
+
+class Frame(msgspec.Struct, frozen=True, eq=False):
     """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
 
     Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
@@ -33,14 +35,16 @@ class Frame:
     index: int
     time: float
     pixels: Bytes
-    cache: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
+    cache: dict[Hashable, Any] = msgspec.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.index, int | np.integer):
+        if not isinstance(self.index, WHOLE):
             raise SourceError(f"A frame's index is a whole number; got {self.index!r}.")
-        if not isinstance(self.time, float | int | np.floating | np.integer):
+        if not isinstance(self.time, NUMBER):
             raise SourceError(f"Frame {self.index} has the time {self.time!r}; give it seconds.")
-        object.__setattr__(self, "pixels", as_rgb(self.pixels))
+        pixels = as_rgb(self.pixels)
+        if pixels is not self.pixels:
+            msgspec.structs.force_setattr(self, "pixels", pixels)
 
     @property
     def width(self) -> int:

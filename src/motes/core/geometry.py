@@ -60,6 +60,11 @@ class Ellipse(NamedTuple):
         """The area in square pixels."""
         return math.pi * self.a * self.b
 
+    @property
+    def side(self) -> float:
+        """The mean side of the ellipse's box, in pixels: the geometric mean of both axes."""
+        return 2 * math.sqrt(self.a * self.b)
+
     def polygon(self, corners: int = 48) -> Floats:
         """Return (corners, 2) points on the outline, in order."""
         t = np.linspace(0, 2 * math.pi, corners, endpoint=False)

@@ -20,7 +20,7 @@ from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.cues.histogram_cue import HistogramCue, HistogramModel
 from motes.cues.sampling import PROFILES, Lattice, Profile, Sampling
-from motes.kernels.structures import ColorBins, Reading
+from motes.kernels.structures import ColorBins, ColorTarget, Reading
 
 Bins = Annotated[int, Meta(ge=1, le=64)]
 
@@ -109,16 +109,12 @@ class Color(HistogramCue, frozen=True, dict=True):
     def distances(self, model: ColorModel, frame: Frame, ellipses: Floats) -> Floats:
         """Return the Bhattacharyya distance of each ellipse (N, 5) to the model, shape (N,)."""
         distances, ellipses = np.empty(len(ellipses)), np.asarray(ellipses, float)
-        kernels.color.distances(
-            frame.pixels,
-            ellipses,
-            self._reading,
-            model.slots,
-            model.roots,
-            self._bins,
-            distances,
-        )
+        kernels.color.distances(frame.pixels, ellipses, self.target(model), distances)
         return distances
+
+    def target(self, model: ColorModel) -> ColorTarget:
+        """Return what kernels need to compare ellipses with a model."""
+        return ColorTarget(self._reading, model.slots, model.roots, self._bins)
 
     def shift(self, model: ColorModel, frame: Frame, ellipse: Ellipse) -> tuple[float, float]:
         """Return the ellipse's center after one mean-shift iteration.

@@ -21,7 +21,14 @@ from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.base import Cue
-from motes.cues.fourier_ridge import filtered, gaussian, updated
+from motes.cues.fourier_ridge import (
+    centered,
+    filtered,
+    frequencies,
+    gaussian,
+    half_frequencies,
+    updated,
+)
 from motes.cues.search_window import CELL_SIZE, Grid, features, grid
 
 UPSAMPLING = 2
@@ -127,7 +134,7 @@ class Correlation(Cue, Config, frozen=True):
         The target is x, y samples off the window's center.
         """
         samples = model.grid
-        rows, columns = np.fft.fftfreq(samples.rows), np.fft.rfftfreq(samples.columns)
+        rows, columns = frequencies(samples.rows), half_frequencies(samples.columns)
         sigma = self.sharpness * math.sqrt(samples.width * samples.height) / CELL_SIZE
         label = np.outer(
             gaussian(rows, sigma, y / CELL_SIZE), gaussian(columns, sigma, x / CELL_SIZE)
@@ -146,15 +153,12 @@ class Correlation(Cue, Config, frozen=True):
         from scipy import fft
 
         first = filtered(model.first_numerator, model.first_power + self.ridge, spectra)
-        mixed = filtered(model.numerator, model.power + self.ridge, spectra)
-        mixed = (1 - self.anchor) * mixed + self.anchor * first
+        learned = filtered(model.numerator, model.power + self.ridge, spectra)
         rows, columns = model.grid.rows, model.grid.columns
-        padded = np.zeros((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
-        below = rows // 2
-        padded[: rows - below, : mixed.shape[1]] = mixed[: rows - below]
-        padded[UPSAMPLING * rows - below :, : mixed.shape[1]] = mixed[rows - below :]
-        plane = fft.irfft2(UPSAMPLING**2 * padded, (UPSAMPLING * rows, UPSAMPLING * columns))
-        return np.fft.fftshift(plane), np.fft.fftshift(fft.irfft2(first, (rows, columns)))
+        padded = np.empty((UPSAMPLING * rows, UPSAMPLING * columns // 2 + 1), np.complex64)
+        kernels.fourier_ridge.pad(learned, first, self.anchor, UPSAMPLING**2, padded)
+        plane = fft.irfft2(padded, (UPSAMPLING * rows, UPSAMPLING * columns))
+        return centered(plane), centered(fft.irfft2(first, (rows, columns)))
 
 
 def sample_response(plane: Singles, points: Floats) -> Floats:

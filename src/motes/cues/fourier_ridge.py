@@ -8,12 +8,16 @@ is stored as its numerator and its power, which are running means.
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.types import Singles, Spectra
+
+frequencies = cache(np.fft.fftfreq)
+half_frequencies = cache(np.fft.rfftfreq)
 
 
 def gaussian(
@@ -56,3 +60,10 @@ def updated(
         power.ravel(),
     )
     return numerator, power
+
+
+def centered(plane: Singles) -> Singles:
+    """Return a response (h, w) with its first value in the middle."""
+    out = np.empty_like(plane)
+    kernels.fourier_ridge.center(plane, out)
+    return out

@@ -5,7 +5,7 @@ Danelljan et al., Accurate scale estimation for robust visual tracking, BMVC 201
 
 from __future__ import annotations
 
-import math
+from functools import cache
 from typing import Annotated
 
 import msgspec
@@ -13,13 +13,14 @@ import numpy as np
 from msgspec import Meta
 from msgspec.structs import replace
 
+from motes import kernels
 from motes.core.config import Config, NonNegative, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import SAME, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
-from motes.cues.fourier_ridge import filtered, gaussian, updated
-from motes.cues.search_window import CELL_SIZE, cut, features
+from motes.cues.fourier_ridge import filtered, gaussian, half_frequencies, updated
+from motes.cues.search_window import CELL_SIZE, sectors
 
 SIDE = 32
 """Mean side of a target in samples; a target with fewer pixels has one sample to a pixel."""
@@ -78,7 +79,7 @@ class ScaleFilter(Config, frozen=True):
 
     def learn(self, frame: Frame, ellipse: Ellipse) -> ScaleModel:
         """Return the filter of a target in an ellipse."""
-        shrink = min(1.0, SIDE / (2 * math.sqrt(ellipse.a * ellipse.b)))
+        shrink = min(1.0, SIDE / ellipse.side)
         rows, columns = (
             max(round(2 * half * shrink / CELL_SIZE), 2) for half in (ellipse.b, ellipse.a)
         )
@@ -90,12 +91,11 @@ class ScaleFilter(Config, frozen=True):
         """Return the transform over sizes (features, count // 2 + 1) of a target's cells."""
         from scipy import fft  # takes a third of a second to import
 
-        shape = model.rows * CELL_SIZE, model.columns * CELL_SIZE
         out = np.empty((len(model.numerator), self.count), np.float32)
-        tapers = np.hanning(self.count + 2)[1:-1].astype(np.float32)
-        for n, (factor, taper) in enumerate(zip(self.factors.tolist(), tapers, strict=True)):
-            step = 2 * ellipse.a * factor / shape[1], 2 * ellipse.b * factor / shape[0]
-            out[:, n] = taper * features(cut(frame, ellipse, step, shape)).ravel()
+        kernels.search_window.cells_of_sizes(
+            frame.pixels, ellipse, self.factors, _tapers(self.count), model.rows, model.columns,
+            CELL_SIZE, sectors(), out,
+        )  # fmt: skip
         transform: Spectra = fft.rfft(out)
         return transform
 
@@ -110,6 +110,12 @@ class ScaleFilter(Config, frozen=True):
 
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
         """Return the filter moved by a share `rate` towards a target, given by its spectra."""
-        label = gaussian(np.fft.rfftfreq(self.count), self.sharpness)
+        label = gaussian(half_frequencies(self.count), self.sharpness)
         numerator, power = updated(model.numerator, model.power, spectra, label, rate)
         return replace(model, numerator=numerator, power=power)
+
+
+@cache
+def _tapers(count: int) -> Singles:
+    """Return Hann's window over sizes, (count,)."""
+    return np.hanning(count + 2)[1:-1].astype(np.float32)

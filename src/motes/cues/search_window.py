@@ -138,15 +138,8 @@ def cut(
     frame: Frame, ellipse: Ellipse, step: tuple[float, float], shape: tuple[int, int]
 ) -> Singles:
     """Return samples (3, H, W) around an ellipse, in its directions, `step` pixels apart."""
-    cosine, sine = math.cos(ellipse.theta), math.sin(ellipse.theta)
-    across, down = (step[0] * cosine, step[0] * sine), (-step[1] * sine, step[1] * cosine)
-    right, low = (shape[1] - 1) / 2, (shape[0] - 1) / 2
-    corner = (
-        ellipse.x - right * across[0] - low * down[0],
-        ellipse.y - right * across[1] - low * down[1],
-    )
     samples = np.empty((3, *shape), np.float32)
-    kernels.search_window.cut(frame.pixels, corner, across, down, samples)
+    kernels.search_window.cut_around(frame.pixels, ellipse, step, samples)
     return samples
 
 

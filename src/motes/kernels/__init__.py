@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from motes.kernels import (
         bilinear,
         color,
+        color_filter,
         color_posterior,
         fourier_ridge,
         gradients,
@@ -48,6 +49,7 @@ else:
     INSTRUCTIONS = _compiled.INSTRUCTIONS
     bilinear = _compiled.bilinear
     color = _compiled.color
+    color_filter = _compiled.color_filter
     color_posterior = _compiled.color_posterior
     fourier_ridge = _compiled.fourier_ridge
     gradients = _compiled.gradients
@@ -63,6 +65,7 @@ __all__ = [
     "INSTRUCTIONS",
     "bilinear",
     "color",
+    "color_filter",
     "color_posterior",
     "fourier_ridge",
     "gradients",

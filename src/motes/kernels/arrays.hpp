@@ -58,7 +58,10 @@ class Scratch {
 public:
     explicit Scratch(Index size) : values_(new T[static_cast<std::size_t>(size)]), size_(size) {}
     operator Row<T>() const { return {values_.get(), size_}; }
+    operator Row<const T>() const { return {values_.get(), size_}; }
     operator T*() const { return values_.get(); }
+    T* begin() const { return values_.get(); }
+    Index size() const { return size_; }
 
 private:
     std::unique_ptr<T[]> values_;
@@ -73,6 +76,9 @@ public:
         : values_(rows * columns), rows_(rows), columns_(columns) {}
     operator Plane<T>() const { return {values_, rows_, columns_}; }
     T* operator[](Index i) const { return values_ + i * columns_; }
+    T* begin() const { return values_; }
+    Index rows() const { return rows_; }
+    Index columns() const { return columns_; }
 
 private:
     Scratch<T> values_;

@@ -72,7 +72,7 @@ PyArrayObject* typed(PyObject* object, int flags) {
 
 // Reads the memory and shape of an array with N axes.
 template <typename T, int N>
-std::pair<T*, const npy_intp*> array_of(PyObject* object) {
+std::pair<T*, const npy_intp*> memory_of(PyObject* object) {
     PyArrayObject* array = typed<T, N>(object, NPY_ARRAY_C_CONTIGUOUS);
     return {static_cast<T*>(PyArray_DATA(array)), PyArray_DIMS(array)};
 }
@@ -84,7 +84,7 @@ struct Reader;
 template <typename T>
 struct Reader<Row<T>> {
     static Row<T> read(PyObject* object) {
-        const auto [data, shape] = array_of<T, 1>(object);
+        const auto [data, shape] = memory_of<T, 1>(object);
         return {data, shape[0]};
     }
 };
@@ -92,7 +92,7 @@ struct Reader<Row<T>> {
 template <typename T>
 struct Reader<Plane<T>> {
     static Plane<T> read(PyObject* object) {
-        const auto [data, shape] = array_of<T, 2>(object);
+        const auto [data, shape] = memory_of<T, 2>(object);
         return {data, shape[0], shape[1]};
     }
 };
@@ -113,7 +113,7 @@ struct Reader<Table<T>> {
 template <typename T>
 struct Reader<Volume<T>> {
     static Volume<T> read(PyObject* object) {
-        const auto [data, shape] = array_of<T, 3>(object);
+        const auto [data, shape] = memory_of<T, 3>(object);
         return {data, shape[0], shape[1], shape[2]};
     }
 };
@@ -199,8 +199,29 @@ inline PyObject* object_of(const std::vector<float>& values) {
     return array;
 }
 
+// Makes an array of values that a kernel has found.
+inline PyObject* array_of(const double* values, int axes, const npy_intp* shape) {
+    PyObject* array = PyArray_SimpleNew(axes, shape, NPY_DOUBLE);
+    if (array != nullptr) {
+        auto* made = reinterpret_cast<PyArrayObject*>(array);
+        std::copy_n(values, PyArray_SIZE(made), static_cast<double*>(PyArray_DATA(made)));
+    }
+    return array;
+}
+inline PyObject* object_of(const Scratch<double>& values) {
+    const npy_intp shape[] = {npy_intp(values.size())};
+    return array_of(values.begin(), 1, shape);
+}
+inline PyObject* object_of(const ScratchPlane<double>& values) {
+    const npy_intp shape[] = {npy_intp(values.rows()), npy_intp(values.columns())};
+    return array_of(values.begin(), 2, shape);
+}
+
+template <std::size_t N>
+PyObject* object_of(const std::array<double, N>& values);
+
 template <typename... Values>
-PyObject* tuple_of(Values... values) {
+PyObject* tuple_of(const Values&... values) {
     const std::array<PyObject*, sizeof...(Values)> items{object_of(values)...};
     PyObject* tuple = PyTuple_New(Py_ssize_t(items.size()));
     for (std::size_t i = 0; i < items.size(); ++i)  // the tuple takes the references
@@ -208,8 +229,9 @@ PyObject* tuple_of(Values... values) {
     return tuple;
 }
 
-inline PyObject* object_of(const std::pair<Index, double>& values) {
-    return tuple_of(values.first, values.second);
+template <typename... Values>
+PyObject* object_of(const std::tuple<Values...>& values) {
+    return std::apply([](const auto&... each) { return tuple_of(each...); }, values);
 }
 
 template <std::size_t N>

@@ -87,15 +87,25 @@ inline void histograms(Picture picture, Ellipses ellipses, const sampling::Readi
          [&](Index n, Floats histogram) { histograms::normalize(histogram, out[n]); });
 }
 
+// A target model, and how ellipses are read that are compared with it.
+//
+// `roots` holds the square roots of the model's occupied bins, which alone can add to the sum.
+struct Target {
+    sampling::Reading reading;
+    Row<const std::uint32_t> slots;
+    Floats roots;
+    Bins bins;
+};
+
 // Writes each ellipse's Bhattacharyya distance to a target model (equations 6 and 7).
 //
-// `roots` holds the square roots of the model's occupied bins, which alone can add to the sum. An
-// ellipse that sees no pixel is at distance 1.
-inline void distances(Picture picture, Ellipses ellipses, const sampling::Reading& reading,
-                      Row<const std::uint32_t> slots, Floats roots, Bins bins, Row<double> out) {
-    each(picture, ellipses, reading, slots, bins, roots.size + 1, [&](Index n, Floats histogram) {
-        out[n] = histograms::distance(histograms::coefficient(roots, histogram));
-    });
+// An ellipse that sees no pixel is at distance 1.
+inline void distances(Picture picture, Ellipses ellipses, const Target& target, Row<double> out) {
+    const auto& [reading, slots, roots, bins] = target;
+    each(picture, ellipses, reading, slots, bins, roots.size + 1,
+         [&, &roots = roots](Index n, Floats histogram) {
+             out[n] = histograms::distance(histograms::coefficient(roots, histogram));
+         });
 }
 
 // Writes the mean (x, y) of an ellipse's pixels, each weighted by its bin's entry in `ratios`

@@ -1,4 +1,13 @@
-from motes.kernels.structures import Bytes, ColorBins, Counts, Floats, Grid, Reading, Singles
+from motes.kernels.structures import (
+    Bytes,
+    ColorBins,
+    ColorTarget,
+    Counts,
+    Floats,
+    Grid,
+    Reading,
+    Singles,
+)
 
 RGB: int
 HSV: int
@@ -7,15 +16,7 @@ HSV_V: int
 def histograms(
     picture: Bytes, ellipses: Floats, reading: Reading, slots: Counts, bins: ColorBins, out: Floats
 ) -> None: ...
-def distances(
-    picture: Bytes,
-    ellipses: Floats,
-    reading: Reading,
-    slots: Counts,
-    roots: Floats,
-    bins: ColorBins,
-    out: Floats,
-) -> None: ...
+def distances(picture: Bytes, ellipses: Floats, target: ColorTarget, out: Floats) -> None: ...
 def mean_shift(
     picture: Bytes,
     ellipse: Floats,

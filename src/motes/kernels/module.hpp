@@ -4,6 +4,7 @@
 #include "bilinear.hpp"
 #include "binding.hpp"  // first, as Python wants it
 #include "color.hpp"
+#include "color_filter.hpp"
 #include "color_posterior.hpp"
 #include "fourier_ridge.hpp"
 #include "gradients.hpp"
@@ -25,6 +26,14 @@ template <> struct Reader<sampling::Reading>
     : TupleReader<sampling::Reading, Plane<const float>, sampling::Grid, int> {};
 template <> struct Reader<color::Bins>
     : TupleReader<color::Bins, int, std::uint32_t, std::uint32_t, std::uint32_t> {};
+template <> struct Reader<color::Target>
+    : TupleReader<color::Target, sampling::Reading, Row<const std::uint32_t>, Floats, color::Bins> {};
+template <> struct Reader<particles::Noise>
+    : TupleReader<particles::Noise, double, double, double, double, double, Floats, double> {};
+template <> struct Reader<color_filter::Likelihood>
+    : TupleReader<color_filter::Likelihood, double, double> {};
+template <> struct Reader<search_window::Place>
+    : TupleReader<search_window::Place, double, double, double, double, double> {};
 template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
 // clang-format on
@@ -54,11 +63,13 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
                 unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
                {{"RGB", color::RGB}, {"HSV", color::HSV}, {"HSV_V", color::HSV_V}}) &&
+           add(extension, "color_filter", {unlocked<color_filter::step>("step")}) &&
            add(extension, "color_posterior",
                {unlocked<color_posterior::add_colors>("add_colors"),
                 unlocked<color_posterior::color_integral>("color_integral")}) &&
            add(extension, "fourier_ridge",
                {unlocked<fourier_ridge::correlate>("correlate"),
+                unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
                 unlocked<fourier_ridge::teach>("teach")}) &&
            add(extension, "gradients", {brief<gradients::turns>("turns")}) &&
            add(extension, "histograms",
@@ -72,8 +83,9 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),
-                brief<particles::combine>("combine"), brief<particles::appearing>("appearing"),
-                brief<particles::moments>("moments")}) &&
+                brief<particles::combine>("combine"),
+                brief<particles::effective_sample_size>("effective_sample_size"),
+                brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
                 unlocked<sampling::values_within>("values_within"),
@@ -84,6 +96,8 @@ inline bool add_kernels(PyObject* extension) {
                 {"GAUSSIAN", sampling::GAUSSIAN}}) &&
            add(extension, "search_window",
                {unlocked<search_window::cut>("cut"),
+                unlocked<search_window::cut_around>("cut_around"),
+                unlocked<search_window::cells_of_sizes>("cells_of_sizes"),
                 unlocked<search_window::gradient_cells>("gradient_cells")}) &&
            add(extension, "sobel",
                {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),

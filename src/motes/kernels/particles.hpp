@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
+#include <tuple>
 
 #include "arrays.hpp"
 
@@ -11,34 +11,50 @@ namespace motes::particles {
 
 constexpr double PI = 3.14159265358979323846;
 
-// Writes the states (N, 5 + 4k) that follow: x, y, a, b, theta and k orders of their changes.
+// Random motion in one reference interval, as `Noise` and `Walking` of Python's `motion` have it.
+struct Noise {
+    double position, size, size_return, aspect, angle;
+    Floats changes;      // deviations of each order of changes, as shares of what they change
+    double persistence;  // share of a change that is left
+};
+
+// Writes the states (N, 5 + 4k) that follow: x, y, a, b, theta and k orders of their changes, such
+// as velocities, `steps` reference intervals later.
 //
-// A column takes its normal number times its deviation, and `steps` times the new value of its
-// change. Of a change the share `kept` is left; half-axes keep `kept_size` of their distance, in
-// logarithms, to the first ones `a` and `b`, and are then scaled by a common factor, whose
-// logarithm is the last normal number times `size_deviation`. They stay at one pixel or more.
-inline void walk(Table<const double> states, Plane<const double> normal, Floats deviations,
-                 double steps, double kept, double a, double b, double kept_size,
-                 double size_deviation, Plane<double> out) {
+// `normal` has a number for each column, and a last one for the factor common to both half-axes,
+// which return to the first ones. They stay at one pixel or more.
+inline void walk(Table<const double> states, Plane<const double> normal, const Noise& noise,
+                 double steps, Pair first, Plane<double> out) {
     const Index columns = states.columns;
-    const auto resized = [&](double now, double first, double growth) {
-        const double distance = std::log(std::max(now, 1.0) / first);
-        return std::max(first * std::exp(kept_size * distance + growth), 1.0);
+    const double grown = std::sqrt(steps);
+    const double mean = std::sqrt(first.x * first.y);  // a narrow target moves as fast sideways
+    const double position = mean * noise.position * grown, aspect = noise.aspect * grown;
+    const double spread[4] = {position, position, first.x * aspect, first.y * aspect};
+    Scratch<double> deviations(columns);
+    std::copy_n(spread, 4, deviations.begin());
+    deviations[4] = noise.angle * grown;
+    for (Index i = 5; i < columns; ++i)
+        deviations[i] = noise.changes[(i - 5) / 4] * spread[(i - 5) % 4];
+    const double kept = std::pow(noise.persistence, steps);
+    const double kept_size = std::pow(1 - noise.size_return, steps);
+    const auto resized = [&](double now, double half, double growth) {
+        const double distance = std::log(std::max(now, 1.0) / half);
+        return std::max(half * std::exp(kept_size * distance + growth), 1.0);
     };
     for (Index n = 0; n < states.rows; ++n) {
-        const double *before = states[n], *noise = normal[n];
+        const double *before = states[n], *random = normal[n];
         double* after = out[n];
         for (Index i = columns - 1; i > 4; --i) {
-            after[i] = kept * before[i] + deviations[i] * noise[i];
+            after[i] = kept * before[i] + deviations[i] * random[i];
             if (i + 4 < columns) after[i] += steps * after[i + 4];
         }
         for (Index i = 0; i < 5; ++i) {
-            after[i] = before[i] + deviations[i] * noise[i];
+            after[i] = before[i] + deviations[i] * random[i];
             if (i < 4 && columns > 5) after[i] += steps * after[i + 5];
         }
-        const double growth = size_deviation * noise[columns];
-        after[2] = resized(after[2], a, growth);
-        after[3] = resized(after[3], b, growth);
+        const double growth = noise.size * grown * random[columns];
+        after[2] = resized(after[2], first.x, growth);
+        after[3] = resized(after[3], first.y, growth);
     }
 }
 
@@ -93,6 +109,13 @@ inline bool normalize(Row<double> logs, Row<double> values) {
     return false;
 }
 
+// Returns 1 / sum of squared weights, in four sums side by side.
+inline double effective_sample_size(Floats weights) {
+    double sums[4] = {};
+    for (Index n = 0; n < weights.size; ++n) sums[n % 4] += weights[n] * weights[n];
+    return 1.0 / ((sums[0] + sums[1]) + (sums[2] + sums[3]));
+}
+
 // Writes the root of the mean of the squared distances (J, N) of cues by their shares (J,).
 inline void combine(Plane<const double> distances, Floats shares, Row<double> out) {
     for (Index n = 0; n < out.size; ++n) {
@@ -104,7 +127,7 @@ inline void combine(Plane<const double> distances, Floats shares, Row<double> ou
 }
 
 // Returns how many particles have a rho, 1 - d², above a threshold, and the sum of weights.
-inline std::pair<Index, double> appearing(Floats distances, Floats weights, double threshold) {
+inline std::tuple<Index, double> appearing(Floats distances, Floats weights, double threshold) {
     Index count = 0;
     double support = 0.0;
     for (Index n = 0; n < distances.size; ++n) {

@@ -1,23 +1,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.kernels.structures import Floats
+from motes.kernels.structures import Floats, Noise, Pair
 
 def walk(
-    states: Floats,
-    normal: Floats,
-    deviations: Floats,
-    steps: float,
-    kept: float,
-    a: float,
-    b: float,
-    kept_size: float,
-    size_deviation: float,
-    out: Floats,
+    states: Floats, normal: Floats, noise: Noise, steps: float, first: Pair, out: Floats
 ) -> None: ...
 def ancestors(weights: Floats, positions: Floats, chosen: NDArray[np.intp]) -> None: ...
 def gaussian(distances: Floats, sigmas: Floats, epsilon: float, logs: Floats) -> None: ...
 def normalize(logs: Floats, values: Floats) -> bool: ...
+def effective_sample_size(weights: Floats) -> float: ...
 def combine(distances: Floats, shares: Floats, out: Floats) -> None: ...
 def appearing(distances: Floats, weights: Floats, threshold: float) -> tuple[int, float]: ...
 def moments(ellipses: Floats, weights: Floats, mean: Floats, covariance: Floats) -> None: ...

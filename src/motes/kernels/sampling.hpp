@@ -44,11 +44,21 @@ struct Reading {
     int profile;
 };
 
-// Half of the width and height of the box around an ellipse.
-inline Pair extent(const double* ellipse) {
+// An ellipse, the direction of its half-axis a, and half of the width and height of its box.
+struct Region {
+    double x, y, a, b, cos, sin, across, down;
+};
+
+inline Region region_of(const double* ellipse) {
     const double a = ellipse[2], b = ellipse[3];
     const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
-    return {std::sqrt(a * a * cos * cos + b * b * sin * sin),
+    return {ellipse[0],
+            ellipse[1],
+            a,
+            b,
+            cos,
+            sin,
+            std::sqrt(a * a * cos * cos + b * b * sin * sin),
             std::sqrt(a * a * sin * sin + b * b * cos * cos)};
 }
 
@@ -79,24 +89,22 @@ inline void bell(double* weights, Index count) {
 //
 // It is over the bandwidth sqrt(a² + b²) (RADIAL; Nummiaro et al., equation 2), over the ellipse
 // itself (EPANECHNIKOV; GAUSSIAN, of which `bell` makes the rest), or 0 everywhere (UNIFORM).
-inline Pair squared_distance(const double* ellipse, int profile) {
-    const double a = ellipse[2], b = ellipse[3];
+inline Pair squared_distance(const Region& region, int profile) {
+    const double a = region.a, b = region.b;
     if (profile == UNIFORM) return {0.0, 0.0};
     if (profile == RADIAL) return {a * a / (a * a + b * b), b * b / (a * a + b * b)};
     return {1.0, 1.0};
 }
 
 // As `pixels_within`, at the points of a lattice.
-[[gnu::noinline]] inline Index on_lattice(Window window, const double* ellipse,
+[[gnu::noinline]] inline Index on_lattice(Window window, const Region& region,
                                           const Reading& reading, std::uint32_t* __restrict offsets,
                                           double* __restrict weights) {
     const auto [left, top, width, height, pixel_step, line_step] = window;
-    const auto [across, down] = extent(ellipse);
-    const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
-    const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
+    const auto [x, y, a, b, cos, sin, across, down] = region;
     const float ax = float(a * cos), ay = float(a * sin);
     const float bx = float(-b * sin), by = float(b * cos);
-    const auto [uu, vv] = squared_distance(ellipse, reading.profile);
+    const auto [uu, vv] = squared_distance(region, reading.profile);
     const float du = float(uu), dv = float(vv);
     // Places are counted from the ellipse's own corner, whole numbers taken off: so they are
     // positive and small, and single precision is right to 1e-4 pixels in an ellipse of 1,000.
@@ -131,13 +139,11 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 }
 
 // As `pixels_within`, at the pixels of a grid.
-[[gnu::noinline]] inline Index on_grid(Window window, const double* ellipse, const Reading& reading,
+[[gnu::noinline]] inline Index on_grid(Window window, const Region& region, const Reading& reading,
                                        std::uint32_t* offsets, double* weights) {
     const auto [left, top, width, height, pixel, line] = window;
-    const auto [across, down] = extent(ellipse);
-    const double x = ellipse[0], y = ellipse[1], a = ellipse[2], b = ellipse[3];
-    const double cos = std::cos(ellipse[4]), sin = std::sin(ellipse[4]);
-    const auto [uu, vv] = squared_distance(ellipse, reading.profile);
+    const auto [x, y, a, b, cos, sin, across, down] = region;
+    const auto [uu, vv] = squared_distance(region, reading.profile);
     const Index first = std::max(left, Index(std::ceil(x - across)));
     const Index last = std::min(left + width - 1, Index(std::floor(x + across)));
     const Index above = std::max(top, Index(std::ceil(y - down)));
@@ -168,14 +174,14 @@ inline Pair squared_distance(const double* ellipse, int profile) {
 inline Index pixels_within(Window window, const double* ellipse, const Reading& reading,
                            std::uint32_t* offsets, double* weights) {
     const auto [left, top, width, height, pixel, line] = window;
-    const auto [across, down] = extent(ellipse);
-    const double x = ellipse[0], y = ellipse[1];
+    const Region region = region_of(ellipse);
+    const auto [x, y, a, b, cos, sin, across, down] = region;
     if (!std::isfinite(x + y + across + down)) return 0;
     if (x + across < left - 1 || y + down < top - 1 || x - across > left + width ||
         y - down > top + height)
         return 0;
     const auto read = reading.lattice.columns > 0 ? on_lattice : on_grid;
-    return read(window, ellipse, reading, offsets, weights);
+    return read(window, region, reading, offsets, weights);
 }
 
 // Returns the color of a pixel whose bytes, in an order, are the lower ones of a number.
@@ -207,11 +213,18 @@ template <Order order>
         std::uint32_t((picture.height - 1) * picture.line + (picture.width - 1) * picture.pixel);
     const std::uint32_t corner = color_of<order>(bytes(data + last));
     if (last == 0) return std::fill_n(colors, count, corner), void();
-    for (Index i = 0; i < count; ++i) {
-        const std::uint8_t* at = data + std::min(offsets[i], last - 1);
-        const std::uint32_t found = bytes(at) | std::uint32_t(at[3]) << 24;
-        colors[i] = offsets[i] >= last ? corner : color_of<order>(found);
+    const auto color_at = [&](std::uint32_t offset) {
+        const std::uint8_t* at = data + offset;
+        return color_of<order>(bytes(at) | std::uint32_t(at[3]) << 24);
+    };
+    std::uint32_t highest = 0;
+    for (Index i = 0; i < count; ++i) highest = std::max(highest, offsets[i]);
+    if (highest < last) {  // nearly always
+        for (Index i = 0; i < count; ++i) colors[i] = color_at(offsets[i]);
+        return;
     }
+    for (Index i = 0; i < count; ++i)
+        colors[i] = offsets[i] >= last ? corner : color_at(std::min(offsets[i], last - 1));
 }
 
 // Writes the colors at places in a picture, each as r + 256 g + 65536 b.
@@ -246,8 +259,7 @@ inline std::array<double, 4> bounds(Ellipses ellipses) {
     constexpr double inf = std::numeric_limits<double>::infinity();
     double left = inf, top = inf, right = -inf, bottom = -inf;
     for (Index n = 0; n < ellipses.rows; ++n) {
-        const double x = ellipses[n][0], y = ellipses[n][1];
-        const auto [across, down] = extent(ellipses[n]);
+        const auto [x, y, a, b, cos, sin, across, down] = region_of(ellipses[n]);
         if (!std::isfinite(x + y + across + down)) continue;
         left = std::min(left, x - across), top = std::min(top, y - down);
         right = std::max(right, x + across), bottom = std::max(bottom, y + down);

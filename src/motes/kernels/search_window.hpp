@@ -161,6 +161,21 @@ inline void cut(Picture picture, Pair corner, Pair across, Pair down, Volume<flo
         cut_turned(picture, corner, across, down, out);
 }
 
+// A target's place, and the direction of its sides.
+struct Place {
+    double x, y, a, b, theta;
+};
+
+// Does as `cut` does around a place, in its directions, with samples `step` pixels apart.
+inline void cut_around(Picture picture, const Place& place, Pair step, Volume<float> out) {
+    const double cos = std::cos(place.theta), sin = std::sin(place.theta);
+    const Pair across{step.x * cos, step.x * sin}, down{-step.y * sin, step.y * cos};
+    const double right = double(out.columns - 1) / 2, low = double(out.rows - 1) / 2;
+    const Pair corner{place.x - right * across.x - low * down.x,
+                      place.y - right * across.y - low * down.y};
+    cut(picture, corner, across, down, out);
+}
+
 // Writes R + G + B of samples (H + 2, W + 2), those at the border twice.
 inline void brightness(Samples samples, Plane<float> out) {
     const Index height = samples.rows, width = samples.columns;
@@ -290,6 +305,22 @@ inline void gradient_cells(Samples samples, Index cell, Plane<const std::uint8_t
         }
     }
     colors(samples, cell, out);
+}
+
+// Writes the features (30 h w, N) of the `rows` x `columns` cells of a target of N sizes, factors
+// of the one at its place; those of a size are weighted by its taper.
+inline void cells_of_sizes(Picture picture, const Place& place, Floats factors, Taps tapers,
+                           Index rows, Index columns, Index cell, Plane<const std::uint8_t> sectors,
+                           Plane<float> out) {
+    const Index height = rows * cell, width = columns * cell;
+    Scratch<float> window(3 * height * width), features(out.rows);
+    for (Index n = 0; n < factors.size; ++n) {
+        const Pair step{2 * place.a * factors[n] / double(width),
+                        2 * place.b * factors[n] / double(height)};
+        cut_around(picture, place, step, {window, 3, height, width});
+        gradient_cells({window, 3, height, width}, cell, sectors, {features, 30, rows, columns});
+        for (Index k = 0; k < out.rows; ++k) out[k][n] = tapers[n] * features[k];
+    }
 }
 
 }  // namespace motes::search_window

@@ -1,4 +1,16 @@
-from motes.kernels.structures import Bytes, Pair, Singles
+from motes.kernels.structures import Bytes, Floats, Pair, Place, Singles
 
 def cut(picture: Bytes, corner: Pair, across: Pair, down: Pair, out: Singles) -> None: ...
+def cut_around(picture: Bytes, place: Place, step: Pair, out: Singles) -> None: ...
 def gradient_cells(samples: Singles, cell: int, sectors: Bytes, out: Singles) -> None: ...
+def cells_of_sizes(
+    picture: Bytes,
+    place: Place,
+    factors: Floats,
+    tapers: Singles,
+    rows: int,
+    columns: int,
+    cell: int,
+    sectors: Bytes,
+    out: Singles,
+) -> None: ...

@@ -19,6 +19,8 @@ Box = tuple[float, float, float, float]
 """Left, top, right and bottom, in samples."""
 Pair = tuple[float, float]
 """x and y."""
+Place = tuple[float, float, float, float, float]
+"""An ellipse: x, y, a, b and theta."""
 
 
 class Grid(NamedTuple):
@@ -54,6 +56,28 @@ class Reading(NamedTuple):
     profile: int
 
 
+class Noise(NamedTuple):
+    """Random motion in one reference interval; see `Noise` and `Walking` of `sot.filtering.motion`.
+
+    Attributes
+    ----------
+    position, size, size_return, aspect, angle
+        As there.
+    changes
+        (k,), standard deviations of each order of changes, as shares of what they change.
+    persistence
+        Share of a change that is left.
+    """
+
+    position: float
+    size: float
+    size_return: float
+    aspect: float
+    angle: float
+    changes: Floats
+    persistence: float
+
+
 class ColorBins(NamedTuple):
     """A color space, by its number in `kernels.color`, and its bins in each channel."""
 
@@ -61,3 +85,24 @@ class ColorBins(NamedTuple):
     n0: int
     n1: int
     n2: int
+
+
+class ColorTarget(NamedTuple):
+    """A target's colors, and how ellipses are read that are compared with them.
+
+    Attributes
+    ----------
+    reading
+        How ellipses are read.
+    slots
+        For each bin, its index among the occupied ones; their number if it is empty.
+    roots
+        Square roots of the occupied bins.
+    bins
+        The bins.
+    """
+
+    reading: Reading
+    slots: Counts
+    roots: Floats
+    bins: ColorBins

@@ -31,6 +31,8 @@ class DetectionOutcome(StrEnum):
     """Its score is among the lowest so far, and these begin no objects."""
     USELESS = "too small, too large or outside"
     """No tracker can start on it."""
+    UNWANTED = "of another class, or below the least score"
+    """The configuration leaves it out."""
     SURPLUS = "beyond the limit"
     """Its score is too low for the largest number of detections that are used of a frame."""
 

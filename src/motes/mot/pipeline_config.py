@@ -12,7 +12,7 @@ from motes.mot.detection.background import BackgroundConfig
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
-from motes.mot.detection.onnx_config import OnnxConfig, onnx_values
+from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
 

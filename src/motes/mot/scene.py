@@ -25,6 +25,7 @@ from motes.mot.detection.adapters import as_detections
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
 from motes.mot.expected import Expected
 from motes.mot.scene_config import SceneConfig, scene_config
+from motes.mot.scene_tracks import SceneTracks
 from motes.mot.stages.admit import admit
 from motes.mot.stages.associate import associate
 from motes.mot.stages.drop_fragments import drop_fragments
@@ -85,21 +86,26 @@ def step(
     state: SceneState,
     frame: Frame,
     dt: float,
-    detections: Sequence[Detection],
+    detections: Sequence[Detection] | None,
     config: SceneConfig,
     expected: Sequence[Expected] = (),
     motion: Floats | None = None,
 ) -> tuple[SceneState, SceneInfo]:
     """Follow all objects into a frame, `dt` seconds after the last one. Zhao and Pei, section 3.
 
-    Each object draws from random numbers of its own, which `seed` and its identity determine.
-    `motion` is that of the camera, a homography (3, 3) from the last frame, if it moves.
+    Each object draws from random numbers of its own, which `seed` and its identity determine. If
+    the detector did not look at the frame, detections are None, and tentative tracks wait.
+    `motion` is that of the camera, a homography (3, 3) from the frame that the detector looked at
+    last, if it moves.
     """
+    looked = detections is not None
     if motion is not None:
         carried, initiation = follow_camera(state.objects, state.initiation, motion)
         state = SceneState(carried, initiation, state.terminated)
-    found, useless = suppress_duplicates(detections, frame, config.detections)
+    found, useless = suppress_duplicates(detections or (), frame, config.detections)
     objects = [each.predict(dt) for each in state.objects]
+    if not looked:
+        objects = [each.without_look(dt) for each in objects]
     objects, free, matched = associate(objects, found, frame, dt, config)
     objects = update(objects, frame, dt)
     objects = mark_occluded(objects, frame, config.occlusion)
@@ -108,8 +114,10 @@ def step(
     initiation = state.initiation.with_scores(found)
     arrived = admit(seed, initiation, expected, objects, free, frame, config)
     objects, free, initiation = objects + arrived.begun, arrived.free, arrived.initiation
-    begun, initiation, tentative = initiate(seed, initiation, free, frame, config)
-    objects += begun
+    tentative: list[LoggedDetection] = []
+    if looked:
+        begun, initiation, tentative = initiate(seed, initiation, free, frame, config)
+        objects += begun
     tracks, staying = report(objects, frame, config)
     terminated = state.terminated + len(objects) - len(staying)
     staying = resolve_identity_switches(staying, frame)
@@ -119,9 +127,12 @@ def step(
 
 
 class _Found(NamedTuple):
-    """A detector's detections in a frame, its warnings up to then, and the camera's motion."""
+    """What a detector returns of a frame.
 
-    detections: Sequence[Detection]
+    Its detections, None if it did not look; its warnings up to then; and the camera's motion.
+    """
+
+    detections: Sequence[Detection] | None
     warnings: Mapping[str, str]
     motion: Floats | None
 
@@ -188,7 +199,7 @@ class Scene:
         """Expect objects in the next frame; they begin as soon as they are seen there."""
         self._expected = expected
 
-    def update(self, frame: Frame | NDArray[np.uint8]) -> list[SceneTrack]:
+    def update(self, frame: Frame | NDArray[np.uint8]) -> SceneTracks:
         """Return the objects in the next frame, also those that are occluded, oldest first.
 
         Raises
@@ -202,7 +213,7 @@ class Scene:
 
     def watch(
         self, frames: Iterable[Frame], *, ahead: bool = True
-    ) -> Generator[tuple[Frame, list[SceneTrack]], None, None]:
+    ) -> Generator[tuple[Frame, SceneTracks], None, None]:
         """Yield each frame and its objects, as `update` returns them.
 
         Parameters
@@ -210,8 +221,9 @@ class Scene:
         frames
             In order.
         ahead
-            Whether a thread runs the detector on the next two frames meanwhile. The results are the
-            same. They come later if frames are live and faster than they can be followed.
+            Whether a thread runs the detector on the next frames meanwhile: two, or as many more as
+            it leaves out. The results are the same. They come later if frames are live and faster
+            than they can be followed.
 
         Raises
         ------
@@ -219,21 +231,25 @@ class Scene:
             As `update`. Errors of `frames` and of the detector come after the frames before.
         """
         found = ((frame, self._detect(frame)) for frame in frames)
-        with prefetch(found, 1) if ahead else contextlib.nullcontext(found) as detected:
+        queue = self.config.detections.every
+        with prefetch(found, queue) if ahead else contextlib.nullcontext(found) as detected:
             for frame, what in detected:
                 self._check(frame)
                 yield frame, self._step(frame, what)
 
     def _detect(self, frame: Frame) -> _Found:
-        """Return what the detector finds in a frame."""
-        if isinstance(self.detector, ObservingDetector):
-            self.detector.observe(self._moved.pop(self._detected - LAG, []))
+        """Return what the detector finds in a frame, if it is its turn."""
+        every = self.config.detections.every
+        turn = self._detected % every == 0
+        moved = self._moved.pop(self._detected - LAG - (every - 1), [])
         self._detected += 1
-        found = as_detections(self.detector(frame))
-        motion = getattr(self.detector, "motion", None)
+        if turn and isinstance(self.detector, ObservingDetector):
+            self.detector.observe(moved)
+        found = as_detections(self.detector(frame)) if turn else None
+        motion = getattr(self.detector, "motion", None) if turn else None
         return _Found(found, dict(getattr(self.detector, "warnings", {})), motion)
 
-    def _step(self, frame: Frame, found: _Found) -> list[SceneTrack]:
+    def _step(self, frame: Frame, found: _Found) -> SceneTracks:
         """Follow all objects into the next frame."""
         dt = FRAME_INTERVAL if self._last is None else frame.time - self._last.time
         self._last = frame
@@ -249,7 +265,7 @@ class Scene:
         tracks, self.detection_log, self.admitted = info
         self._warn(frame)
         self.warnings = {**found.warnings, **self._own_warnings}
-        return tracks
+        return SceneTracks(tracks)
 
     def _warn(self, frame: Frame) -> None:
         """Note a warning if there are too many detections, once."""

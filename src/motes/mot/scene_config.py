@@ -28,10 +28,20 @@ class DetectionSelection(Config, frozen=True):
     duplicate_overlap
         Overlap above which the one of two detections with the lower score is a duplicate: the
         share of either box that lies in the other. With a larger value fewer are removed.
+    classes
+        Names of the classes that are used; all if empty.
+    least
+        Least score of a detection that is used; by default any. With a larger value fewer are used.
+    every
+        The detector looks at every frame with this distance. Between these frames objects are
+        followed by their appearance alone. A larger value is faster and less exact.
     """
 
     limit: Count = 10_000
     duplicate_overlap: Share = 0.6
+    classes: tuple[str, ...] = ()
+    least: float | None = None
+    every: Count = 1
 
 
 class Smoothing(Config, frozen=True):

@@ -39,6 +39,9 @@ class SceneTrack:
         Whether a detection confirms it in this frame.
     velocity
         In x and y, in pixels a second.
+    label
+        The name of its class, such as "car": that of most of its detections so far. None if the
+        detector knows no classes.
     """
 
     identity: int
@@ -46,6 +49,7 @@ class SceneTrack:
     occluded_by: int | None = None
     detected: bool = False
     velocity: tuple[float, float] = (0.0, 0.0)
+    label: str | None = None
 
     @property
     def box(self) -> Box:
@@ -60,8 +64,9 @@ class SceneTrack:
     def to_dict(self) -> dict[str, Any]:
         """Return the columns of a row file of objects, with values that `json.dumps` takes.
 
-        The keys are frame, time, identity, x, y, width, height, confidence, status and occluded_by;
-        x and y are those of the box. Numbers are not rounded; one that is not finite is None.
+        The keys are frame, time, identity, x, y, width, height, confidence, status, occluded_by and
+        class; x and y are those of the box. Numbers are not rounded; one that is not finite is
+        None.
         """
         each = self.track.to_dict()
         return {
@@ -72,11 +77,13 @@ class SceneTrack:
             "confidence": each["confidence"],
             "status": each["status"],
             "occluded_by": self.occluded_by,
+            "class": self.label,
         }
 
     def __repr__(self) -> str:
         hidden = "" if self.occluded_by is None else f", occluded_by={self.occluded_by}"
-        return f"SceneTrack(identity={self.identity}, {self.track!r}{hidden})"
+        name = "" if self.label is None else f", label={self.label!r}"
+        return f"SceneTrack(identity={self.identity}, {self.track!r}{hidden}{name})"
 
 
 class TrackedObject(msgspec.Struct, frozen=True, eq=False):
@@ -108,6 +115,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         Its edges when another object last came so near.
     occluder_candidate
         The identity of the object that last occluded it, until both are told apart.
+    votes
+        How many of its detections had each class, in the order of their first appearance.
     origin
         The center of its first detection.
     moved
@@ -129,6 +138,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     near_other: bool = False
     shape_model: HogModel | None = None
     occluder_candidate: int | None = None
+    votes: dict[str, int] = {}
     origin: tuple[float, float] = (0.0, 0.0)
     moved: bool = False
 
@@ -190,7 +200,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         track = replace(info.track, status=Status.TRACKING)
         begun = cls(
             identity, tracker, rng, state, track, expected.velocity, frame.time, frame.time,
-            track.ellipse, state, detected=False,
+            track.ellipse, state, detected=False, origin=track.ellipse[:2],
         )  # fmt: skip
         return begun if box is None else begun.detect(box, frame.time)
 
@@ -208,7 +218,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     def scene_track(self) -> SceneTrack:
         """Its public part."""
         dx, dy = self.velocity.tolist()
-        return SceneTrack(self.identity, self.track, self.occluded_by, self.detected, (dx, dy))
+        label = max(self.votes, key=self.votes.__getitem__, default=None)
+        return SceneTrack(
+            self.identity, self.track, self.occluded_by, self.detected, (dx, dy), label
+        )
 
     def carried(self, place: tuple[float, float], origin: tuple[float, float]) -> Self:
         """Put it, and its origin, where the camera's motion takes them."""
@@ -224,6 +237,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         predicted = old._replace(x=old.x + dx, y=old.y + dy)
         state = self._moved(self.state, old, predicted)
         return replace(self, predicted=predicted, state=state, detected=False)
+
+    def without_look(self, dt: float) -> Self:
+        """Let the time without a detection stand still: the detector did not look at this frame."""
+        return replace(self, last_time=self.last_time + dt)
 
     def detect(self, box: Box, time: float, smoothing: float = 0.0) -> Self:
         """Put it where it is detected; it keeps a share of its old size, the smoothing."""
@@ -248,6 +265,12 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             occluded_by=None,
             moved=moved,
         )
+
+    def vote(self, label: str | None) -> Self:
+        """Count a detection's class, if it has one."""
+        if label is None:
+            return self
+        return replace(self, votes={**self.votes, label: self.votes.get(label, 0) + 1})
 
     def update_velocity(self, smoothing: float, dt: float) -> Self:
         """Correct its velocity by the detection; it keeps a share of the old one, the smoothing."""
@@ -299,6 +322,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             identity=other.identity,
             rng=other.rng,
             first_time=other.first_time,
+            votes=other.votes,
             shape_model=other.shape_model,
             state=replace(
                 self.state,

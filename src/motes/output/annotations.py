@@ -6,7 +6,7 @@ of the frame, as these tools do. Parts outside the frame are cut off. Frames cou
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import msgspec
@@ -36,8 +36,9 @@ class Corners(NamedTuple):
 def coco(journal: Journal) -> Iterator[bytes]:
     """Yield a COCO document: `info`, `licenses`, `categories`, `images` and `annotations`.
 
-    `images` has one entry for each frame, with its `frame` and `time`. The `file_name` is that of
-    the image if the source is a folder of images; otherwise it is the name that CVAT gives to a
+    `categories` has the classes of the objects; an object's class is that of its last row. `images`
+    has one entry for each frame, with its `frame` and `time`. The `file_name` is that of the image
+    if the source is a folder of images; otherwise it is the name that CVAT gives to a
     frame of a video. `annotations` has one entry for each object in each frame, also if it is
     occluded: `segmentation` and `area` of the ellipse, the `bbox` around it, the `score`, and the
     `attributes` `track_id` and `occluded`.
@@ -49,11 +50,16 @@ def coco(journal: Journal) -> Iterator[bytes]:
         "video": head.source,
     }
     yield b'{"info": ' + msgspec.json.encode(about) + b',\n"licenses": [],\n"categories": '
-    yield msgspec.json.encode([{"id": 1, "name": head.label, "supercategory": ""}])
+    names = _classes(journal)
+    numbers = {name: number for number, name in enumerate(_labels(names, head), start=1)}
+    yield msgspec.json.encode(
+        [{"id": number, "name": name, "supercategory": ""} for name, number in numbers.items()]
+    )
     yield b',\n"images": ['
     yield from _json_list(_image(row, head) for row in journal)
     yield b'],\n"annotations": ['
-    yield from _json_list(_annotations(journal))
+    categories = {identity: numbers[name] for identity, name in names.items()}
+    yield from _json_list(_annotations(journal, categories))
     yield b"]}\n"
 
 
@@ -73,7 +79,22 @@ def _image(row: FrameRow, head: Header) -> dict[str, object]:
     }
 
 
-def _annotations(journal: Journal) -> Iterator[dict[str, object]]:
+def _classes(journal: Journal) -> dict[int, str]:
+    """Return the class of each identity: that of its last row."""
+    usual = journal.head.label
+    return {
+        each.identity: usual if each.label is None else each.label
+        for row in journal
+        for each in row.objects
+    }
+
+
+def _labels(classes: Mapping[int, str], head: Header) -> list[str]:
+    """Return all classes in the order of their first identities; at least one."""
+    return list(dict.fromkeys(classes.values())) or [head.label]
+
+
+def _annotations(journal: Journal, categories: Mapping[int, int]) -> Iterator[dict[str, object]]:
     number = 0
     for row in journal:
         for each in row.objects:
@@ -85,7 +106,7 @@ def _annotations(journal: Journal) -> Iterator[dict[str, object]]:
             yield {
                 "id": number,
                 "image_id": row.frame + 1,
-                "category_id": 1,
+                "category_id": categories[each.identity],
                 "bbox": [
                     corners.left,
                     corners.top,
@@ -118,6 +139,11 @@ def cvat(journal: Journal) -> Iterator[bytes]:
         for each in row.objects:
             if each.status in ANNOTATED:
                 spans[each.identity] = spans.get(each.identity, (offset, 0))[0], offset
+    classes = _classes(journal)
+    labels = "\n".join(
+        f"        <label>\n          <name>{escape(name)}</name>\n        </label>"
+        for name in _labels(classes, head)
+    )
     yield f"""\
 <?xml version="1.0" encoding="utf-8"?>
 <annotations>
@@ -127,9 +153,7 @@ def cvat(journal: Journal) -> Iterator[bytes]:
       <size>{end}</size>
       <mode>interpolation</mode>
       <labels>
-        <label>
-          <name>{escape(head.label)}</name>
-        </label>
+{labels}
       </labels>
       <original_size>
         <width>{head.width}</width>
@@ -139,11 +163,11 @@ def cvat(journal: Journal) -> Iterator[bytes]:
   </meta>
 """.encode()
     for identity, (first, last) in spans.items():
-        yield from _track(journal, identity, first, last)
+        yield from _track(journal, identity, classes[identity], first, last)
     yield b"</annotations>\n"
 
 
-def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[bytes]:
+def _track(journal: Journal, identity: int, name: str, first: int, last: int) -> Iterator[bytes]:
     """Yield the track of an object whose first and last rows begin at two offsets in the file."""
     from xml.sax.saxutils import quoteattr
 
@@ -155,7 +179,7 @@ def _track(journal: Journal, identity: int, first: int, last: int) -> Iterator[b
             if each.identity == identity:
                 shown, hidden = _visible_box(each, journal.head), each.status is Status.OCCLUDED
         if shown and not started:
-            label = quoteattr(journal.head.label)
+            label = quoteattr(name)
             yield f'  <track id="{identity}" label={label} source="automatic">\n'.encode()
             started = True
         if shown:

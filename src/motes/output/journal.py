@@ -31,13 +31,21 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     confidence: float
     status: Status
     occluded_by: int | None = None
+    label: str | None = None
 
     @classmethod
     def of(cls, each: SceneTrack) -> Self:
         """Return the row of an object."""
         track = each.track
         ellipse = Ellipse(*map(float, track.ellipse))  # a caller may give NumPy numbers
-        return cls(each.identity, ellipse, float(track.confidence), track.status, each.occluded_by)
+        return cls(
+            each.identity,
+            ellipse,
+            float(track.confidence),
+            track.status,
+            each.occluded_by,
+            each.label,
+        )
 
     @property
     def box(self) -> Box:
@@ -55,7 +63,7 @@ class FrameRow(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Header(msgspec.Struct, frozen=True, tag_field="motes", tag="rows 1"):
-    """What all frames share: the source's name, the size in pixels, the class of the objects."""
+    """What all frames share: the source's name, the size in pixels, the usual class of objects."""
 
     source: str
     width: int

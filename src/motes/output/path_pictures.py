@@ -38,7 +38,8 @@ def heatmap(pixels: Pixels, seconds: NDArray[np.float64]) -> Pixels:
     color = np.stack([np.full_like(share, 255), 255 * (1 - share), np.zeros_like(share)], axis=2)
     opacity = 0.8 * share[:, :, None]
     mixed = (1 - opacity) * as_rgb(pixels) + opacity * color
-    return np.rint(mixed).clip(0, 255).astype(np.uint8)
+    heated: Pixels = np.rint(mixed).clip(0, 255).astype(np.uint8)
+    return heated
 
 
 def paths(pixels: Pixels, feet: Mapping[int, Sequence[Point]]) -> Pixels:

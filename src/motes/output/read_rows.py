@@ -18,7 +18,7 @@ from motes.output.track_rows import form_of
 
 WHOLE = ("frame", "identity")
 """Columns of whole numbers."""
-TEXT = ("status", "camera")
+TEXT = ("status", "camera", "class")
 """Columns of text."""
 NUMBERS = (
     "time", "x", "y", "a", "b", "theta", "width", "height", "confidence", "distance",
@@ -44,9 +44,9 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     """Return the rows of a file of tracks (.csv or .jsonl), in the order of the file.
 
     The columns have the names in the file: those of `Track.to_dict`, or of `SceneTrack.to_dict` for
-    a file of many objects. `frame` and `identity` are whole numbers, `status` and `camera` text,
-    all others floating-point numbers. An empty field is NaN, as the position where there was no
-    track yet, or `occluded_by` where no object is in front.
+    a file of many objects. `frame` and `identity` are whole numbers, `status`, `camera` and `class`
+    text, all others floating-point numbers. An empty field is NaN, as the position where there was
+    no track yet, or `occluded_by` where no object is in front.
 
     Parameters
     ----------
@@ -137,6 +137,8 @@ def _value(name: str, field: str | float | None) -> str | float:
     """Return a field of a column as a value of the column's type."""
     if name in NUMBERS:
         return math.nan if field is None or field == "" else float(field)
+    if name == "class" and field is None:
+        return ""
     if name in WHOLE and isinstance(field, str):
         return int(field)
     if not isinstance(field, int if name in WHOLE else str):

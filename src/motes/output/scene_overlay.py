@@ -42,8 +42,8 @@ def draw_scene(
     pixels
         RGB uint8 of shape (H, W, 3); not changed.
     tracks
-        The objects, drawn as boxes with their identities. An object that is not tracked has thin
-        lines and a label without background.
+        The objects, drawn as boxes with their identities and classes. An object that is not tracked
+        has thin lines and a label without background.
     trails
         The past centers of each identity, oldest first.
     regions
@@ -69,7 +69,8 @@ def draw_scene(
         box = each.track.box
         corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
-        text = f"{each.identity}" + (f" {each.track.status}" if hidden else "")
+        name = "" if each.label is None else f" {each.label}"
+        text = f"{each.identity}{name}" + (f" {each.track.status}" if hidden else "")
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         x = min(max(corners[0], 0), image.width - right)

@@ -28,7 +28,8 @@ from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
-from motes.sot.filtering.fusion import Adaptive, Fixed, Fusion, fuse_distances
+from motes.sot.filtering.color_step import ColorStep
+from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
@@ -36,10 +37,12 @@ from motes.sot.filtering.model_update import (
     ModelUpdate,
     PerCue,
     Strategy,
+    any_changes,
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
+from motes.sot.filtering.observation import Observation
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -107,7 +110,7 @@ class ParticleFilter(
     correlation: Correlation | None = None
     posterior: Posterior | None = None
     extra_cues: dict[str, Cue] = {}  # noqa: RUF012  (msgspec copies it)
-    fusion: Fusion = Adaptive()
+    fusion: FusionRule = Adaptive()
     likelihood: Likelihood = Gaussian()
     resampling: Resampling = Resampling()
     presence: AppearanceRule = AppearanceRule()
@@ -125,7 +128,7 @@ class ParticleFilter(
         named: dict[str, Mapping[str, object]] = {}
         if isinstance(self.likelihood, Gaussian):
             named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, Fixed):
+        if isinstance(self.fusion, WeightedProduct):
             named["fusion.weights"] = self.fusion.weights
         if isinstance(self.adaptation, PerCue):
             named["adaptation.cues"] = self.adaptation.cues
@@ -149,6 +152,17 @@ class ParticleFilter(
         """How the models that are histograms learn, by their cue's name."""
         names = [name for name, cue in self.cues.items() if isinstance(cue, AdaptableCue)]
         return {name: self.adaptation.strategy(name) for name in names}
+
+    @cached_property
+    def learns(self) -> bool:
+        """Whether any model ever changes."""
+        return any_changes(self.cues, self.strategies)
+
+    @cached_property
+    def color_step(self) -> ColorStep | None:
+        """The compiled step that gives the same as one part by part; None for most filters."""
+        parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
+        return ColorStep.of(*parts)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -190,7 +204,8 @@ class ParticleFilter(
             places = np.array([[0.0, 0.0, frame.width, frame.height]])
         backgrounds = self._backgrounds(models, background or frame, size, target_in_frame=False)
         start = scatter(rng, places, size, self.particles)
-        return self._begin(frame, start, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, start, models, backgrounds, size, places, status, known=True)
 
     def hand_over(
         self, frame: Frame, models: dict[str, Model], samples: Floats
@@ -212,7 +227,8 @@ class ParticleFilter(
         backgrounds = self._backgrounds(models, frame, size, target_in_frame=True)
         low, high = samples[:, :2].min(axis=0), samples[:, :2].max(axis=0)
         places = np.array([[*low, *np.maximum(high - low, 1.0)]])
-        return self._begin(frame, samples, models, backgrounds, size, places, Status.SEARCHING)
+        status = Status.SEARCHING
+        return self._begin(frame, samples, models, backgrounds, size, places, status)
 
     def step(
         self,
@@ -235,25 +251,32 @@ class ParticleFilter(
         # A known target that has just appeared is looked at more closely before it counts as found.
         searching = absent and not state.frames_missed
         if absent and expected is not None:
-            there = self._observe(
-                state, frame, self.motion.initial(expected), np.zeros(len(expected))
-            )
-            if there[1].track.status is Status.TRACKING:
-                return there
+            # The other tracker has seen it for long enough, so one frame is enough here.
+            anew = replace(state, known=False, frames_missed=0)
+            states, prior = self.motion.initial(expected), np.zeros(len(expected))
+            after, info = self._judge(anew, frame, self._observe(anew, frame, states, prior))
+            if info.track.status is Status.TRACKING:
+                return replace(after, known=state.known), info
         n = self._count(state, max_particles)
+        dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
+        if self.color_step is not None and not searching:
+            [model], [background] = state.models.values(), state.backgrounds.values()
+            least = self.presence.threshold(background)
+            before = state.states, state.weights
+            seen = self.color_step(rng, frame, *before, n, dt, first, model, least)
+            return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
         if searching or n != len(states) or self.resampling.due(state.weights):
             states = states.take(self.resampling.ancestors(rng, state.weights, n), axis=0)
             prior = np.zeros(n)
-        dt = min(frame.time - state.time, LONGEST_INTERVAL)
-        states = self.motion.propagate(rng, states, dt, state.reference_size)
+        states = self.motion.propagate(rng, states, dt, first)
         if searching:
-            fresh = scatter(rng, state.search_regions, state.reference_size, (n + 1) // 2)
+            fresh = scatter(rng, state.search_regions, first, (n + 1) // 2)
             # The half is random: most schemes return ancestors in order, and a fixed half would
             # always drop the same particles.
             replaced = rng.choice(n, len(fresh), replace=False)
             states[replaced] = self.motion.initial(fresh)
-        return self._observe(state, frame, states, prior)
+        return self._judge(state, frame, self._observe(state, frame, states, prior))
 
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
@@ -261,7 +284,8 @@ class ParticleFilter(
         """Put the target at `region` of the current frame; the target model is kept."""
         states = self.motion.initial(np.tile(np.array(region), (self.particles, 1)))
         state = replace(state, status=Status.TRACKING, frames_missed=0)
-        return self._observe(state, frame, states, np.zeros(self.particles))
+        seen = self._observe(state, frame, states, np.zeros(self.particles))
+        return self._judge(state, frame, seen)
 
     def check(self, state: FilterState, frame: Frame) -> FilterState:
         """Return a saved state in the types of the cues; raise a ValueError if it is none."""
@@ -300,6 +324,8 @@ class ParticleFilter(
         first: Ellipse,
         places: Floats,
         status: Status,
+        *,
+        known: bool = False,
     ) -> tuple[FilterState, FilterInfo]:
         state = FilterState(
             time=frame.time,
@@ -312,69 +338,60 @@ class ParticleFilter(
             search_regions=places,
             status=status,
             frames_missed=0,
-            known=status is Status.SEARCHING,
+            known=known,
         )
-        return self._observe(state, frame, state.states, np.zeros(len(ellipses)))
+        seen = self._observe(state, frame, state.states, np.zeros(len(ellipses)))
+        return self._judge(state, frame, seen)
 
     def _observe(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
-    ) -> tuple[FilterState, FilterInfo]:
-        """Weight the new states, with log-weights `prior`, by the frame; estimate, judge, learn."""
+    ) -> Observation:
+        """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
         logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses, state.reference_size)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
         estimate, covariance = mean_ellipse(ellipses, weights.values)
         seen = self._distances(state.models, frame, np.array([estimate]))
-        overall, distance = (
-            fuse_distances(distances, shares),
-            float(fuse_distances(seen, shares)[0]),
-        )
-        threshold = 0.0
-        for share, background in zip(shares.tolist(), state.backgrounds.values(), strict=True):
-            threshold += share * self.presence.threshold(background)
+        reliability = self.fusion.reliability(names)
+        overall = fuse_distances(distances, reliability)
+        distance = float(fuse_distances(seen, reliability)[0])
+        each = map(self.presence.threshold, state.backgrounds.values())
+        threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
         counted = self.presence.counted(overall, ellipses, frame)
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        there = appearing > self.presence.fraction * len(states)
+        found = estimate, covariance, distance, appearing, support
+        return Observation(states, ellipses, weights, overall, shares, *found)
+
+    def _judge(
+        self, state: FilterState, frame: Frame, seen: Observation
+    ) -> tuple[FilterState, FilterInfo]:
+        """Decide whether the target is there, and learn from it if so."""
+        there = seen.appearing > self.presence.fraction * len(seen.states)
         status, missed = self.presence.next_status(
             state.status, there, state.frames_missed, known=state.known
         )
         update = ModelUpdate(state.models, state.memories, {})
-        if there and frame.time > state.time:  # a model learns at most once from a frame
+        # A model learns at most once from a frame.
+        if self.learns and there and frame.time > state.time:
             update = update_models(
-                self.cues, self.strategies, state.models, state.memories, frame, estimate
+                self.cues, self.strategies, state.models, state.memories, frame, seen.estimate
             )
+        confidence = self.calibration.probability(seen.distance) * min(1.0, seen.support)
         track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=estimate,
-            covariance=covariance,
-            confidence=self.calibration.probability(distance) * min(1.0, support),
-            status=status,
-            distance=distance,
-            effective_sample_size=weights.effective_sample_size,
-        )
+            frame.index, frame.time, seen.estimate, seen.covariance, confidence, status,
+            seen.distance, seen.weights.effective_sample_size,
+        )  # fmt: skip
         info = FilterInfo(
-            track,
-            ellipses,
-            weights.values,
-            overall,
-            appearing,
-            state.models,
-            dict(zip(self.cues, shares.tolist(), strict=True)),
+            track, seen.ellipses, seen.weights.values, seen.distances, seen.appearing,
+            state.models, dict(zip(self.cues, seen.shares.tolist(), strict=True)),
             update.diagnostics,
-        )
+        )  # fmt: skip
         after = replace(
-            state,
-            time=frame.time,
-            states=states,
-            weights=weights,
-            models=update.models,
-            memories=update.memories,
-            status=status,
-            frames_missed=missed,
-        )
+            state, time=frame.time, states=seen.states, weights=seen.weights,
+            models=update.models, memories=update.memories, status=status, frames_missed=missed,
+        )  # fmt: skip
         return after, info
 
     def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:

@@ -21,7 +21,7 @@ from motes.sot.algorithm import TRACKERS, Algorithm
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import Autoregressive, ConstantVelocity, EllipseWalk, Noise
@@ -63,26 +63,29 @@ MEAN_SHIFT = MeanShift(  # section VI
 )
 
 # Maggio et al. give neither sigma, nor the share of pixels above T, nor the filters' scale, nor a
-# floor of uncertainty. Not the paper's: the lattice, and the appearance rule with its margin.
+# floor of uncertainty. Not the paper's: the lattice, the appearance rule with its margin, and the
+# fusion's product; maggio:printed has none of them.
 ROH = Orientation(
     bins=36, form="rotated", scale_selection=True, kept_fraction=0.5
 )  # sections 3.2 and 5
 FOH = replace(ROH, form="fourier")  # section 3.2.1
+SHARES = {"color": 0.66, "orientation": 0.34}  # section 5
 MAGGIO = ParticleFilter(
     particles=150,  # section 5
     motion=EllipseWalk(position=5.5, size=0.05, eccentricity=0.021, angle=math.radians(10)),  # 5
     color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov"),  # sections 3.1 and 5
     orientation=ROH,
-    fusion=Adaptive(floor=0.5),  # equations 8 to 10
+    fusion=Adaptive(floor=0.3, weights=SHARES),  # after equations 8 to 10
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.37, width=0.08),
+    calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(
     MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
 )  # spectra differ less than histograms: a calibration of their own, as each cue alone has
-FIXED = Fixed(weights={"color": 0.66, "orientation": 0.34})  # section 5
+FIXED = Fixed(weights=SHARES)
+ALONE = Adaptive()  # one cue has the whole weight
 
 # Ng and Delp give neither motion, nor number of particles, nor bins of edges, and do not say how
 # color and edges become one. The motion is nummiaro's; 150 particles are those of the other filter
@@ -107,15 +110,13 @@ NG_DELP = ParticleFilter(
 )
 
 
-def ng_delp_pixels(sampling: Sampling) -> ParticleFilter:
-    """Return `ng_delp` with other pixels read by both cues."""
-    assert NG_DELP.color is not None
-    assert NG_DELP.edges is not None
-    return replace(
-        NG_DELP,
-        color=replace(NG_DELP.color, sampling=sampling),
-        edges=replace(NG_DELP.edges, sampling=sampling),
+def _reading(config: ParticleFilter, sampling: Sampling) -> ParticleFilter:
+    """Return a filter whose cues read other pixels."""
+    cues: dict[str, Any] = dict(config.cues)
+    changed: ParticleFilter = replace(
+        config, **{name: replace(cue, sampling=sampling) for name, cue in cues.items()}
     )
+    return changed
 
 
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
@@ -143,14 +144,13 @@ ZHAO_PEI = ParticleFilter(
 ALWAYS_PRESENT = AppearanceRule(max_threshold=0.0)
 """For papers without an appearance rule: the target is always there."""
 NUMMIARO_PRINTED = replace(
-    NUMMIARO,
+    _reading(NUMMIARO, EveryPixel()),  # equation 3
     motion=ConstantVelocity(
         # Equation 8: H_x and H_y have a noise of their own, and no factor in common; no value.
         noise=Noise(position=0.6, size=0.0, size_return=0.0, aspect=0.02),
         velocity=0.5,
         persistence=1.0,  # equations 8 and 9: velocities are constant
     ),
-    color=replace(NUMMIARO.color, sampling=EveryPixel()),  # equation 3
     presence=AppearanceRule(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
@@ -163,15 +163,20 @@ NUMMIARO_PRINTED = replace(
         max_positions=10**9,
     ),
 )
+MAGGIO_PRINTED = replace(
+    MAGGIO,
+    color=Color(space="rgb", bins=(10, 10, 10), kernel="epanechnikov", sampling=EveryPixel()),
+    orientation=replace(ROH, sampling=EveryPixel()),
+    fusion=PrintedMixture(),  # equations 7 to 10
+    presence=ALWAYS_PRESENT,
+)
 NG_DELP_PRINTED = replace(
-    ng_delp_pixels(EveryPixel()),  # equations 16 to 19
+    _reading(NG_DELP, EveryPixel()),  # equations 16 to 19
     likelihood=BestParticle(epsilon=0.1, floor=0.001),  # figure 3; equation 24 has no floor
     presence=ALWAYS_PRESENT,
 )
 ZHAO_PEI_PRINTED = replace(
-    ZHAO_PEI,
-    color=replace(ZHAO_PEI.color, sampling=EveryPixel()),  # section 3.1
-    hog=replace(ZHAO_PEI.hog, sampling=EveryPixel()),  # equation 2
+    _reading(ZHAO_PEI, EveryPixel()),  # section 3.1, equation 2
     presence=ALWAYS_PRESENT,
     adaptation=PerCue(
         cues={
@@ -189,16 +194,19 @@ PRESETS: dict[str, TrackerConfig] = {
     "mean_shift": MEAN_SHIFT,
     "mean_shift:kalman": replace(MEAN_SHIFT, prediction=Kalman()),  # section VI, predicted start
     "maggio": MAGGIO,
+    "maggio:printed": MAGGIO_PRINTED,
     # The columns of Table 1, and A without SS of figure 5a. O has SS, as figure 5b says.
-    "maggio:C": replace(MAGGIO, orientation=None, calibration=Calibration(middle=0.36, width=0.1)),
+    "maggio:C": replace(
+        MAGGIO, orientation=None, fusion=ALONE, calibration=Calibration(middle=0.36, width=0.1)
+    ),
     "maggio:O-FOH": replace(
-        MAGGIO_FOH, color=None, calibration=Calibration(middle=0.02, width=0.1)
+        MAGGIO_FOH, color=None, fusion=ALONE, calibration=Calibration(middle=0.02, width=0.1)
     ),
-    "maggio:O-ROH": replace(MAGGIO, color=None, calibration=Calibration(middle=0.17, width=0.05)),
+    "maggio:O-ROH": replace(
+        MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)
+    ),
     "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
-    "maggio:C+O-SS-ROH": replace(
-        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)
-    ),
+    "maggio:C+O-SS-ROH": replace(MAGGIO, fusion=FIXED),
     "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
     "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
     "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
@@ -206,8 +214,8 @@ PRESETS: dict[str, TrackerConfig] = {
     "ng_delp": NG_DELP,
     "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
     "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
-    "ng_delp:half": ng_delp_pixels(Checkerboard(share="half")),  # section 3.5, figure 2
-    "ng_delp:quarter": ng_delp_pixels(Checkerboard(share="quarter")),  # section 3.5, figure 2
+    "ng_delp:half": _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
+    "ng_delp:quarter": _reading(NG_DELP, Checkerboard(share="quarter")),  # section 3.5, figure 2
     "ng_delp:printed": NG_DELP_PRINTED,
     "zhao_pei": ZHAO_PEI,
     "zhao_pei:printed": ZHAO_PEI_PRINTED,
@@ -231,6 +239,7 @@ DESCRIPTIONS = {
     "mean_shift": "Mean shift on a color histogram, the comparison of Nummiaro et al.",
     "mean_shift:kalman": "The same from a start that a Kalman filter predicts.",
     "maggio": "Maggio et al.: color and edge orientation (ROH), adaptive cue weights.",
+    "maggio:printed": "As printed: a sum of likelihoods, every pixel, no appearance rule.",
     "maggio:C": "Color alone (table 1).",
     "maggio:O-FOH": "Orientation alone, by the magnitudes of its Fourier transform (table 1).",
     "maggio:O-ROH": "Orientation alone, turned with the target (table 1).",

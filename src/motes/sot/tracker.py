@@ -24,11 +24,11 @@ from motes.core.saved_state import LARGEST, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.core.types import Floats
-from motes.cues.color import Color
 from motes.sot.algorithm import Algorithm, BudgetedAlgorithm, SearchingAlgorithm
 from motes.sot.filtering.sample_size import SpeedBudget
-from motes.sot.known_target import Place, Target, boxes_of
+from motes.sot.known_target import Target
 from motes.sot.particle_filter import ParticleFilter
+from motes.sot.places import Place, boxes_of
 from motes.sot.presets import TrackerConfig, preset
 from motes.sot.step_info import StepInfo
 
@@ -135,7 +135,7 @@ class Tracker:
         frame
             The first frame.
         target
-            The target; the tracker's color cue must have the same bins.
+            The target; it must have been learned with the tracker's cues.
         places
             Where the target may appear; anywhere if empty.
         background
@@ -144,26 +144,22 @@ class Tracker:
         Raises
         ------
         ConfigError
-            If the tracker cannot search, or its color cue has other bins than the target.
+            If the tracker cannot search, or has other cues or bins than the target.
         """
-        config, its = self.config, target.cue
-        [mine, *others] = config.cues.values()
-        if not isinstance(config, SearchingAlgorithm) or not isinstance(mine, Color) or others:
+        config = self.config
+        if not isinstance(config, SearchingAlgorithm):
             raise ConfigError(
-                "Only a particle filter on color alone can search; choose preset nummiaro."
+                "Only a particle filter can search for a known target; choose preset nummiaro, or "
+                "another one."
             )
-        if (mine.space, mine.bins) != (its.space, its.bins):
-            raise ConfigError(
-                f"The tracker reads {mine.space} {mine.bins}, the histogram is {its.space} "
-                f"{its.bins}; make it anew with the tracker's settings."
-            )
+        models = target.models_for(config.cues)
         picture = _first(frame)
         middle = target.size._replace(x=picture.width / 2, y=picture.height / 2)
         size = region_within(middle, picture.width, picture.height)
         boxes = boxes_of(tuple(places), picture) if places else None
         empty = None if background is None else _first(background)
         self._restart()
-        begun = config.search(self._rng, picture, {"color": target.model}, size, boxes, empty)
+        begun = config.search(self._rng, picture, models, size, boxes, empty)
         return self._take(picture, begun)
 
     def expect(self, samples: Floats) -> None:
@@ -326,7 +322,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 4
+FORMAT = 5
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

@@ -25,6 +25,7 @@ from motes.evaluation.adapters.sot import LARGEST
 from motes.evaluation.datasets.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
+from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.sources import open_source
 
@@ -273,7 +274,7 @@ class DetectorAdapter:
     Parameters
     ----------
     detector
-        `background`, or `module:factory`, whose return value finds the objects of a frame.
+        `background`, `module:callable`, or an ONNX file, as for `motes watch`.
     make
         Makes the tracker, with a seed if it is stochastic.
     seed
@@ -285,7 +286,7 @@ class DetectorAdapter:
     ) -> None:
         self._name = detector
         self._detector: Detector = (
-            BackgroundDetector() if detector == BACKGROUND else import_callable(detector)()
+            BackgroundDetector() if detector == BACKGROUND else named_detector(detector)
         )
         self._adapter = make() if seed is None else make(seed)
 

@@ -64,6 +64,7 @@ from motes.evaluation.adapters.sot import (
 )
 from motes.evaluation.datasets.sot import Problem
 from motes.mot.detection.background import BackgroundDetector
+from motes.mot.pipeline_config import named_detector
 from motes.mot.scene_config import scene_config
 from motes.sot import presets
 from motes.sot.mean_shift import MeanShift
@@ -179,20 +180,28 @@ def with_detector(specs: Iterable[TrackerSpec], detector: str) -> list[TrackerSp
     specs
         The trackers; saved results are not changed.
     detector
-        `background`, or the `module:factory` of a `motes.Detector`, called without arguments.
+        `background`; an ONNX file; or `module:callable`, a `motes.Detector` or a callable without
+        arguments that makes one.
 
     Raises
     ------
     ConfigError
         If there is none, or its callable is not valid.
+    SourceError
+        If the ONNX file cannot be read.
     MissingDependencyError
         If its package is not installed.
     """
     if detector == mot.BACKGROUND:
         BackgroundDetector()
         found = f"{detector}, motes {__version__}"
+    elif detector.endswith(".onnx"):
+        named_detector(detector)
+        found = f"{detector} {hashlib.sha256(Path(detector).read_bytes()).hexdigest()}"
     elif not all(detector.partition(":")):
-        raise ConfigError(f"There is no detector {detector}; give {mot.BACKGROUND} or MODULE:NAME.")
+        raise ConfigError(
+            f"There is no detector {detector}; give {mot.BACKGROUND}, MODULE:NAME or an .onnx file."
+        )
     else:
         try:
             found, _ = _import_callable(detector, [mot.BACKGROUND])

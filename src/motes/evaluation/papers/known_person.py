@@ -32,7 +32,8 @@ from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.mot.cameras.known_target import KnownTargetReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, Rig
-from motes.sot.known_target import Place, Target
+from motes.sot.known_target import Target
+from motes.sot.places import Place
 
 BORDER = 0.15
 """Width of the door of a picture, a strip along its border, as a share of the picture."""

@@ -13,6 +13,7 @@ from motes.evaluation.aggregate import Evaluation, Mean
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.finished_passes import finished_passes
+from motes.evaluation.metrics.sot import Difference, paired_difference
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
@@ -35,6 +36,10 @@ COLUMNS = {
 """The columns of table 1, and the presets of motes."""
 FIXED_SCALE = {"C+O(A) FOH": "maggio:C+O-A-FOH", "C+O(A) ROH": "maggio:C+O-A-ROH"}
 """Additional variants in figure 5a."""
+PRINTED = {"C+O(A&SS) ROH as printed": "maggio:printed"}
+"""The preset with the paper's fusion to the letter."""
+
+COLOR = COLUMNS["C"]
 
 LT = "(LT)"
 PAPER = {
@@ -99,6 +104,18 @@ class Standing(NamedTuple):
         lost = self.evaluation.per_seed(tracker, "ope", report_sections.lost_track, self.sequences)
         return Score(od, over(lost * len(self.sequences)))
 
+    def difference(self, tracker: str, other: str) -> Difference:
+        """Return the difference of two trackers' OD, and its interval over sequences.
+
+        The value of a sequence is the mean over seeds.
+        """
+        pairs = [
+            [self.evaluation.mean(each, "ope", "od", [name]).mean for each in (tracker, other)]
+            for name in self.sequences
+        ]
+        ours, theirs = np.array(pairs).T
+        return paired_difference(np.random.default_rng(0), ours, theirs)
+
 
 def evaluated(
     trackers: Sequence[str], films: Sequence[Film], seeds: int, workers: int
@@ -134,10 +151,11 @@ def _standing(
 
 def table1(films: Sequence[Film], seeds: int, workers: int) -> Experiment:
     """Yield table 1 for the sequences so far, and its means beside the paper's."""
-    for standing in evaluated([*COLUMNS.values()], films, seeds, workers):
+    columns = COLUMNS | PRINTED
+    for standing in evaluated([*columns.values()], films, seeds, workers):
         tables = {}
         if standing.sequences:
-            tables = {"sequences": _sequences(standing), "means": _means(standing, COLUMNS)}
+            tables = {"sequences": _sequences(standing), "means": _means(standing, columns)}
         yield Result(tables, None, standing.problems, standing.progress)
 
 
@@ -161,10 +179,19 @@ def _means(standing: Standing, columns: dict[str, str]) -> Table:
     for column, tracker in columns.items():
         (od, lost), known = standing.score(tracker), paper(column)
         theirs = (number(known.od), number(known.lost, 0)) if known else (Cell(NO_VALUE),) * 2
-        rows.append((Cell(column), number(od), number(lost, 1), *theirs))
-    count = len(standing.sequences)
-    head = ("features", "mean OD", f"tracks lost of {count}", "the paper's OD", "its lost of 7")
-    return Table("All sequences", head, rows, note="Standard deviations are over the seeds.")
+        against = [Cell(NO_VALUE)] * 2
+        if tracker != COLOR:
+            mean, low, high = standing.difference(tracker, COLOR)
+            between = f"{low:+.3f} to {high:+.3f}" if np.isfinite(low) else NO_VALUE
+            against = [Cell(f"{mean:+.3f}", mean), Cell(between)]
+        rows.append((Cell(column), number(od), number(lost, 1), *against, *theirs))
+    ours = ("mean OD", f"tracks lost of {len(standing.sequences)}", "minus C", "95 % interval")
+    head = ("features", *ours, "the paper's OD", "its lost of 7")
+    note = (
+        "Standard deviations are over the seeds. Minus C: the difference from color alone; its "
+        "interval is a paired bootstrap over sequences."
+    )
+    return Table("All sequences", head, rows, note=note)
 
 
 def figure5(films: Sequence[Film], seeds: int, workers: int) -> Experiment:

@@ -239,10 +239,10 @@ def _divided(n: int, frames: Sequence[Frame], regions: Sequence[Ellipse]) -> lis
     """Return the seconds of an update of all regions, by n processes, in each pass."""
     with contextlib.ExitStack() as stack:
         workers = [stack.enter_context(_worker(frames, regions[i::n])) for i in range(n)]
-        for pipe in workers:
-            pipe.recv()
         seconds = []
         for _ in range(PASSES):
+            for pipe in workers:
+                pipe.recv()
             start = time.perf_counter()
             for pipe in workers:
                 pipe.send(None)
@@ -254,7 +254,7 @@ def _divided(n: int, frames: Sequence[Frame], regions: Sequence[Ellipse]) -> lis
 
 @contextlib.contextmanager
 def _worker(frames: Sequence[Frame], regions: Sequence[Ellipse]) -> Iterator[Connection]:
-    """Start a process that sends None when it has started, and after each pass it is asked for."""
+    """Start a process that sends None before and after each pass, and receives one between."""
     context = multiprocessing.get_context("spawn")
     with blocked_signals():
         pipe, theirs = context.Pipe()
@@ -272,11 +272,15 @@ def _worker(frames: Sequence[Frame], regions: Sequence[Ellipse]) -> Iterator[Con
 
 
 def _serve(pipe: Connection, frames: Sequence[Frame], regions: Sequence[Ellipse]) -> None:
-    """Follow regions through the frames, as often as asked for; this is the worker."""
+    """Follow regions through the frames, pass by pass; this is the worker."""
     each = _started(frames[0], regions)
-    pipe.send(None)
-    with contextlib.suppress(EOFError):  # the main program has ended
+    trackers = Trackers(quick_start())
+    with contextlib.suppress(EOFError, BrokenPipeError):  # the main program needs no more
         while True:
+            trackers.each = [copy.copy(tracker) for tracker in each]
+            images = copy.deepcopy(frames[1:])
+            pipe.send(None)
             pipe.recv()
-            _many(1, each, frames[1:])
+            for image in images:
+                trackers.update(image)
             pipe.send(None)

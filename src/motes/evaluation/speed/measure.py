@@ -21,9 +21,9 @@ from msgspec.structs import replace
 from motes.core.errors import MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.import_callable import explain
 from motes.core.types import Bytes
 from motes.evaluation.adapters.opencv import PEERS, is_peer, peer
-from motes.evaluation.adapters.sot import explain
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as TrueSequence
 from motes.evaluation.synthetic.clips import Clip

@@ -151,6 +151,8 @@ class Event(msgspec.Struct, frozen=True):
         How long it has been in the zone where it stays or that it leaves, or in the picture.
     metres_per_second
         The speed on the ground, if that is known.
+    label
+        The object's class so far, if the detector knows classes; in JSON the key is `class`.
     """
 
     frame: int
@@ -164,10 +166,12 @@ class Event(msgspec.Struct, frozen=True):
     direction: str | None = None
     seconds: float | None = None
     metres_per_second: float | None = None
+    label: str | None = None
 
     def json(self) -> str:
         """Return a line of JSON, with numbers rounded and without empty fields."""
         pairs = {name: getattr(self, name) for name in self.__struct_fields__}
+        pairs["class"] = pairs.pop("label")
         return msgspec.json.encode(
             {
                 key: round(value, 3) if isinstance(value, float) else value
@@ -231,7 +235,7 @@ class EventCounter:
     Attributes
     ----------
     counts
-        Number of events for each (minute, event, place, direction).
+        Number of events for each (minute, event, place, direction, class).
 
     Raises
     ------
@@ -239,7 +243,7 @@ class EventCounter:
         If two places have the same name.
     """
 
-    counts: Counter[tuple[int, str, str, str]]
+    counts: Counter[tuple[int, str, str, str, str]]
 
     def __init__(self, places: Regions | None = None) -> None:
         places = places or Regions()
@@ -269,7 +273,7 @@ class EventCounter:
     def _counted(self, events: list[Event]) -> list[Event]:
         """Return events, which are counted."""
         for event in events:
-            key = event.event, event.place or "", event.direction or ""
+            key = event.event, event.place or "", event.direction or "", event.label or ""
             self.counts[(int(event.time // MINUTE), *key)] += 1
         return events
 
@@ -361,7 +365,7 @@ class EventCounter:
         track = each.track
         return Event(
             track.frame, track.time, kind, each.identity, *foot, speed, place, direction, seconds,
-            self._metres_per_second(walk),
+            self._metres_per_second(walk), each.label,
         )  # fmt: skip
 
     def _metres_per_second(self, walk: _Trajectory) -> float | None:

@@ -31,6 +31,11 @@ class ObjectReport(msgspec.Struct, frozen=True):
         Of the ellipse in its box.
     expected
         The identity in the rig of the `Arrival` as which it began, if any.
+    label
+        Its class.
+    partial
+        Whether it may be a part of an object that is just entering. It is reported only because its
+        place expects an object.
     """
 
     identity: int
@@ -44,6 +49,8 @@ class ObjectReport(msgspec.Struct, frozen=True):
     velocity: tuple[float, float] = (0.0, 0.0)
     covariance: Covariance = ()
     expected: int | None = None
+    label: str | None = None
+    partial: bool = False
 
     @property
     def seen(self) -> bool:

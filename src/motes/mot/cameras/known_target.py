@@ -77,7 +77,7 @@ class KnownTargetReporter:
         else:
             self._look(frame, self._doors)
             track = self._tracker.update(frame)
-        sightings = ()
+        sightings: tuple[ObjectReport, ...] = ()
         if track.status in (Status.TRACKING, Status.LOST):
             sightings = (self._sighting(frame, track, self._doors),)
         size = frame.width, frame.height

@@ -32,6 +32,10 @@ ANNOUNCED = 1.0
 """Seconds for which an overlapping camera is asked for an object that it should see."""
 MERGED_AFTER = 1.0
 """Seconds in which two objects of overlapping cameras coincide, after which they are one."""
+PARTIAL = 0.5
+"""A part of an object is recognized within this share of the largest distance."""
+CLEAR = 1.5
+"""Two objects look the same if all others are this many times farther from either of them."""
 
 
 class CrossCameraAssociation:
@@ -89,12 +93,18 @@ class CrossCameraAssociation:
                     known.identity, known.passed = self._new(), False
         identities = self._inherited(camera, now, born)
         for sighting in born:
+            if sighting.partial and sighting.identity not in identities:
+                continue  # it is recognized later, or as a new object when it is whole
             identity = identities.get(sighting.identity) or self._new()
             self._known[camera, sighting.identity] = KnownObject.of(camera, identity, now, sighting)
         for ground in self._grounds:
             if camera in ground.overlap.cameras:
                 self._compare(ground, now)
-        current = {s.identity: self._known[camera, s.identity] for s in report.sightings}
+        current = {
+            each.identity: self._known[camera, each.identity]
+            for each in report.sightings
+            if (camera, each.identity) in self._known
+        }
         found = {own: known.identity for own, known in current.items() if not known.passed}
         self._known = {
             key: known
@@ -214,7 +224,7 @@ class CrossCameraAssociation:
         if not limits:
             return math.inf
         distance = float(bhattacharyya(look_of(born)[None], known.look)[0])
-        limit = max(limits)
+        limit = max(limits) * (PARTIAL if born.partial else 1)
         return 1 + distance / limit if distance <= limit else math.inf
 
     def _links(self, start: str, end: str) -> Iterator[tuple[CameraLink, str, str]]:
@@ -238,19 +248,18 @@ class CrossCameraAssociation:
         apart = [[_apart(ground, one, other, now) for other in others] for one in ones]
         off = np.array(apart, float).reshape(len(ones), len(others))
         pairs = [(ones[i], others[j]) for i, j in assign(np.where(off <= 1, off, np.inf))]
-        learned = list(pairs)
-        if len(ones) == len(others) == 1 and ground.overlap.homography is None:
-            learned = [(ones[0], others[0])]
-        for one, other in learned:
-            alike = float(bhattacharyya(one.look[None], other.look)[0]) <= DISTANCE
-            if one.identity == other.identity or (alike and len(ones) == len(others) == 1):
-                feet = one.foot(now), other.foot(now)
-                ground.add(feet, one.last.box, other.last.box)
-        cameras = set(ground.overlap.cameras)
+        same = [(one, other) for one, other in pairs if one.identity == other.identity]
+        learned = ground.overlap.homography is None
+        for one, other in {*same, *(unmistakable(ones, others) if learned else ())}:
+            feet = one.foot(now), other.foot(now)
+            ground.add(feet, one.last.box, other.last.box)
+        seen, cameras = set(visible), set(ground.overlap.cameras)
         self._together = {
             pair: since
             for pair, since in self._together.items()
-            if {each.camera for each in pair} != cameras or pair in pairs
+            if {each.camera for each in pair} != cameras
+            or pair in pairs
+            or not (seen.issuperset(pair) or any(each.gone for each in pair))
         }
         for pair in pairs:
             since = self._together.setdefault(pair, now)
@@ -268,6 +277,25 @@ class CrossCameraAssociation:
                 each.identity = keep
         self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
         self.merged[gone] = keep
+
+
+def unmistakable(
+    ones: Sequence[KnownObject], others: Sequence[KnownObject]
+) -> list[tuple[KnownObject, KnownObject]]:
+    """Return the pairs of objects of two cameras that cannot be mistaken for others by their looks.
+
+    In both cameras, everybody else is more than `CLEAR` times as far from it as its partner.
+    """
+    if not ones or not others:
+        return []
+    looks = np.array([each.look for each in others])
+    distances = np.array([bhattacharyya(looks, each.look) for each in ones])
+    pairs = []
+    for i, j in zip(*np.nonzero(distances <= DISTANCE), strict=True):
+        rivals = np.concatenate([np.delete(distances[i], j), np.delete(distances[:, j], i)])
+        if (rivals > CLEAR * distances[i, j]).all():
+            pairs.append((ones[i], others[j]))
+    return pairs
 
 
 def _apart(ground: CommonGround, one: KnownObject, other: KnownObject, now: float) -> float:

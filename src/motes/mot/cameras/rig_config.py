@@ -6,7 +6,7 @@ import numpy as np
 
 from motes.core.config import Config, NonNegative, Positive, Share, from_dict, from_toml
 from motes.core.errors import ConfigError
-from motes.sot.known_target import Place
+from motes.sot.places import Place
 
 Triple = tuple[float, float, float]
 

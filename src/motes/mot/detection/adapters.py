@@ -84,6 +84,12 @@ def label_of(number: Any, names: Names) -> str | None:
     return str(names[index]) if known else str(index)
 
 
+def class_names(detector: Any) -> list[str]:
+    """Return the names of the classes that a detector knows; none if it does not have them."""
+    classes: Names = getattr(detector, "classes", ())
+    return list(classes.values() if isinstance(classes, Mapping) else classes)
+
+
 def _from_sides(value: Any, names: Names) -> list[Detection]:
     sides = np.asarray(value.xyxy, np.float64).reshape(-1, 4)
     scores = _column(value, "confidence", len(sides), 1.0)
@@ -104,7 +110,7 @@ def _column(value: Any, name: str, count: int, usual: Any) -> list[Any]:
 def _from_row(row: Any, names: Names) -> Detection:
     if isinstance(row, Detection):
         return row
-    x, y, width, height, *rest = row
-    score, number = [*rest, *(1.0, None)[len(rest) :]]  # other lengths cannot be unpacked
-    box = Box(float(x), float(y), float(width), float(height))
-    return Detection(box, float(score), label_of(number, names))
+    values = list(row)
+    x, y, width, height = map(float, values[:4])  # fewer or more than six are refused
+    score, number = values[4:] + [1.0, None][len(values) - 4 :]
+    return Detection(Box(x, y, width, height), float(score), label_of(number, names))

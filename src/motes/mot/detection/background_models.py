@@ -125,7 +125,8 @@ class Gaussian:
     def foreground(self, pixels: Mask) -> Mask:
         """Return the pixels with a channel too many deviations from its mean."""
         off = pixels - self._mean
-        mask: Mask = (off * off > self._deviations**2 * self._variance).any(axis=2).astype(np.uint8)
+        beyond = off * off > self._deviations**2 * self._variance
+        mask: Mask = np.any(beyond, axis=2).astype(np.uint8)
         return mask
 
     def learn(self, pixels: Mask, rate: float) -> None:

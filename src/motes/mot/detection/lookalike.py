@@ -185,7 +185,9 @@ class LookalikeDetector:
         So who stands still is found again.
         """
         out, motion = np.zeros(len(grid), np.bool_), self.motion
-        for x, y, width, height in self._last if motion is not None else ():
+        if motion is None:
+            return out
+        for x, y, width, height in self._last:
             moved = motion @ (x + width / 2, y + height / 2, 1)
             away = np.abs(grid[:, :2] - moved[:2] / moved[2])
             out |= (away < (width / 2, height / 2)).all(axis=1)

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-import ast
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
-from PIL import Image
 
-from motes.core.detection import Detection
-from motes.core.errors import ConfigError, MissingDependencyError, SourceError
+from motes.core.config import Config, Count, Share, from_toml
+from motes.core.detection import Detection, DetectorConfig
+from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
-from motes.core.geometry import iou
 from motes.mot.detection.adapters import Names, label_of, to_boxes
-from motes.mot.detection.onnx_config import OnnxConfig
-from motes.mot.detection.onnx_heads import INPUTS, SUPPRESSED, Boxes, decoded, recognized
+from motes.mot.detection.onnx_heads import (
+    INPUTS,
+    SUPPRESSED,
+    Boxes,
+    Fit,
+    Head,
+    decoded,
+    recognized,
+    suppressed,
+)
+from motes.mot.detection.onnx_session import named_classes, one_line, session_of
+
+Channel = Annotated[float, Meta(gt=0)]
 
 OPEN = 640
 """Width and height of an input that the file leaves open, as most detectors are trained."""
@@ -27,6 +37,73 @@ TYPES = {
     "tensor(float16)": np.float16,
     "tensor(uint8)": np.uint8,
 }
+
+
+class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
+    """How a trained detector in an ONNX file is used.
+
+    A TOML file beside it with the same name, such as `model.toml`, may have all keys but `file`.
+
+    Attributes
+    ----------
+    file
+        Path of the ONNX file.
+    head
+        Form of the model's outputs. Usually they show it (`auto`): `yolox`, `yolov5` (with
+        objectness), `yolo` (version 8 and later), `nms` (boxes, scores and classes in six columns),
+        `detr` (softmax, no object last), `rfdetr` (sigmoid), `lists` (outputs of boxes, of labels
+        and of scores).
+    size
+        Width and height of the model's input. By default that of the file; 640, 640 if it leaves
+        them open.
+    fit
+        How a frame becomes an input of that size: with gray on two sides (`letterbox`), below and
+        on the right (`corner`), or stretched. By default as the head's models do.
+    layout
+        Whether the channels come before or after rows and columns. By default as in the file.
+    order
+        The order of the channels. By default as the head's models have it.
+    mean, deviation
+        From each channel, 0 to 255, the mean is subtracted, and the result is divided by the
+        deviation. By default as the head's models have them.
+    classes
+        Names of the classes, in the order of their numbers. By default the file's, if it names
+        them.
+    score
+        Least score of a detection. With a larger value there are fewer detections.
+    overlap
+        Of two detections of a class with a larger intersection over union, the one with the lower
+        score is left out. Heads that have one detection for each object ignore it.
+    threads
+        Number of threads. By default one for each core.
+    """
+
+    file: str
+    head: Head = "auto"
+    size: tuple[Count, Count] | None = None
+    fit: Fit | None = None
+    layout: Literal["nchw", "nhwc"] | None = None
+    order: Literal["rgb", "bgr"] | None = None
+    mean: tuple[float, float, float] | None = None
+    deviation: tuple[Channel, Channel, Channel] | None = None
+    classes: tuple[str, ...] = ()
+    score: Share = 0.3
+    overlap: Share = 0.6
+    threads: Count | None = None
+
+    def detector(self) -> OnnxDetector:
+        """Return the detector.
+
+        Raises
+        ------
+        MissingDependencyError
+            If onnxruntime is not installed.
+        SourceError
+            If the file cannot be read, or is no ONNX file.
+        ConfigError
+            If the form of its outputs is not known.
+        """
+        return OnnxDetector(self)
 
 
 class Placement(NamedTuple):
@@ -65,7 +142,7 @@ class OnnxDetector:
     def __init__(self, config: OnnxConfig | str) -> None:
         config = OnnxConfig(config) if isinstance(config, str) else config
         self.config = config
-        self._session = _session(config)
+        self._session = session_of(config.file, config.threads)
         pictures, *others = self._session.get_inputs()
         self._name, self._type = pictures.name, TYPES.get(pictures.type)
         shape = pictures.shape
@@ -82,7 +159,7 @@ class OnnxDetector:
             for each in others
             if each.type == "tensor(int64)"
         }
-        self.classes: Names = config.classes or self._named_classes()
+        self.classes: Names = config.classes or named_classes(self._session)
         blank = np.zeros((*self._size[::-1], 3), np.uint8)
         try:
             outputs = self._run(blank.astype(np.float64))
@@ -125,6 +202,8 @@ class OnnxDetector:
             scale = (min(scale), min(scale))
         size = max(round(wide * scale[0]), 1), max(round(high * scale[1]), 1)
         if size != (wide, high):
+            from PIL import Image
+
             image = Image.fromarray(np.ascontiguousarray(pixels))
             pixels = np.asarray(image.resize(size, Image.Resampling.BILINEAR))
         if size == self._size:
@@ -143,59 +222,33 @@ class OnnxDetector:
         try:
             values = self._session.run(names, {self._name: batch, **self._also})
         except Exception as error:  # onnxruntime has errors of many kinds
-            raise ConfigError(f"It does not run: {_line(error)}") from None
+            raise ConfigError(f"It does not run: {one_line(error)}") from None
         return dict(zip(names, values, strict=True))
-
-    def _named_classes(self) -> Names:
-        """Return the names of classes in the file's metadata, as Ultralytics writes them."""
-        text = self._session.get_modelmeta().custom_metadata_map.get("names", "")
-        try:
-            names = ast.literal_eval(text)
-        except (ValueError, SyntaxError):
-            return ()
-        if isinstance(names, dict):
-            return {int(number): str(name) for number, name in names.items()}
-        return [str(name) for name in names] if isinstance(names, list | tuple) else ()
 
     def _error(self, text: str) -> ConfigError:
         return ConfigError(f"{self.config.file}: {text.rstrip('.')}.")
 
 
-def suppressed(found: Boxes, overlap: float) -> Boxes:
-    """Return the detections without those that overlap a surer one of the same class too much.
+def onnx_values(file: str) -> dict[str, Any]:
+    """Return the values of an `OnnxConfig` for an ONNX file and the TOML file beside it.
 
-    Detections are sorted, the surest first.
+    Raises
+    ------
+    SourceError
+        If the TOML file cannot be read.
+    ConfigError
+        If it is not valid.
     """
-    kept = list[int]()
-    boxes = np.hstack([found.sides[:, :2], found.sides[:, 2:] - found.sides[:, :2]])
-    for n in range(len(boxes)):
-        same = [k for k in kept if found.classes[k] == found.classes[n]]
-        if not same or iou(boxes[n], boxes[same]).max() <= overlap:
-            kept.append(n)
-    return Boxes(found.sides[kept], found.scores[kept], found.classes[kept])
-
-
-def _session(config: OnnxConfig) -> Any:
-    """Return a session of onnxruntime."""
-    try:
-        import onnxruntime
-    except ImportError:
-        raise MissingDependencyError(
-            "ONNX files need onnxruntime; install it with: pip install 'motes[onnx]'."
-        ) from None
-    if not Path(config.file).is_file():
-        raise SourceError(f"There is no file {config.file}; check the name.")
-    options = onnxruntime.SessionOptions()
-    options.log_severity_level = 4  # its warnings are not for users
-    if config.threads is not None:
-        options.intra_op_num_threads = config.threads
-    try:
-        return onnxruntime.InferenceSession(
-            config.file, options, providers=["CPUExecutionProvider"]
-        )
-    except Exception as error:  # onnxruntime has errors of many kinds
-        raise SourceError(f"{config.file} cannot be read as ONNX: {_line(error)}") from None
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200].rstrip(".") + "."
+    values: dict[str, Any] = {"type": "onnx", "file": file}
+    beside = Path(file).with_suffix(".toml")
+    if beside.exists():
+        try:
+            given = from_toml(beside.read_text(encoding="utf-8-sig"), str(beside))
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            raise SourceError(f"{beside} cannot be read: {reason}; check the file.") from None
+        for key in ("type", "file"):
+            if key in given:
+                raise ConfigError(f"{beside} has the key {key}, which its name already says.")
+        values |= given
+    return values

@@ -16,14 +16,17 @@ A is the number of cells of grids with steps of 8, 16 and 32 pixels.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError
+from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.mot.detection.onnx_config import Fit, Head
+
+Head = Literal["auto", "yolox", "yolov5", "yolo", "nms", "detr", "rfdetr", "lists"]
+Fit = Literal["letterbox", "corner", "stretch"]
 
 STEPS = (8, 16, 32)
 """Widths of the cells of grids, in pixels."""
@@ -225,3 +228,17 @@ def _best(sides: Floats, scores: Floats) -> Boxes:
     """Return each box with its class of the highest score, of scores (N, C)."""
     classes = scores.argmax(axis=1)
     return Boxes(sides, scores[np.arange(len(scores)), classes], classes.astype(np.int64))
+
+
+def suppressed(found: Boxes, overlap: float) -> Boxes:
+    """Return the detections without those that overlap a surer one of the same class too much.
+
+    Detections are sorted, the surest first.
+    """
+    kept = list[int]()
+    boxes = np.hstack([found.sides[:, :2], found.sides[:, 2:] - found.sides[:, :2]])
+    for n in range(len(boxes)):
+        same = [k for k in kept if found.classes[k] == found.classes[n]]
+        if not same or iou(boxes[n], boxes[same]).max() <= overlap:
+            kept.append(n)
+    return Boxes(found.sides[kept], found.scores[kept], found.classes[kept])

@@ -1,4 +1,4 @@
-"""Detectors that need no training: faces, people, and files of detections."""
+"""Detectors that are trained already: of faces, of people, and files of detections."""
 
 from __future__ import annotations
 
@@ -27,20 +27,24 @@ class FacesConfig(DetectorConfig, Config, frozen=True, tag="faces"):
     threshold
         Least score of a detection: its distance from the classifier's boundary. With a larger value
         there are fewer detections.
+    model
+        File of a detector that `motes faces train` has written; by default the one in dlib.
     """
 
     upsample: Annotated[int, Meta(ge=0)] = 1
     threshold: float = 0.0
+    model: str | None = None
 
     def detector(self) -> FaceDetector:
-        """Return the detector; raise a MissingDependencyError if dlib is missing."""
+        """Return the detector; raise as it does if dlib is missing or the model is none."""
         return FaceDetector(self)
 
 
 class FaceDetector:
     """Finds upright frontal faces, by gradient histograms and a support vector machine.
 
-    The kind of detector of Nummiaro et al., section V; dlib contains the trained model.
+    The kind of detector of Nummiaro et al., section V. dlib contains a trained model; another one
+    may be trained on pictures of one's own.
 
     Parameters
     ----------
@@ -51,6 +55,8 @@ class FaceDetector:
     ------
     MissingDependencyError
         If dlib is not installed.
+    SourceError
+        If the model cannot be read.
     """
 
     def __init__(self, config: FacesConfig = FacesConfig()) -> None:  # noqa: B008
@@ -60,8 +66,16 @@ class FaceDetector:
             raise MissingDependencyError(
                 "Finding faces needs dlib; install it with: pip install 'motes[faces]'."
             ) from None
-        self._find = dlib.get_frontal_face_detector()
         self._config = config
+        if config.model is None:
+            self._find = dlib.get_frontal_face_detector()
+            return
+        try:
+            self._find = dlib.fhog_object_detector(config.model)
+        except RuntimeError:
+            raise SourceError(
+                f"{config.model} is no detector of faces; make one with motes faces train."
+            ) from None
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the faces in a frame."""

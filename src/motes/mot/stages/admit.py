@@ -83,6 +83,7 @@ def admit(
         if detection is not None:
             log.append(LoggedDetection(detection, DetectionOutcome.EXPECTED, identity))
             used.add(n)
+            found = found.vote(detection.label)
         begun.append(found)
         keys[identity] = each.key
     left = [each for n, each in enumerate(free) if n not in used]

@@ -58,6 +58,7 @@ def associate(
     costs = config.association.costs(overlaps, distances)
     for i, j in assign_pairs(rows, columns, costs, (len(visible), len(detections))):
         detect(i, detections[j].box)
+        after[visible[i]] = after[visible[i]].vote(detections[j].label)
         identity = objects[visible[i]].identity
         log.append(LoggedDetection(detections[j], DetectionOutcome.MATCHED, identity))
         taken.add(j)

@@ -35,6 +35,7 @@ def initiate(
         else:
             identity = initiation.created + len(begun) + 1
             rng = np.random.Generator(np.random.PCG64((seed, identity)))
-            begun.append(TrackedObject.begin(identity, config.tracker, rng, frame, confirmed))
+            new = TrackedObject.begin(identity, config.tracker, rng, frame, confirmed)
+            begun.append(new.vote(each.label))
             log.append(LoggedDetection(each, DetectionOutcome.BORN, identity))
     return begun, after, log

@@ -26,6 +26,8 @@ def suppress_duplicates(
     for each in sorted(detections, key=lambda d: (-d.score, -d.box.width * d.box.height)):
         if not math.isfinite(each.score) or best([each], frame) is None:
             log.append(LoggedDetection(each, DetectionOutcome.USELESS))
+        elif not _wanted(each, config):
+            log.append(LoggedDetection(each, DetectionOutcome.UNWANTED))
         else:
             useful.append(each)
     log += [LoggedDetection(each, DetectionOutcome.SURPLUS) for each in useful[config.limit :]]
@@ -34,3 +36,9 @@ def suppress_duplicates(
     doubles = np.delete(np.arange(len(useful)), kept).tolist()
     log += [LoggedDetection(useful[i], DetectionOutcome.DOUBLE) for i in doubles]
     return [useful[i] for i in kept], log
+
+
+def _wanted(each: Detection, config: DetectionSelection) -> bool:
+    """Return whether a detection has a class and a score that are used."""
+    known = not config.classes or each.label in config.classes
+    return known and (config.least is None or each.score >= config.least)

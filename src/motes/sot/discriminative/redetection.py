@@ -105,7 +105,7 @@ class Redetection(Config, frozen=True):
             drawn by weight, and one drawn by weight and turned as its directions suggest.
         """
         ends = np.array([frame.width - 1, frame.height - 1])
-        reach = self.speed * missed * 2 * math.sqrt(last.a * last.b)
+        reach = self.speed * missed * last.side
         low, high = (np.clip(np.array(last[:2]) + way, 0, ends) for way in (-reach, reach))
         moved = searchers.copy()
         moved[:, :2] += rng.standard_normal((len(moved), 2)) * moved[:, 2:4] / 2

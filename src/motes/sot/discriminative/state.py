@@ -16,6 +16,7 @@ from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.confidence_gate import TargetStatus
 from motes.sot.discriminative.localization import TargetModels
+from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
 
 
@@ -43,6 +44,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         (N,) particles of the size from its last estimate, as factors of the size before.
     target
         The status of the target.
+    motion
+        The last motion of the target and of the camera.
     """
 
     time: Annotated[float, SAME]
@@ -55,6 +58,7 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     scale_due: bool
     factors: Annotated[Floats, Array(least=1e-6)]
     target: TargetStatus
+    motion: MotionHistory
 
 
 class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):

@@ -27,6 +27,7 @@ from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
+from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection, limits
@@ -40,6 +41,9 @@ RUNNING_MEAN_RATE = 0.05
 """Weight of a frame in the running means of contrast and borders."""
 TURN_GAIN = 1.15
 """A turned window must be this many times as certain; otherwise noise would turn the target."""
+FAR = 0.25
+"""A prediction farther than this from the last place, in mean sides of the target, is checked if
+the target is in doubt there."""
 CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
 NO_PARTICLES = np.empty((0, 5))
@@ -151,16 +155,18 @@ class Discriminative(
             scale_due=True,
             factors=np.ones(1),
             target=TargetStatus(),
+            motion=prediction.started(frame),
         )
         return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
-        """Localize, also in turned windows and by a search if needed; estimate the size; learn."""
-        look = self.localizer.localize(rng, state, frame, state.ellipse)
-        doubted = look.certainty < self.gate.relative_to_start * state.target.reference
-        turning = doubted and not state.scale_due
+        """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
+        before, sight = state, prediction.predictions(state.motion, frame)
+        look = self._look(rng, state, frame, sight.likeliest(state.motion))
+        state = replace(state, ellipse=look.window_pose)
+        turning = self._doubted(state, look) and not state.scale_due
         if turning:
             look = self._turn(rng, state, frame, look)
         missed = not self.gate.is_present(look.certainty, state.target.reference)
@@ -180,7 +186,9 @@ class Discriminative(
             after = replace(
                 after, scale=self.scale.updated(state.scale, spectra, self.scale.learning_rate)
             )
-        return replace(after, scale_due=not state.scale_due), info
+        seen = elsewhere is None and not (before.target.frames_missed or after.target.frames_missed)
+        motion = sight.update(before.motion, before.ellipse, after.ellipse if seen else None)
+        return replace(after, motion=motion, scale_due=not state.scale_due), info
 
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
@@ -209,6 +217,26 @@ class Discriminative(
         factors = rows(1.0, state.factors)
         check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
         return state
+
+    def _doubted(self, state: DiscriminativeState, look: WindowEstimate) -> bool:
+        """Return whether the target is less certain than its first frames were."""
+        return look.certainty < self.gate.relative_to_start * state.target.reference
+
+    def _look(
+        self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, shift: Floats
+    ) -> WindowEstimate:
+        """Return the estimate in the window at the predicted place, or at the last one.
+
+        A far prediction may be wrong: if it is in doubt, the more certain of both places is taken.
+        """
+        last = state.ellipse
+        x, y = np.clip(last[:2] + shift, 0, (frame.width - 1, frame.height - 1)).tolist()
+        look = self.localizer.localize(rng, state, frame, last._replace(x=x, y=y))
+        far = math.hypot(*shift.tolist()) > FAR * last.side
+        if not (far and self._doubted(state, look)):
+            return look
+        there = self.localizer.localize(rng, state, frame, last)
+        return max(look, there, key=lambda look: look.certainty)
 
     def _turn(
         self,
@@ -343,8 +371,7 @@ class Discriminative(
         )
         covariance = mean_ellipse(shaped, weights.values)[1]
         if certainty < 1:
-            side = 2 * math.sqrt(state.ellipse.a * state.ellipse.b)
-            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * side) ** 2
+            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
         track = Track(
             frame=frame.index,
             time=frame.time,

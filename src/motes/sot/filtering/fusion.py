@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated
@@ -12,65 +11,57 @@ from msgspec import Meta
 
 from motes import kernels
 from motes.core.config import Config
-from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.sot.filtering.resampling import Weights
 
 Weight = Annotated[float, Meta(gt=0, le=1e6)]
 Floor = Annotated[float, Meta(ge=1e-3, le=1e6)]
 
+LEAST_LOG = -1.0
+"""Least log-likelihood of a cue's best particle where the cue's uncertainty is computed.
 
-class Mixture(Config, frozen=True):
-    """A sum of the cues' likelihoods, weighted by their shares.
+Ng and Delp, equation 24, have the same value for the best particle of each frame.
+"""
+EQUAL = 1e-9
+"""Spread in pixels or radians below which all particles are at the same place."""
+SINGULAR = 1e-9
+"""Variance, as a share of the predicted one, that is added so that no determinant is 0."""
 
-    Maggio et al., section 4.2: p(z | x) is proportional to the sum of w_j l_j(x) over the cues j,
-    with weights w_j that sum to 1 (equation 10). The paper supposes "that each feature has a
-    comparable measure". Here each l_j is divided by its sum over the particles: if all distances of
-    one cue were larger than those of another, the first cue would have no influence otherwise.
-    """
+
+class Fusion(Config, frozen=True):
+    """The base of a rule that fuses cues."""
 
     @abstractmethod
-    def shares(
-        self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
-    ) -> Floats:
-        """Return each cue's weight (J,); sum 1.
+    def fuse(
+        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
+    ) -> tuple[Weights, Floats]:
+        """Return the particles' weights and the cues' shares (J,), which sum to 1.
 
         Parameters
         ----------
         names
             The names of the cues.
-        likelihoods
-            (J, N), a row for each cue, normalized over the particles.
-        ellipses
-            (N, 5), the particles.
-        first
-            The target's first region.
-        """
-
-    def fuse(
-        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats, first: Ellipse
-    ) -> tuple[Weights, Floats]:
-        """Return the particles' weights and the cues' shares (J,).
-
-        Parameters
-        ----------
-        names, ellipses, first
-            The same as for `shares`.
         prior
             (N,), log-weights of the particles before this frame.
         logs
-            (J, N), log-likelihoods, a row for each cue.
+            (J, N), log-likelihoods, a row for each cue; 0 for a perfect match.
+        ellipses
+            (N, 5), the particles.
         """
-        if len(names) == 1:
-            return Weights.from_log(prior + logs[0]), np.array([1.0])
-        likelihoods = np.array([Weights.from_log(prior + log).values for log in logs])
-        shares = self.shares(names, likelihoods, ellipses, first)
-        with np.errstate(divide="ignore"):  # the logarithm of 0 is -inf
-            return Weights.from_log(np.log(shares @ likelihoods)), shares
+
+    def reliability(self, names: Sequence[str]) -> Floats:
+        """Return the share (J,) of each cue in the question whether a region is the target.
+
+        It is the same in every frame: a cue that is certain of a place alone cannot answer it.
+        """
+        return np.full(len(names), 1 / len(names))
 
 
-class Fixed(Mixture, frozen=True, tag="fixed"):
-    """Fixed weights: the same for each cue in every frame.
+class WeightedProduct(Fusion, frozen=True):
+    """The product of the cues' likelihoods, each to the power of its share.
+
+    log p = J * sum of w_j log l_j over the J cues: a logarithmic opinion pool. With equal shares it
+    is the product. The factor J keeps the powers' sum at the number of cues.
 
     Attributes
     ----------
@@ -81,67 +72,144 @@ class Fixed(Mixture, frozen=True, tag="fixed"):
 
     weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
 
-    def shares(
-        self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
-    ) -> Floats:
-        """Return each cue's weight (J,); sum 1: always the same."""
+    def reliability(self, names: Sequence[str]) -> Floats:
+        """Return the share (J,) of each cue as the weights are, as `Fusion.reliability` does."""
         weights = np.array([self.weights.get(name, 1.0) for name in names])
         shares: Floats = weights / weights.sum()
         return shares
 
+    @abstractmethod
+    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
+        """Return each cue's share (J,); sum 1. The parameters are those of `fuse`."""
 
-class Adaptive(Mixture, frozen=True, tag="adaptive"):
-    """Weights inversely proportional to each cue's uncertainty: Maggio et al., equations 8 to 10.
+    def fuse(
+        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
+    ) -> tuple[Weights, Floats]:
+        """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
+        if len(names) == 1:
+            return Weights.from_log(prior + logs[0]), np.array([1.0])
+        shares = self.shares(names, prior, logs, ellipses)
+        return Weights.from_log(prior + len(names) * (shares @ logs)), shares
+
+
+class Fixed(WeightedProduct, frozen=True, tag="fixed"):
+    """Fixed shares: each cue has its weight in every frame."""
+
+    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
+        """Return each cue's share (J,); sum 1: always the same."""
+        return self.reliability(names)
+
+
+class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
+    """Shares inversely proportional to each cue's uncertainty, after Maggio et al., section 4.2.
+
+    A cue's uncertainty is the geometric mean of the eigenvalues of the particles' covariance under
+    its likelihood: the fifth root of the determinant (equations 8 and 9). Cues that are equally
+    certain have shares in proportion to their weights. Four parts differ from `PrintedMixture`,
+    which is the paper's rule:
+
+    - The likelihoods are multiplied. The paper's sum (equation 10) averages the places of two cues;
+      a product is where they agree.
+    - Where its uncertainty is computed, a likelihood is scaled so that its best particle has at
+      least exp(-1). Otherwise a cue that matches nowhere seems certain, as its likelihood falls
+      steeply at large distances.
+    - A determinant of a covariance in five dimensions, of some 50 effective particles, is too much
+      by chance; its root is less so.
+    - The covariance is relative to that of the predicted particles, so that units do not matter.
 
     Attributes
     ----------
     floor
-        Standard deviation that is added to every dimension of a cue's uncertainty, in mean
-        half-axes of the first region, or radians. With a larger value, the cues get more similar
-        weights. Without it, a cue that gives one particle all the weight would have no uncertainty
-        at all.
+        Least standard deviation of a cue's covariance, as a share of that of the predicted
+        particles. With a larger value, the cues get more similar weights. Without it, a cue that
+        gives one particle all the weight would have no uncertainty at all.
     """
 
-    floor: Floor = 0.5
+    floor: Floor = 0.3
 
-    def shares(
-        self, names: Sequence[str], likelihoods: Floats, ellipses: Floats, first: Ellipse
-    ) -> Floats:
-        """Return each cue's weight (J,); sum 1.
-
-        A cue's uncertainty is the determinant of the particles' covariance under its likelihood
-        (equation 9). The paper mixes units. Here positions count in mean half-axes of the first
-        region, half-axes relative to that region's, the angle in radians.
-        """
-        mean = math.sqrt(first.a * first.b)
-        units = np.array([mean, mean, first.a, first.b, 1.0])
-        volumes = np.empty(len(names))
-        center, covariance = np.empty(5), np.empty((5, 5))
-        for j, likelihood in enumerate(np.ascontiguousarray(likelihoods)):
-            kernels.particles.moments(ellipses, likelihood, center, covariance)  # equation 8
-            scaled = covariance / np.outer(units, units) + self.floor**2 * np.eye(5)
-            volumes[j] = np.linalg.slogdet(scaled)[1]  # equation 9
-        certainties = np.exp(volumes.min() - volumes)
-        shares: Floats = certainties / certainties.sum()
-        return shares
+    def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
+        """Return each cue's share (J,); sum 1."""
+        comparable = [_at_least(log, LEAST_LOG) for log in logs]
+        variances = log_determinants(prior, comparable, ellipses, self.floor) / ellipses.shape[1]
+        return _inverse(variances - np.log(self.reliability(names)))
 
 
-class Product(Config, frozen=True, tag="product"):
+class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
+    """The sum of the cues' likelihoods, weighted by their certainty: Maggio et al., section 4.2.
+
+    Equations 7 to 10 as printed: p is the sum of w_j l_j, and w_j is proportional to 1 / U_j, where
+    U_j is the determinant of the covariance of the particles under l_j.
+
+    Attributes
+    ----------
+    floor
+        Least standard deviation of a cue's covariance, as a share of that of the predicted
+        particles. The paper has none: the default only keeps the determinant above 0.
+    """
+
+    floor: Floor = 1e-3
+
+    def fuse(
+        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
+    ) -> tuple[Weights, Floats]:
+        """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
+        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor))
+        mixed = np.logaddexp.reduce(np.log(shares)[:, None] + logs, axis=0)  # equation 10
+        return Weights.from_log(prior + mixed), shares
+
+
+class Product(Fusion, frozen=True, tag="product"):
     """The product of the cues' likelihoods, as if each were independent of the others.
 
     Ng and Delp do not give the rule by which they fuse color and edges. A product has no weights:
-    all shares are equal. They only serve to average the cues' coefficients into one number, for the
-    appearance rule and the confidence. A cue with a smaller sigma has more influence.
+    all shares are equal. A cue with a smaller sigma has more influence.
     """
 
     def fuse(
-        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats, first: Ellipse
+        self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
-        """Return the particles' weights and the cues' shares (J,), as `Mixture.fuse` does."""
+        """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
         return Weights.from_log(prior + logs.sum(axis=0)), np.full(len(names), 1 / len(names))
 
 
-Fusion = Adaptive | Fixed | Product
+FusionRule = Adaptive | Fixed | PrintedMixture | Product
+
+
+def log_determinants(
+    prior: Floats, logs: Sequence[Floats] | Floats, ellipses: Floats, floor: float
+) -> Floats:
+    """Return the logarithm of each cue's uncertainty (J,): Maggio et al., equations 8 and 9.
+
+    The paper multiplies eigenvalues of unlike units. Here each dimension counts in standard
+    deviations of the predicted particles, which weigh `prior`; ratios of determinants do not depend
+    on the units. The square of `floor` times the predicted covariance is added.
+    """
+    center, predicted = np.empty(5), np.empty((5, 5))
+    kernels.particles.moments(ellipses, Weights.from_log(prior).values, center, predicted)
+    spread = np.sqrt(np.diag(predicted))
+    spread[spread < EQUAL] = 1.0
+    covariances = np.empty((len(logs), 5, 5))
+    for covariance, log in zip(covariances, logs, strict=True):
+        likelihood = Weights.from_log(prior + log).values
+        kernels.particles.moments(ellipses, likelihood, center, covariance)  # equation 8
+    covariances += floor**2 * predicted
+    covariances /= np.outer(spread, spread)
+    covariances += SINGULAR * np.eye(5)
+    logarithms: Floats = np.linalg.slogdet(covariances)[1]  # equation 9
+    return logarithms
+
+
+def _at_least(log: Floats, least: float) -> Floats:
+    """Return log-likelihoods (N,), scaled so that the best is not below `least`."""
+    best = np.max(log, where=np.isfinite(log), initial=-np.inf)
+    return log * (least / best) if -np.inf < best < least else log
+
+
+def _inverse(logarithms: Floats) -> Floats:
+    """Return shares (J,) that sum to 1, inversely proportional to numbers of given logarithms."""
+    certainties = np.exp(logarithms.min() - logarithms)
+    shares: Floats = certainties / certainties.sum()
+    return shares
 
 
 def fuse_distances(distances: Floats, shares: Floats) -> Floats:

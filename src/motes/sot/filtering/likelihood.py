@@ -27,7 +27,7 @@ class Likelihood:
     def log(self, names: Sequence[str], distances: Floats) -> Floats:
         """Return log-likelihoods (J, N) of distances (J, N) by cues of these names.
 
-        They fall as the distance grows. Each cue's may lack a constant.
+        They fall as the distance grows, from 0 or nearly 0 for a perfect match.
         """
 
 

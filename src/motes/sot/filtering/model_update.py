@@ -171,6 +171,12 @@ class ModelUpdate(NamedTuple):
     diagnostics: dict[str, UpdateDiagnostics]
 
 
+def any_changes(cues: Mapping[str, Cue], strategies: Mapping[str, Strategy]) -> bool:
+    """Return whether any model ever changes."""
+    own = any(type(cue).update_reading is not Cue.update_reading for cue in cues.values())
+    return own or any(strategy.learns for strategy in strategies.values())
+
+
 def update_models(
     cues: Mapping[str, Cue],
     strategies: Mapping[str, Strategy],

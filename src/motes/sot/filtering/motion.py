@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -24,6 +25,7 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import Ellipse
 from motes.core.registry import Registry
 from motes.core.types import Floats
+from motes.kernels import structures
 
 Scale = Annotated[float, Meta(ge=0, le=1e6)]
 """A standard deviation: large enough for any motion, small enough that nothing overflows."""
@@ -92,7 +94,62 @@ class Noise(Config, frozen=True):
     angle: Scale = 0.0
 
 
-class RandomWalk(Motion, Config, frozen=True, tag="random_walk"):
+class Walking(Motion, Config, frozen=True, dict=True):
+    """The base of motions in which a state's columns take noise, and some change others.
+
+    State: x, y, a, b, theta, then k orders of changes of the first four, such as velocities, per
+    reference interval.
+
+    Attributes
+    ----------
+    noise
+        Noise of the center, the size, the proportions and the angle in 1/25 s.
+    """
+
+    noise: Noise = Noise()
+
+    @property
+    def changes(self) -> tuple[float, ...]:
+        """Standard deviations of the changes' noise, as shares of that of what they change."""
+        return ()
+
+    @property
+    def kept(self) -> float:
+        """Share of a change that is left after one reference interval."""
+        return 1.0
+
+    def initial(self, ellipses: Floats) -> Floats:
+        """Return the ellipses at rest, (N, 5 + 4k)."""
+        return np.concatenate([ellipses, np.zeros((len(ellipses), 4 * len(self.changes)))], axis=1)
+
+    def propagate(
+        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
+    ) -> Floats:
+        """Return A s + w (Nummiaro et al., equation 9)."""
+        out = np.empty(states.shape)
+        normal, steps = self.normal(rng, len(states)), dt / FRAME_INTERVAL
+        kernels.particles.walk(states, normal, self.kernel_noise, steps, first[2:4], out)
+        return out
+
+    def ellipses(self, states: Floats) -> Floats:
+        """Return the first five columns."""
+        return states[:, :5]
+
+    def normal(self, rng: np.random.Generator, n: int) -> Floats:
+        """Return the random numbers of n particles' step: one a column, and one of the size."""
+        return rng.standard_normal((n, 6 + 4 * len(self.changes)))
+
+    @cached_property
+    def kernel_noise(self) -> structures.Noise:
+        """The noise in the form that kernels take."""
+        noise = self.noise
+        return structures.Noise(
+            noise.position, noise.size, noise.size_return, noise.aspect, noise.angle,
+            np.array(self.changes, float), self.kept,
+        )  # fmt: skip
+
+
+class RandomWalk(Walking, frozen=True, tag="random_walk"):
     """Random walk: the target stays where it was, plus noise.
 
     A model of zero order. State: x, y, a, b, theta.
@@ -103,24 +160,8 @@ class RandomWalk(Motion, Config, frozen=True, tag="random_walk"):
         Noise of the center, the size, the proportions and the angle in 1/25 s.
     """
 
-    noise: Noise = Noise()
 
-    def initial(self, ellipses: Floats) -> Floats:
-        """Return the ellipses themselves, (N, 5)."""
-        return ellipses.copy()
-
-    def propagate(
-        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
-    ) -> Floats:
-        """Return states plus noise."""
-        return _walked(rng, states, dt, first, self.noise, (), 1.0)
-
-    def ellipses(self, states: Floats) -> Floats:
-        """Return the states themselves."""
-        return states
-
-
-class ConstantVelocity(Motion, Config, frozen=True, tag="constant_velocity"):
+class ConstantVelocity(Walking, frozen=True, tag="constant_velocity"):
     """Constant velocity: noise changes the velocities of the center and of the half-axes.
 
     A model of first order: Nummiaro et al., equation 8. State: x, y, a, b, theta and the changes of
@@ -138,26 +179,21 @@ class ConstantVelocity(Motion, Config, frozen=True, tag="constant_velocity"):
         for longer: 1 is the paper's constant velocity, 0 is a random walk.
     """
 
-    noise: Noise = Noise()
     velocity: Scale = 0.5
     persistence: Share = 1.0
 
-    def initial(self, ellipses: Floats) -> Floats:
-        """Return the ellipses at rest, (N, 9)."""
-        return np.concatenate([ellipses, np.zeros((len(ellipses), 4))], axis=1)
+    @property
+    def changes(self) -> tuple[float, ...]:
+        """The share of velocities."""
+        return (self.velocity,)
 
-    def propagate(
-        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
-    ) -> Floats:
-        """Return A s + w (equation 9)."""
-        return _walked(rng, states, dt, first, self.noise, (self.velocity,), self.persistence)
-
-    def ellipses(self, states: Floats) -> Floats:
-        """Return the first five columns."""
-        return states[:, :5]
+    @property
+    def kept(self) -> float:
+        """The persistence."""
+        return self.persistence
 
 
-class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
+class SecondOrder(Walking, frozen=True, tag="second_order"):
     """Second order: accelerations change the velocities, and noise changes both.
 
     The extension that Nummiaro et al. name in sections IV and VI. State: x, y, a, b, theta, then
@@ -178,25 +214,19 @@ class SecondOrder(Motion, Config, frozen=True, tag="second_order"):
         target keeps its motion for longer.
     """
 
-    noise: Noise = Noise()
     velocity: Scale = 0.5
     acceleration: Scale = 0.2
     persistence: Share = 0.9
 
-    def initial(self, ellipses: Floats) -> Floats:
-        """Return the ellipses at rest, (N, 13)."""
-        return np.concatenate([ellipses, np.zeros((len(ellipses), 8))], axis=1)
+    @property
+    def changes(self) -> tuple[float, ...]:
+        """The shares of velocities and accelerations."""
+        return self.velocity, self.acceleration
 
-    def propagate(
-        self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse
-    ) -> Floats:
-        """Return A s + w, with A of second order."""
-        changes = (self.velocity, self.acceleration)
-        return _walked(rng, states, dt, first, self.noise, changes, self.persistence)
-
-    def ellipses(self, states: Floats) -> Floats:
-        """Return the first five columns."""
-        return states[:, :5]
+    @property
+    def kept(self) -> float:
+        """The persistence."""
+        return self.persistence
 
 
 class EllipseWalk(Motion, Config, frozen=True, tag="ellipse_walk"):
@@ -342,32 +372,3 @@ MOTIONS = Registry[Motion](
         "autoregressive": Autoregressive,
     },
 )
-
-
-def _walked(
-    rng: np.random.Generator,
-    states: Floats,
-    dt: float,
-    first: Ellipse,
-    noise: Noise,
-    changes: tuple[float, ...],
-    persistence: float,
-) -> Floats:
-    """Return new states (N, 5 + 4k): ellipses, and k orders of changes of their first four columns.
-
-    `changes` are the standard deviations of these orders' noise, as shares of `noise`, and
-    `persistence` the share of a change that is left after one reference interval.
-    """
-    steps = dt / FRAME_INTERVAL
-    grown = math.sqrt(steps)
-    mean = math.sqrt(first.a * first.b)  # a narrow target moves as fast sideways
-    position, aspect = mean * noise.position * grown, noise.aspect * grown
-    spread = [position, position, first.a * aspect, first.b * aspect]
-    deviations = [*spread, noise.angle * grown, *(share * s for share in changes for s in spread)]
-    normal = rng.standard_normal((len(states), len(deviations) + 1))
-    out = np.empty((len(states), len(deviations)))
-    kernels.particles.walk(
-        states, normal, np.array(deviations), steps, persistence**steps, first.a, first.b,
-        (1 - noise.size_return) ** steps, noise.size * grown, out,
-    )  # fmt: skip
-    return out

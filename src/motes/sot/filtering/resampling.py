@@ -52,7 +52,7 @@ class Weights(msgspec.Struct, frozen=True, eq=False):
     @property
     def effective_sample_size(self) -> float:
         """1 / sum of squared weights: from 1 (one particle has all weight) to N (equal weights)."""
-        return float(1 / np.dot(self.values, self.values))
+        return kernels.particles.effective_sample_size(self.values)
 
 
 def multinomial(rng: np.random.Generator, weights: Floats, n: int) -> Indices:

@@ -62,7 +62,7 @@ class KldSampling(Config, frozen=True):
     def number(self, places: Floats) -> int:
         """Return the number of particles for the spread of places (N, d), in units of a bin."""
         bins = np.floor(places / self.bin).astype(np.int64)
-        k = len(np.unique(bins @ [1 << 20 * axis for axis in range(bins.shape[1])]))
+        k = len(set((bins @ [1 << 20 * axis for axis in range(bins.shape[1])]).tolist()))
         return min(max(self._needed(k), self.min), self.max)
 
     def _needed(self, bins: int) -> int:

@@ -1,0 +1,26 @@
+from motes.kernels.structures import Bytes, ColorTarget, Floats, Noise, Pair
+
+def step(
+    picture: Bytes,
+    before: Floats,
+    before_weights: Floats,
+    positions: Floats,
+    normal: Floats,
+    noise: Noise,
+    steps: float,
+    first: Pair,
+    target: ColorTarget,
+    likelihood: tuple[float, float],
+    threshold: float,
+) -> tuple[
+    Floats,
+    Floats,
+    Floats,
+    Floats,
+    bool,
+    tuple[float, float, float, float, float],
+    Floats,
+    float,
+    int,
+    float,
+]: ...

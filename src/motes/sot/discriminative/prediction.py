@@ -1,0 +1,166 @@
+"""Where the target is expected in the next frame, before it is looked at.
+
+Four models of motion predict the displacement: the target stays in the picture, it stays in the
+scene while the camera moves, it goes on as in the last frame, or it does so in the scene. The model
+with the least recent error is followed, as in a filter of interacting multiple models (Blom and
+Bar-Shalom, IEEE Transactions on Automatic Control 1988) of which only the likeliest model counts.
+The camera's motion is the shift between two small pictures by phase correlation (Kuglin and Hines,
+International Conference on Cybernetics and Society 1975).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.saved_state import NotNegative
+from motes.core.types import Floats, Singles, Spectra
+from motes.cues.search_window import cut
+
+COLUMNS = 96
+"""Largest number of rows and of columns of the small picture."""
+ERROR_RATE = 0.1
+"""Share of the last frame's error in the running mean of a model's errors."""
+LARGEST_ERROR = 2.0
+"""An error counts as this many sides of the target at most: one wrong shift is soon forgotten."""
+
+WHITENED = 1e-3
+"""Frequencies weaker than this share of the mean strength count less in the phase correlation."""
+
+
+class MotionHistory(msgspec.Struct, frozen=True, eq=False):
+    """What the prediction knows after a frame.
+
+    Attributes
+    ----------
+    spectrum
+        Transform of the last small picture.
+    camera, velocity
+        (2,), the shift of the scene and of the target from the frame before to the last, in pixels.
+    errors
+        (4,), the running mean of each model's error, in mean sides of the target; in the order of
+        `Prediction.shifts`.
+    """
+
+    spectrum: Spectra
+    camera: Floats
+    velocity: Floats
+    errors: NotNegative
+
+
+def started(frame: Frame) -> MotionHistory:
+    """Return the history after the first frame."""
+    return MotionHistory(small_spectrum(frame), np.zeros(2), np.zeros(2), np.zeros(4))
+
+
+class Prediction(NamedTuple):
+    """What is predicted for a frame.
+
+    Attributes
+    ----------
+    spectrum
+        Transform of the frame's small picture.
+    shifts
+        (4, 2), the displacement of the target that each model predicts, in pixels: it stays in the
+        picture, stays in the scene, goes on in the picture, goes on in the scene.
+    """
+
+    spectrum: Spectra
+    shifts: Floats
+
+    def likeliest(self, history: MotionHistory) -> Floats:
+        """Return the displacement (2,) of the model with the least recent error."""
+        best: Floats = self.shifts[np.argmin(history.errors)]
+        return best
+
+    def update(
+        self, history: MotionHistory, before: Ellipse, after: Ellipse | None
+    ) -> MotionHistory:
+        """Return the history after the frame.
+
+        Parameters
+        ----------
+        before, after
+            The target in the last frame and in this one; None if it was not seen. Then it counts as
+            at rest in the scene.
+        """
+        camera = self.shifts[1]
+        if after is None:
+            return replace(history, spectrum=self.spectrum, camera=camera, velocity=camera)
+        velocity = np.subtract(after[:2], before[:2])
+        errors = np.hypot(*(self.shifts - velocity).T) / before.side
+        errors = history.errors + ERROR_RATE * (np.minimum(errors, LARGEST_ERROR) - history.errors)
+        return MotionHistory(self.spectrum, camera, velocity, errors)
+
+
+def predictions(history: MotionHistory, frame: Frame) -> Prediction:
+    """Return what the four models predict for a frame."""
+    spectrum = small_spectrum(frame)
+    camera = camera_shift(history.spectrum, spectrum, frame)
+    steady = history.velocity
+    shifts = np.array([np.zeros(2), camera, steady, camera + steady - history.camera])
+    return Prediction(spectrum, shifts)
+
+
+def small_spectrum(frame: Frame) -> Spectra:
+    """Return the transform (h, w // 2 + 1) of the frame's small gray picture, tapered."""
+    from scipy import fft  # takes a third of a second to import
+
+    rows, columns = _small(frame.height, frame.width)
+    step = frame.width / columns, frame.height / rows
+    center = Ellipse((frame.width - 1) / 2, (frame.height - 1) / 2, 1.0, 1.0)
+    gray: Singles = cut(frame, center, step, (rows, columns)).sum(axis=0)
+    gray -= gray.mean()
+    gray *= _taper(rows, columns)
+    out: Spectra = fft.rfft2(gray)
+    return out
+
+
+def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
+    """Return the shift of the scene between two frames of one size, in pixels, (2,): x and y.
+
+    It is the maximum of the phase correlation, refined by a parabola in each direction.
+    """
+    from scipy import fft
+
+    rows, columns = _small(frame.height, frame.width)
+    product = before.conj() * after
+    strength = np.abs(product)
+    product /= strength + WHITENED * float(strength.mean()) + np.finfo(np.float32).tiny
+    plane: Singles = fft.irfft2(product, (rows, columns))
+    row, column = divmod(int(np.argmax(plane)), columns)
+    across = _peak(plane[row], column) * frame.width / columns
+    down = _peak(plane[:, column], row) * frame.height / rows
+    return np.array([across, down])
+
+
+def _peak(line: Singles, index: int) -> float:
+    """Return the place of the maximum of a cyclic line, as a signed shift, between its values."""
+    size = len(line)
+    low, high, top = line[index - 1], line[(index + 1) % size], line[index]
+    curve = float(low - 2 * top + high)
+    between = 0.5 * float(low - high) / curve if curve < 0 else 0.0
+    return (index if index <= size // 2 else index - size) + between
+
+
+@cache
+def _small(height: int, width: int) -> tuple[int, int]:
+    """Return the number of rows and columns of the small picture of a frame."""
+    from scipy.fft import next_fast_len
+
+    shrink = min(1.0, COLUMNS / max(height, width))
+    rows, columns = (max(round(side * shrink), 1) for side in (height, width))
+    return int(next_fast_len(rows, real=True)), int(next_fast_len(columns, real=True))
+
+
+@cache
+def _taper(rows: int, columns: int) -> Singles:
+    """Return Hann's window (rows, columns)."""
+    down, across = (np.hanning(size + 2)[1:-1] for size in (rows, columns))
+    return np.outer(down, across).astype(np.float32)

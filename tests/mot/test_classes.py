@@ -1,0 +1,207 @@
+"""Classes of objects: votes, selections, and detectors that look at some frames only."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from motes.cli.watch_counting import table
+from motes.cli.watch_outputs import FrameResult, Rows
+from motes.core.detection import Detection
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.analytics.events import EventCounter, Line, Regions
+from motes.mot.detection.custom import CustomConfig
+from motes.mot.detection.in_process import DetectorProcess
+from motes.mot.detection_outcome import DetectionOutcome
+from motes.mot.scene import Scene
+from motes.mot.scene_config import DetectionSelection, SceneConfig
+from motes.mot.stages.suppress_duplicates import suppress_duplicates
+from motes.mot.tracked_object import SceneTrack
+from motes.output.documents import write_document
+from motes.output.journal import FrameRow, Header, Journal, JournalWriter, object_rows
+from scene_objects import RED, config, picture, visible
+from sightings import seen
+
+BOX = Box(60, 40, 20, 30)
+
+
+def moving(index: int) -> tuple[Frame, Box]:
+    """Return a frame with a red box that moves by 2 pixels a frame, and the box."""
+    box = Box(40 + 2 * index, 40, 20, 30)
+    return picture(index, (box, RED)), box
+
+
+def scene_of(labels: Sequence[str | None], settings: SceneConfig) -> list[list[str | None]]:
+    """Return the classes of the objects in each frame, of an object detected as these labels."""
+    found = iter(labels)
+    scene = Scene(lambda frame: [Detection(moving(frame.index)[1], 0.9, next(found))], settings)
+    return [[each.label for each in scene.update(moving(n)[0])] for n in range(len(labels))]
+
+
+def test_a_class_is_a_vote_over_the_life() -> None:
+    labels = ["car", "car", "car", "bus", "bus", "car", "bus", "bus", "bus"]
+    (*_, last) = answers = scene_of(labels, config())
+    assert answers[2] == ["car"]
+    assert answers[4] == ["bus"]  # born as a car in the third frame: one vote for it, two against
+    assert last == ["bus"]
+    assert scene_of([None] * 4, config())[-1] == [None]
+
+
+def test_a_vote_goes_with_the_identity() -> None:
+    frame = picture(0, (BOX, RED))
+    one, other = (visible(n, frame, BOX).vote(name) for n, name in ((1, "car"), (2, "bus")))
+    swapped = one.with_identity_of(other)
+    assert (swapped.identity, swapped.scene_track.label) == (2, "bus")
+
+
+def test_other_classes_and_low_scores_are_left_out() -> None:
+    frame = picture(0)
+    given = [
+        Detection(Box(20 * n, 10, 10, 20), score, label)
+        for n, (score, label) in enumerate([(0.9, "car"), (0.3, "car"), (0.9, "bus"), (0.9, None)])
+    ]
+    rule = DetectionSelection(classes=("car",), least=0.5)
+    found, log = suppress_duplicates(given, frame, rule)
+    assert found == given[:1]
+    assert [each.outcome for each in log] == [DetectionOutcome.UNWANTED] * 3
+    assert len(suppress_duplicates(given, frame, DetectionSelection())[0]) == 4
+
+
+def test_objects_are_followed_between_the_frames_of_a_slow_detector() -> None:
+    looks = []
+
+    def detector(frame: Frame) -> list[Detection]:
+        looks.append(frame.index)
+        return [Detection(moving(frame.index)[1])]
+
+    settings = replace(config(), detections=DetectionSelection(every=5))
+    scene = Scene(detector, settings, seed=0)
+    frames = [moving(n)[0] for n in range(31)]
+    tracks = [list(found) for _, found in scene.watch(frames)]
+    assert looks == [0, 5, 10, 15, 20, 25, 30]
+    assert [len(found) for found in tracks] == [0] * 10 + [1] * 21  # the third look is at frame 10
+    assert {found[0].identity for found in tracks[10:]} == {1}
+    assert {found[0].track.status for found in tracks[10:]} == {Status.TRACKING}
+    assert [found[0].detected for found in tracks[10:15]] == [True, False, False, False, False]
+    for index, (each,) in enumerate(tracks[10:], start=10):
+        assert each.box.x == pytest.approx(40 + 2 * index, abs=5)
+
+
+def test_without_a_look_nothing_is_overdue() -> None:
+    """With a detector that looks and finds nothing, the object is occluded after 0.12 s."""
+    for every, status in ((1, Status.OCCLUDED), (8, Status.TRACKING)):
+        there = [True]
+        settings = replace(config(), detections=DetectionSelection(every=every))
+        scene = Scene(lambda _, there=there: [Detection(BOX)] if there else [], settings)
+        for index in range(3 * every + 6):
+            if index == 2 * every + 1:
+                there.clear()
+            last = scene.update(picture(index, (BOX, RED)))
+        assert [each.track.status for each in last] == [status]
+
+
+def test_events_and_counts_have_classes() -> None:
+    counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
+    events = []
+    for label, identity in (("car", 1), ("bus", 2), ("car", 3)):
+        for frame, x in enumerate((42.0, 47.0, 52.0, 57.0, 62.0)):
+            track = seen(frame, (x, 40), identity=identity)
+            track = type(track)(identity, track.track, None, True, label=label)
+            events += counting.update([track])
+    assert json.loads(events[-1].json())["class"] == "car"
+    assert "label" not in events[-1].json()
+    assert counting.counts[0, "crosses", "gate", "left", "car"] == 2
+    assert table(counting.counts)[-1] == (
+        "minute 0: appears bus 1, appears car 2, crosses gate left bus 1, crosses gate left car 2"
+    )
+
+
+def objects_of_two_classes() -> list[list[SceneTrack]]:
+    """Return the objects of two frames; the second one's class changes."""
+    frames = []
+    for frame, name in enumerate(("van, old", "car")):
+        first, second = seen(frame, (40, 60), identity=1), seen(frame, (90, 60), identity=2)
+        kind = type(first)
+        frames.append([
+            kind(1, first.track, None, True),
+            kind(2, second.track, None, True, label=name),
+        ])  # fmt: skip
+    return frames
+
+
+@pytest.mark.parametrize("form", ["csv", "jsonl", "mot"])
+def test_rows_have_classes(form: str, tmp_path: Path) -> None:
+    import motes
+
+    path = tmp_path / f"rows.{form}"
+    with Rows(str(path), form, False) as rows:  # type: ignore[arg-type]
+        for index, tracks in enumerate(objects_of_two_classes()):
+            frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
+            rows.write(FrameResult(frame, tracks, []))
+    if form == "mot":
+        lines = path.read_text().splitlines()
+        assert [line.split(",")[7] for line in lines] == ["1", "-1", "1", "3"]
+    else:
+        assert motes.read_track(path)["class"].tolist() == ["", "van, old", "", "car"]
+
+
+@pytest.mark.parametrize("ending", ["json", "xml"])
+def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Path) -> None:
+    path = tmp_path / "rows.jsonl"
+    writer = JournalWriter(path, Header("film", 200, 100, "thing"))
+    for index, tracks in enumerate(objects_of_two_classes()):
+        writer.add(FrameRow(index, index / 4, object_rows(tracks)))
+    writer.close()
+    document = tmp_path / f"out.{ending}"
+    write_document(document, Journal(path))
+    text = document.read_text()
+    if ending == "json":
+        found = json.loads(text)
+        assert [each["name"] for each in found["categories"]] == ["thing", "car"]
+        assert [each["category_id"] for each in found["annotations"]] == [1, 2, 1, 2]
+    else:
+        assert '<track id="1" label="thing"' in text
+        assert '<track id="2" label="car"' in text
+        assert "<name>thing</name>" in text
+        assert "<name>car</name>" in text
+
+
+MODULE = """
+import os
+
+class Finder:
+    classes = {0: "car"}
+
+    def __call__(self, frame):
+        if frame.index == 2:
+            raise KeyError("two")
+        if frame.index == 3:
+            os._exit(7)
+        return [(*frame.pixels[0, 0].tolist(), 10, 0.5, "car")]
+"""
+
+
+@pytest.mark.slow
+def test_a_detector_in_a_process_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_process_finder.py").write_text(MODULE)
+    monkeypatch.chdir(tmp_path)
+    frames = [Frame(n, n / 25, np.full((8, 9, 3), 5 + n, np.uint8)[:, ::-1]) for n in range(5)]
+    with DetectorProcess(CustomConfig("my_process_finder:Finder")) as detector:
+        assert detector(frames[0]) == [Detection(Box(5, 5, 5, 10), 0.5, "car")]
+        assert detector(frames[1])[0].box == Box(6, 6, 6, 10)
+        with pytest.raises(ConfigError, match="failed in frame 2: KeyError"):
+            detector(frames[2])
+        with pytest.raises(ConfigError, match="process ended with exit code 7"):
+            detector(frames[3])
+    with pytest.raises(ConfigError, match=r"my_process_finder:None.*AttributeError"):
+        DetectorProcess(CustomConfig("my_process_finder:None"))

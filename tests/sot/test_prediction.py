@@ -1,0 +1,148 @@
+"""The prediction: how far the camera has moved, and which model of motion is followed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, iou
+from motes.sot.discriminative import prediction
+from motes.sot.discriminative.prediction import Prediction, camera_shift, small_spectrum
+from motes.sot.tracker import Tracker
+
+HEIGHT, WIDTH = 240, 320
+
+
+@pytest.fixture(scope="module")
+def scene() -> NDArray[np.uint8]:
+    """Return a textured picture, larger than the frames that show parts of it."""
+    noise = np.random.default_rng(5).standard_normal((3 * HEIGHT, 3 * WIDTH, 3))
+    smooth: NDArray[np.float64] = sum(
+        ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
+    )
+    return np.clip(128 + 110 * smooth, 0, 255).astype(np.uint8)
+
+
+def seen(scene: NDArray[np.uint8], left: float, top: float, index: int = 0) -> Frame:
+    """Return the frame whose corner lies at a place of the scene."""
+    row, column = round(top), round(left)
+    part = scene[row : row + HEIGHT, column : column + WIDTH]
+    return Frame(index, index / 25, np.ascontiguousarray(part))
+
+
+@pytest.mark.parametrize(("dx", "dy"), [(0, 0), (7, 0), (-12, 5), (30, -21), (2, 3)])
+def test_the_shift_of_the_scene_is_measured(scene: NDArray[np.uint8], dx: int, dy: int) -> None:
+    before, after = seen(scene, 100, 100), seen(scene, 100 - dx, 100 - dy)
+    shift = camera_shift(small_spectrum(before), small_spectrum(after), after)
+    np.testing.assert_allclose(shift, (dx, dy), atol=1.0)
+
+
+def test_a_picture_without_texture_does_not_move(scene: NDArray[np.uint8]) -> None:
+    flat = Frame(0, 0.0, np.full((HEIGHT, WIDTH, 3), 80, np.uint8))
+    np.testing.assert_array_equal(
+        camera_shift(small_spectrum(flat), small_spectrum(flat), flat), (0, 0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("camera", "target", "model"),
+    [
+        ((9.0, 4.0), (0.0, 0.0), 0),  # the camera follows the target
+        ((9.0, -4.0), (9.0, -4.0), 1),  # the target rests in the scene
+        ((-5.0, 0.0), (8.0, 3.0), 2),  # it goes on, and the camera's motion says nothing of it
+    ],
+)
+def test_the_model_with_the_least_error_is_followed(
+    camera: tuple[float, float], target: tuple[float, float], model: int
+) -> None:
+    rng = np.random.default_rng(1)
+    spectrum = np.zeros((1, 1), np.complex64)
+    history = prediction.MotionHistory(spectrum, np.zeros(2), np.zeros(2), np.zeros(4))
+    place = Ellipse(50.0, 50.0, 10.0, 10.0)
+    for _ in range(12):
+        sway = rng.choice([-1.0, 1.0])  # of the camera: no model of steady motion foresees it
+        moved = sway * np.array(camera)
+        velocity = sway * np.array(target) if model == 1 else np.array(target)
+        steady = history.velocity
+        sight = Prediction(
+            spectrum, np.array([np.zeros(2), moved, steady, moved + steady - history.camera])
+        )
+        after = place._replace(x=place.x + velocity[0], y=place.y + velocity[1])
+        history = sight.update(history, place, after)
+        place = after
+    assert np.argmin(history.errors) == model
+    np.testing.assert_array_equal(sight.likeliest(history), sight.shifts[model])
+
+
+def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:
+    spectrum = np.zeros((1, 1), np.complex64)
+    history = prediction.MotionHistory(spectrum, np.zeros(2), np.ones(2), np.arange(4.0))
+    sight = Prediction(spectrum, np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [4.0, 5.0]]))
+    after = sight.update(history, Ellipse(5.0, 5.0, 2.0, 2.0), None)
+    np.testing.assert_array_equal(after.velocity, (3, 4))
+    np.testing.assert_array_equal(after.camera, (3, 4))
+    np.testing.assert_array_equal(after.errors, history.errors)
+
+
+def shaken(scene: NDArray[np.uint8]) -> tuple[list[Frame], list[Ellipse]]:
+    """Return a film of a small target at rest before a camera that shakes, and its places."""
+    rng = np.random.default_rng(2)
+    target = np.random.default_rng(8).integers(0, 255, (5, 5, 3), np.uint8)
+    shown = scene.copy()
+    row, column = HEIGHT + 110, WIDTH + 150
+    shown[row : row + 20, column : column + 20] = target.repeat(4, axis=0).repeat(4, axis=1)
+    frames, places = [], []
+    for index in range(40):
+        left, top = np.array((WIDTH, HEIGHT)) + rng.uniform(-25, 25, 2).round() * (index > 0)
+        frames.append(seen(shown, left, top, index))
+        places.append(Ellipse(column + 9.5 - left, row + 9.5 - top, 10.0, 10.0))
+    return frames, places
+
+
+def overlap(frames: list[Frame], places: list[Ellipse]) -> float:
+    """Return the share of the frames in which the default tracker has an IoU over 0.5."""
+    tracker = Tracker(seed=0)
+    tracker.init(frames[0], places[0])
+    tracks = [tracker.update(frame) for frame in frames[1:]]
+    pairs = zip(tracks, places[1:], strict=True)
+    return float(np.mean([iou(track.box, place.box) > 0.5 for track, place in pairs]))
+
+
+def test_a_small_target_is_followed_through_a_shaking_camera(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames, places = shaken(scene)
+    assert overlap(frames, places) > 0.9
+    monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.zeros(2))
+    assert overlap(frames, places) < 0.7
+
+
+def test_a_wrong_prediction_is_checked_at_the_last_place(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    frames, places = shaken(scene)
+    still = [Frame(index, index / 25, frames[0].pixels) for index in range(14)]
+    tracker = Tracker(seed=0)
+    tracker.init(still[0], places[0])
+    for frame in still[1:8]:
+        tracker.update(frame)
+    monkeypatch.setattr(Prediction, "likeliest", lambda self, history: np.array([60.0, 0.0]))
+    for frame in still[8:]:
+        assert iou(tracker.update(frame).box, places[0].box) > 0.8
+
+
+def test_the_last_motion_is_saved(scene: NDArray[np.uint8], tmp_path: Path) -> None:
+    frames, places = shaken(scene)
+    whole = Tracker(seed=0)
+    whole.init(frames[0], places[0])
+    for frame in frames[1:8]:
+        whole.update(frame)
+    whole.save(tmp_path / "state")
+    loaded = Tracker.load(tmp_path / "state")
+    for frame in frames[8:14]:
+        assert whole.update(frame).ellipse == loaded.update(frame).ellipse
