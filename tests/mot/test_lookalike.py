@@ -13,8 +13,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import iou
 from motes.evaluation.datasets.team import parse_team
 from motes.evaluation.papers.zhao_pei_team import team as follow_team
-from motes.mot.detection.lookalike import LIMIT, LookalikeDetector
-from motes.mot.pipeline_config import named_lookalike
+from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
+from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
@@ -139,8 +139,8 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
     frame = pitch(0, *((x, y, BLUE) for x, y in TEAM), *((x, y, WHITE) for x, y in OTHERS))
     lines = [f"1,-1,{x + 1},{y + 1},14,30,1" for x, y in [*TEAM[:3], *OTHERS]]
     (tmp_path / "det.txt").write_text("\n".join(lines))
-    config = named_lookalike((*TEAM[0], *SIZE), str(tmp_path / "det.txt"))
-    found = config.detector()(frame)
+    like = LookalikeConfig((*TEAM[0], *SIZE))
+    found = lookalike_detector(like, str(tmp_path / "det.txt"))(frame)
     assert len(found) == 3
     for x, y in TEAM[:3]:
         assert max(float(iou((x, y, *SIZE), each.box)) for each in found) > 0.5

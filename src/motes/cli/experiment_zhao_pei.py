@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -90,12 +91,15 @@ def zhao_figure9(
     from motes.core.seed import checked_seed
     from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
     from motes.evaluation.papers import zhao_pei_figure9
-    from motes.mot.pipeline_config import named_lookalike
+    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.pipeline_config import lookalike_detector
 
     checked_seed(seed)
     finder: str | Callable[[], Detector] | None = detector
     if like is not None:
-        finder = named_lookalike(numbers_of("--like", like, "x,y,width,height"), detector).detector
+        box = numbers_of("--like", like, "x,y,width,height")
+        chosen = LookalikeConfig(tuple(box))  # type: ignore[arg-type]
+        finder = partial(lookalike_detector, chosen, detector)
     scene = scene_factory(finder, preset)
     if has_mot_sequences(sequence):
         crowds, problems = load_mot_dataset(sequence)

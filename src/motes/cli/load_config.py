@@ -79,7 +79,7 @@ def watch_config(
     file
         A TOML file.
     detector, like
-        The values of --detector and --like; together, what the detector finds is compared.
+        The values of --detector and --like; with both, the configuration is that of --like.
     selection
         The keys that --classes and --least set.
     settings
@@ -95,7 +95,7 @@ def watch_config(
     from msgspec.structs import asdict
 
     from motes.core.config import from_dict, from_toml, merge, to_dict
-    from motes.mot.pipeline_config import WatchConfig, detector_values, lookalike_values
+    from motes.mot.pipeline_config import WatchConfig, detector_values
     from motes.mot.scene_config import scene_config
 
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
@@ -108,7 +108,7 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
-        config = changed(config, {"detector": lookalike_values(box, detector)})
+        config = changed(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
     config = changed(config, selection)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, get_args
 
 from motes.core.config import from_dict
@@ -12,7 +11,7 @@ from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.custom import CustomConfig
-from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
@@ -83,28 +82,18 @@ def detector_values(name: str | None) -> dict[str, Any]:
     return {"type": name}
 
 
-def named_lookalike(box: Sequence[float], detector: str | None) -> LookalikeConfig:
-    """Return the settings of what looks like a box, of what moves or what a detector finds.
-
-    Raises
-    ------
-    ConfigError
-        As `detector_values`, or if the box does not fit.
-    """
-    config: DetectorConfig = from_dict(lookalike_values(box, detector), DetectorConfig)
-    assert isinstance(config, LookalikeConfig)
-    return config
-
-
-def lookalike_values(box: Sequence[float], detector: str | None) -> dict[str, Any]:
-    """Return the values of a `LookalikeConfig`; without a detector, what moves is compared."""
-    values: dict[str, Any] = {"type": "like", "box": list(box)}
-    if detector is not None:
-        values["candidates"] = detector_values(detector)
-    return values
-
-
 def named_detector(name: str | None) -> Detector:
     """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()
+
+
+def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:
+    """Return the detector of what looks like a target, of what moves or what a detector finds.
+
+    Raises
+    ------
+    ConfigError
+        If no detector has that name.
+    """
+    return LookalikeDetector(config, None if detector is None else named_detector(detector))

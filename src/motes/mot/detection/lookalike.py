@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Share
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import Detection, Detector, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.core.types import Floats
@@ -58,8 +58,6 @@ class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
     distance
         Largest mean of the distances of colors and gradients, T in the paper. With a larger value
         more regions are similar.
-    candidates
-        The detector whose detections are compared; by default what moves before the background.
     """
 
     box: tuple[float, float, float, float]
@@ -67,7 +65,6 @@ class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
     rule: AppearanceRule = AppearanceRule(margin=0.5)
     hog: Hog = Hog()
     distance: Share = 0.4
-    candidates: DetectorConfig | None = None
 
     def detector(self) -> LookalikeDetector:
         """Return the detector."""
@@ -86,6 +83,8 @@ class LookalikeDetector:
     ----------
     like
         The box in the first frame, x, y, width, height; or a configuration.
+    candidates
+        The detector whose detections are compared; by default, what moves before the background.
 
     Raises
     ------
@@ -93,13 +92,15 @@ class LookalikeDetector:
         On the first frame, if the box does not fit it.
     """
 
-    def __init__(self, like: Sequence[float] | LookalikeConfig) -> None:
+    def __init__(
+        self, like: Sequence[float] | LookalikeConfig, candidates: Detector | None = None
+    ) -> None:
         if not isinstance(like, LookalikeConfig):
             like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
         self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
         self._hog, self._distance = like.hog, like.distance
-        self._finder = None if like.candidates is None else like.candidates.detector()
-        self._background = PannedBackground() if self._finder is None else None
+        self._finder = candidates
+        self._background = PannedBackground() if candidates is None else None
         self._model: ColorModel | None = None
         self._least = 0.0
         self._last: list[Box] = []
