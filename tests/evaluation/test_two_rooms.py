@@ -14,9 +14,14 @@ from motes.mot.scene import Scene
 def test_a_passage_is_kept_with_handover_and_not_without() -> None:
     rooms = two_rooms.rooms(seed=13, frames=400, people=1)
     assert len(rooms.passages) == 1
-    rigs = [two_rooms.rig(True), two_rooms.rig(False)]
-    named = two_rooms.identities(rooms, rigs, lambda _: Scene(BackgroundDetector("gaussian")))
-    assert [two_rooms.kept(found, rooms.passages) for found in named] == [[True], [False]]
+    ways = list(two_rooms.WAYS.values())
+    named = two_rooms.identities(rooms, ways, lambda _: Scene(BackgroundDetector("gaussian")))
+    assert [two_rooms.kept(found, rooms.passages) for found in named] == [[True], [True], [False]]
+    [early], [late], none = (
+        two_rooms.until_known(found, rooms.passages, rooms.clips) for found in named
+    )
+    assert early < late
+    assert none == []
 
 
 def test_kept_compares_the_last_identity_with_the_next_first() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from test_reidentification import BLUE, RIG, SHIFT, Watching, looks, sighting
+from test_reidentification import BLUE, RED, RIG, SHIFT, Watching, looks, sighting
 
 from motes.core.track import Status
 from motes.mot.cameras.arrivals import expected_of
@@ -215,3 +215,25 @@ def test_a_moment_out_of_sight_does_not_delay_a_merge() -> None:
         cameras.tell("hall", time, sighting(1, at=(), x=150, detected=index % 9 > 0))
         found = cameras.tell("office", time, sighting(5, at=(), x=55))
     assert found == [1]
+
+
+def test_a_part_is_somebody_expected_or_nobody_yet() -> None:
+    for color, known in ((RED, True), (BLUE, False)):
+        cameras = Giving()
+        who = cameras.leaves()
+        part = replace(sighting(5, color=color), partial=True)
+        assert cameras.tell("office", 3.0, part) == [who] * known
+        assert cameras.handover.handed == known
+        whole = sighting(5)  # as it looks when it is seen whole
+        assert cameras.tell("office", 3.04, whole) == [who]
+
+
+def test_a_part_has_to_look_more_like_it_than_the_whole() -> None:
+    """Its distance is 0.37: within 0.6, but not within half of it."""
+    mixed = np.full(8, 0.02, np.float32)
+    mixed[[RED, BLUE]] = 0.5, 0.38
+    cameras = Giving()
+    who = cameras.leaves()
+    half = replace(sighting(5), histogram=mixed.tobytes(), partial=True)
+    assert cameras.tell("office", 3.0, half) == []
+    assert cameras.tell("office", 3.04, replace(half, partial=False)) == [who]

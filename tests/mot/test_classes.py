@@ -112,7 +112,7 @@ def test_events_and_counts_have_classes() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
     events = []
     for label, identity in (("car", 1), ("bus", 2), ("car", 3)):
-        for frame, x in enumerate((40.0, 45.0, 55.0, 60.0)):
+        for frame, x in enumerate((42.0, 47.0, 52.0, 57.0, 62.0)):
             track = seen(frame, (x, 40), identity=identity)
             track = type(track)(identity, track.track, None, True, label=label)
             events += counting.update([track])

@@ -95,7 +95,7 @@ def watch_config(
     from msgspec.structs import asdict
 
     from motes.core.config import from_dict, from_toml, merge, to_dict
-    from motes.mot.pipeline_config import WatchConfig, detector_values
+    from motes.mot.pipeline_config import WatchConfig, detector_values, lookalike_values
     from motes.mot.scene_config import scene_config
 
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
@@ -108,10 +108,7 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
-        values: dict[str, Any] = {"type": "like", "box": box}
-        if detector is not None:
-            values["candidates"] = detector_values(detector)
-        config = changed(config, {"detector": values})
+        config = changed(config, {"detector": lookalike_values(box, detector)})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
     config = changed(config, selection)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, get_args
 
 from motes.core.config import from_dict
@@ -80,6 +81,27 @@ def detector_values(name: str | None) -> dict[str, Any]:
             f"A detector is {known}, MODULE:CALLABLE, or an .onnx or .txt file; got {name!r}."
         )
     return {"type": name}
+
+
+def named_lookalike(box: Sequence[float], detector: str | None) -> LookalikeConfig:
+    """Return the settings of what looks like a box, of what moves or what a detector finds.
+
+    Raises
+    ------
+    ConfigError
+        As `detector_values`, or if the box does not fit.
+    """
+    config: DetectorConfig = from_dict(lookalike_values(box, detector), DetectorConfig)
+    assert isinstance(config, LookalikeConfig)
+    return config
+
+
+def lookalike_values(box: Sequence[float], detector: str | None) -> dict[str, Any]:
+    """Return the values of a `LookalikeConfig`; without a detector, what moves is compared."""
+    values: dict[str, Any] = {"type": "like", "box": list(box)}
+    if detector is not None:
+        values["candidates"] = detector_values(detector)
+    return values
 
 
 def named_detector(name: str | None) -> Detector:

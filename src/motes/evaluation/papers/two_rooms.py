@@ -25,6 +25,7 @@ from motes.evaluation.papers.result import Experiment, Result, over, wilson_inte
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.evaluation.synthetic.beetle import Target
 from motes.evaluation.synthetic.clips import Clip
+from motes.mot.cameras.arrivals import VISIBLE
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Camera, CameraLink, Rig
@@ -38,6 +39,23 @@ TRANSIT = (1.0, 2.5)
 """Seconds from leaving one room completely to entering through the door of the other."""
 MATCH_IOU = 0.3
 """An object is a person if their boxes overlap by more than this."""
+
+
+NAMES = "left", "right"
+
+
+class Way(NamedTuple):
+    """What two cameras know of each other: whether doors are linked, and expect who comes."""
+
+    linked: bool
+    expects: bool
+
+
+WAYS = {
+    "with handover": Way(True, True),
+    "names alone": Way(True, False),
+    "without": Way(False, False),
+}
 
 
 class Rooms(NamedTuple):
@@ -103,36 +121,49 @@ def rig(linked: bool) -> Rig:
     doors = ((width - 12, 0, 12, height), (0, 0, 12, height))
     cameras = tuple(
         Camera(name, "", place=(Place("door", door),))
-        for name, door in zip(("left", "right"), doors, strict=True)
+        for name, door in zip(NAMES, doors, strict=True)
     )
     passage = CameraLink(("left/door", "right/door"), (TRANSIT[0] - 0.5, TRANSIT[1] + 1.0))
     return Rig(cameras, (passage,) * linked)
 
 
 def identities(
-    rooms: Rooms, rigs: Sequence[Rig], scene: SceneFactory, seed: int = 0
+    rooms: Rooms, ways: Sequence[Way], scene: SceneFactory, seed: int = 0
 ) -> list[Floats]:
-    """Return the identity of each person for each rig, (rooms, frames, people); NaN for none.
+    """Return the identity of each person for each way, (rooms, frames, people); NaN for none.
 
     `scene` makes the scene of each camera.
     """
-    associations = [CrossCameraAssociation(each) for each in rigs]
-    reporters = [CameraReporter(camera, scene(seed)) for camera in rigs[0].camera]
+    associations = [CrossCameraAssociation(rig(way.linked)) for way in ways]
+    reporters = [
+        [CameraReporter(camera, scene(seed), seed) for camera in rig(way.linked).camera]
+        for way in ways
+    ]
     count, people = len(rooms.clips[0]), len(rooms.clips[0].targets)
-    identities_by_rig = [np.full((2, count, people), np.nan) for _ in rigs]
+    identities_by_way = [np.full((2, count, people), np.nan) for _ in ways]
     for index in range(count):
-        for room, (clip, reporter) in enumerate(zip(rooms.clips, reporters, strict=True)):
-            frame, truths = clip[index]
-            report = reporter.report(Frame(frame.index, frame.time, frame.pixels))
-            seen = [s for s in report.sightings if s.status is Status.TRACKING]
-            boxes = np.array([s.box for s in seen], np.float64).reshape(-1, 4)
-            for association, names in zip(associations, identities_by_rig, strict=True):
+        pictures = [clip[index] for clip in rooms.clips]
+        for way, association, pair, names in zip(
+            ways, associations, reporters, identities_by_way, strict=True
+        ):
+            now = pictures[0][0].time
+            coming = [association.arrivals(n, now) if way.expects else () for n in NAMES]
+            for room, reporter in enumerate(pair):
+                frame, truths = pictures[room]
+                reporter.expect(coming[room])
+                report = reporter.report(Frame(frame.index, frame.time, frame.pixels))
                 found = association.update(report)
+                seen = [
+                    each
+                    for each in report.sightings
+                    if each.status is Status.TRACKING and each.identity in found
+                ]
+                boxes = np.array([s.box for s in seen], np.float64).reshape(-1, 4)
                 for person, truth in enumerate(truths):
                     overlaps = iou(np.array(Ellipse(*truth.ellipse).box), boxes)
                     if truth.visible > 0 and seen and overlaps.max() > MATCH_IOU:
                         names[room, index, person] = found[seen[int(overlaps.argmax())].identity]
-    return identities_by_rig
+    return identities_by_way
 
 
 def kept(names: Floats, passages: Sequence[tuple[int, int, int, int]]) -> list[bool]:
@@ -143,6 +174,26 @@ def kept(names: Floats, passages: Sequence[tuple[int, int, int, int]]) -> list[b
         before, after = before[np.isfinite(before)], after[np.isfinite(after)]
         results.append(bool(before.size and after.size and before[-1] == after[0]))
     return results
+
+
+def until_known(
+    names: Floats, passages: Sequence[tuple[int, int, int, int]], clips: Sequence[Clip]
+) -> list[int]:
+    """Return for each passage in which the identity is kept how long it takes, in frames.
+
+    Frames count from when a quarter of the person is in the other room's picture.
+    """
+    frames = []
+    for passage, same in zip(passages, kept(names, passages), strict=True):
+        person, room, _, into = passage
+        after = np.flatnonzero(np.isfinite(names[1 - room, into:, person]))
+        if not same:
+            continue
+        states = clips[1 - room].targets[person].states
+        x, a = states[into:, 0], states[into:, 2]
+        shown = np.minimum(x + a, SIZE[0]) - np.maximum(x - a, 0) > VISIBLE * 2 * a
+        frames.append(int(after[0]) - int(shown.argmax()))
+    return frames
 
 
 def expected(seeds: int, frames: int, scene: SceneFactory) -> Expected:
@@ -157,22 +208,30 @@ def expected(seeds: int, frames: int, scene: SceneFactory) -> Expected:
 
 def two_rooms(seeds: int, frames: int, scene: SceneFactory) -> Experiment:
     """Yield how often an identity is kept from room to room, with handover and without."""
-    rigs = {"with handover": rig(True), "without": rig(False)}
-    runs: dict[str, list[list[bool]]] = {name: [] for name in rigs}
+    runs: dict[str, list[list[bool]]] = {name: [] for name in WAYS}
+    waits: dict[str, list[int]] = {name: [] for name in WAYS}
     for seed in range(seeds):
         pair = rooms(seed, frames)
-        found_by_rig = identities(pair, list(rigs.values()), scene, seed)
-        for name, found in zip(rigs, found_by_rig, strict=True):
+        found_by_way = identities(pair, list(WAYS.values()), scene, seed)
+        for name, found in zip(WAYS, found_by_way, strict=True):
             runs[name].append(kept(found, pair.passages))
+            waits[name] += until_known(found, pair.passages, pair.clips)
         rows: list[Row] = []
         for name, results in runs.items():
             total, good = sum(map(len, results)), sum(map(sum, results))
             low, high = wilson_interval(good, total)
             share = percent(over(sum(each) / len(each) for each in results if each))
             between = Cell(f"{low:.1%} to {high:.1%}", good / total)
-            rows.append((Cell(name), number(total, 0), number(good, 0), share, between))
-        head = ("cameras", "passages", "identity kept", "share over seeds", "95 % interval")
-        note = "Wilson's interval over all passages."
+            wait = number(over(waits[name]) if waits[name] else None, 1)
+            rows.append((Cell(name), number(total, 0), number(good, 0), share, between, wait))
+        head = (
+            "cameras", "passages", "identity kept", "share over seeds", "95 % interval",
+            "frames until known",
+        )  # fmt: skip
+        note = (
+            "Wilson's interval over all passages. Frames from when a quarter of the person is in "
+            "the other room's picture, where the identity is kept."
+        )
         table = Table("From room to room", head, rows, note=note)
         progress = f"{seed + 1} of {seeds} pairs of rooms"
         yield Result({"": table}, progress=progress, share=(seed + 1) / seeds)

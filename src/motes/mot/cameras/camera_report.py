@@ -33,6 +33,9 @@ class ObjectReport(msgspec.Struct, frozen=True):
         The identity in the rig of the `Arrival` as which it began, if any.
     label
         Its class.
+    partial
+        Whether it may be a part of an object that is just entering. It is reported only because its
+        place expects an object.
     """
 
     identity: int
@@ -47,6 +50,7 @@ class ObjectReport(msgspec.Struct, frozen=True):
     covariance: Covariance = ()
     expected: int | None = None
     label: str | None = None
+    partial: bool = False
 
     @property
     def seen(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -94,6 +95,8 @@ class CameraReporter:
     def __init__(self, camera: Camera, scene: Scene, seed: int = 0) -> None:
         self._camera, self._scene, self._seed = camera, scene, seed
         self._arrivals: dict[int, Arrival] = {}
+        self._awaited: dict[str, float] = {}
+        """Until when somebody is awaited at a place."""
         self._begun: dict[int, int] = {}
         """Identities in the rig of the objects that began as an arrival from an overlap."""
         self._views: dict[int, _View] = {}
@@ -101,7 +104,10 @@ class CameraReporter:
 
     def expect(self, arrivals: Iterable[Arrival]) -> None:
         """Expect objects from the next frame on; of an object, the newest arrival counts."""
-        self._arrivals |= {each.identity: each for each in arrivals}
+        for each in arrivals:
+            self._arrivals[each.identity] = each
+            if each.place is not None:
+                self._awaited[each.place] = max(each.until, self._awaited.get(each.place, 0.0))
 
     def report(self, frame: Frame) -> CameraReport:
         """Return the report of a frame, whose time is that of the rig.
@@ -150,13 +156,16 @@ class CameraReporter:
                 view = self._views[each.identity] = _View(frame.time, places, b"")
             if view.reported:
                 view.places = places
-            if not view.look or (whole and each.detected):
+            if not view.reported or (whole and each.detected):
                 look = CUE.learn(frame, track.ellipse).histogram
                 view.look = look.astype(np.float32).tobytes()
         appears = not view.reported and seen
         expected = self._begun.get(each.identity)
-        waits = view.places and not whole and frame.time - view.since < COMING
-        if appears and waits and expected is None:
+        waits = bool(view.places) and not whole and frame.time - view.since < COMING
+        partial = appears and waits and expected is None
+        if partial and not any(
+            frame.time <= self._awaited.get(place, -math.inf) for place in view.places
+        ):
             return None
         vanishes, view.seen = view.seen and not seen, seen
         if track.status is Status.LOST:
@@ -164,7 +173,7 @@ class CameraReporter:
             self._begun.pop(each.identity, None)
         if not (view.reported or seen):
             return None
-        view.reported = True
+        view.reported = not partial
         return ObjectReport(
             each.identity,
             track.status,
@@ -178,6 +187,7 @@ class CameraReporter:
             tuple(track.covariance.ravel().tolist()),
             expected,
             each.label,
+            partial,
         )
 
 

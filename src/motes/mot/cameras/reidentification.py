@@ -32,6 +32,8 @@ ANNOUNCED = 1.0
 """Seconds for which an overlapping camera is asked for an object that it should see."""
 MERGED_AFTER = 1.0
 """Seconds in which two objects of overlapping cameras coincide, after which they are one."""
+PARTIAL = 0.5
+"""A part of an object is recognized within this share of the largest distance."""
 CLEAR = 1.5
 """Two objects look the same if all others are this many times farther from either of them."""
 
@@ -91,12 +93,18 @@ class CrossCameraAssociation:
                     known.identity, known.passed = self._new(), False
         identities = self._inherited(camera, now, born)
         for sighting in born:
+            if sighting.partial and sighting.identity not in identities:
+                continue  # it is recognized later, or as a new object when it is whole
             identity = identities.get(sighting.identity) or self._new()
             self._known[camera, sighting.identity] = KnownObject.of(camera, identity, now, sighting)
         for ground in self._grounds:
             if camera in ground.overlap.cameras:
                 self._compare(ground, now)
-        current = {s.identity: self._known[camera, s.identity] for s in report.sightings}
+        current = {
+            each.identity: self._known[camera, each.identity]
+            for each in report.sightings
+            if (camera, each.identity) in self._known
+        }
         found = {own: known.identity for own, known in current.items() if not known.passed}
         self._known = {
             key: known
@@ -216,7 +224,7 @@ class CrossCameraAssociation:
         if not limits:
             return math.inf
         distance = float(bhattacharyya(look_of(born)[None], known.look)[0])
-        limit = max(limits)
+        limit = max(limits) * (PARTIAL if born.partial else 1)
         return 1 + distance / limit if distance <= limit else math.inf
 
     def _links(self, start: str, end: str) -> Iterator[tuple[CameraLink, str, str]]:
