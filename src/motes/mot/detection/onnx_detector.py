@@ -72,8 +72,8 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     score
         Least score of a detection. With a larger value there are fewer detections.
     overlap
-        Of two detections of a class with a larger intersection over union, the one with the lower
-        score is left out. Heads that have one detection for each object ignore it.
+        Largest intersection over union of two detections of a class; with a larger one, that of the
+        lower score is left out. Heads that have one detection for each object ignore it.
     threads
         Number of threads. By default one for each core.
     """
