@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from motes.core.detection import Detector
     from motes.core.frame import Frame
     from motes.mot.analytics.events import EventCounter
-    from motes.mot.detection.lookalike import LookalikeConfig
-    from motes.mot.pipeline_config import lookalike_detector
     from motes.mot.scene import Scene
     from motes.video.sources import Source
 
@@ -203,6 +201,8 @@ def watch(
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
     from motes.mot.detection.in_process import DetectorProcess
+    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.pipeline_config import lookalike_detector
     from motes.mot.scene import Scene
     from motes.video.sources import is_recorded
 
