@@ -680,7 +680,7 @@ def test_progress_has_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch) -> 
         yield Result({}, progress="clip 2")
 
     now = iter([100.0, 120.0, 140.0])
-    monkeypatch.setattr(experiment_output.time, "monotonic", lambda: next(now))
+    monkeypatch.setattr("motes.cli.experiment_output.time.monotonic", lambda: next(now))
     monkeypatch.setattr("rich.console.Console", Shown)
     assert show(steps(), Output("it", ("",), None, overwrite=False), (), 75.0) == 0
     assert texts == [

@@ -17,6 +17,7 @@ from motes.evaluation.synthetic.failing_cues import (
     FRAMES_OF_PART,
     PARTS,
     Part,
+    Shot,
     blue_light,
     failing_cues,
     frosted_glass,
@@ -24,11 +25,11 @@ from motes.evaluation.synthetic.failing_cues import (
 
 
 @pytest.fixture(name="film", scope="module")
-def _film() -> list[maggio_figure3.Shot]:
+def _film() -> list[Shot]:
     return list(failing_cues())
 
 
-def test_a_cue_fails_where_the_film_says_so(film: list[maggio_figure3.Shot]) -> None:
+def test_a_cue_fails_where_the_film_says_so(film: list[Shot]) -> None:
     """Distances of the true region, and of one beside it, from the model of the first frame."""
     color, orientation = Color(bins=(10, 10, 10)), Orientation()
     first = film[0]
@@ -60,7 +61,7 @@ def test_frosted_glass_moves_pixels_by_the_reach_at_most() -> None:
     assert off.max() == 3
 
 
-def test_the_weights_follow_within_10_frames(film: list[maggio_figure3.Shot]) -> None:
+def test_the_weights_follow_within_10_frames(film: list[Shot]) -> None:
     *_, result = maggio_figure3.figure3(["maggio"], [film], 2)
     assert result.share == 1
     (row,) = result.tables[""].rows
@@ -81,7 +82,7 @@ def test_the_weights_follow_within_10_frames(film: list[maggio_figure3.Shot]) ->
     assert result.draw is not None
     (axes,) = result.draw().axes
     (line,) = axes.lines
-    assert len(line.get_xdata()) == len(film)
+    assert len(np.asarray(line.get_xdata())) == len(film)
 
 
 def test_the_response_is_read_from_the_weights() -> None:
@@ -101,7 +102,7 @@ def test_presets_without_both_cues_are_refused(name: str) -> None:
 
 
 def test_the_command_writes_table_and_plot(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, film: list[maggio_figure3.Shot]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, film: list[Shot]
 ) -> None:
     monkeypatch.setattr(
         "motes.evaluation.synthetic.failing_cues.failing_cues", lambda seed: iter(film)

@@ -152,7 +152,9 @@ def test_the_expected_time_is_that_of_the_frames(monkeypatch: pytest.MonkeyPatch
 
 def test_the_first_frame_is_not_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     now = iter([10.0, 13.0])  # after the first frame, and after the last one
-    monkeypatch.setattr(expected_time.time, "perf_counter", lambda: next(now))
+    monkeypatch.setattr(
+        "motes.evaluation.papers.expected_time.time.perf_counter", lambda: next(now)
+    )
     frames = (Frame(i, i / 25, np.zeros((64, 64, 3), np.uint8)) for i in range(4))
     assert expected_time.seconds_per_frame(Scene(lambda _: []), frames) == 1
 
