@@ -118,7 +118,7 @@ def watching(config: ParticleFilter) -> Iterator[dict[str, float]]:
 
 def step_by_step() -> Any:
     """Return a context in which no filter makes its steps in one call."""
-    return patch.object(ParticleFilter, "color_step", None)
+    return patch.object(ParticleFilter, "color_step", property(lambda _: None))
 
 
 def seconds_of(function: Callable[..., object], *arguments: Any) -> float:

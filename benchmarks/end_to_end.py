@@ -8,8 +8,8 @@ track` with rows, and the same with an overlay. Each runs over few frames and ov
 difference is divided by the frames between, so that starting is left out. Tracking is what rows
 add to decoding, writing is what the overlay adds to that.
 
-Milliseconds are of the processor, all threads and processes together: load of the machine hardly
-changes them. Frames a second are by the clock. All are medians over the rounds.
+Milliseconds are of the processor, all threads and processes together: load of the machine adds
+little to them. Frames a second are by the clock. Each run counts with its least of the rounds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ import argparse
 import itertools
 import math
 import os
-import statistics
 import subprocess
 import sys
 import time
@@ -78,10 +77,11 @@ def cost(command: list[str]) -> Cost:
 
 
 def a_frame(costs: list[tuple[Cost, Cost]], frames: int) -> Cost:
-    """Return the cost of a frame from those of short and long runs; NaN if it is lost in noise."""
-    less, more = (
-        map(statistics.median, zip(*each, strict=True)) for each in zip(*costs, strict=True)
-    )
+    """Return the cost of a frame from the least of short and long runs, as load only adds.
+
+    It is NaN if it is lost in noise.
+    """
+    less, more = (map(min, zip(*each, strict=True)) for each in zip(*costs, strict=True))
     each = ((long - short) / (frames - FEW) for short, long in zip(less, more, strict=True))
     return Cost(*(value if value > 0 else math.nan for value in each))
 

@@ -50,6 +50,7 @@ ALGORITHMS = ["default", "nummiaro", "mean_shift:kalman"]
 """One of each: for what the tracker does around its algorithm, or any algorithm does alike."""
 VARIANTS = [
     "nummiaro:printed",
+    "maggio:printed",
     "ng_delp:half",
     "ng_delp:quarter",
     "ng_delp:printed",

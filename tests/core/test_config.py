@@ -23,7 +23,7 @@ from motes.mot.pipeline_config import WatchConfig
 from motes.sot.discriminative.tracker import Discriminative
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
 from motes.sot.filtering.bin_updates import AnchoredKalman, GaussianBins, KalmanBins
-from motes.sot.filtering.fusion import Adaptive, Fixed, Product
+from motes.sot.filtering.fusion import Adaptive, Fixed, PrintedMixture, Product
 from motes.sot.filtering.likelihood import BestParticle, Exponential, Gaussian
 from motes.sot.filtering.model_update import ExponentialForgetting, PerCue
 from motes.sot.filtering.motion import (
@@ -131,6 +131,7 @@ def test_presets_survive_toml(name: str) -> None:
         hog=st.none() | st.builds(Hog, cells=st.integers(1, 4), rotation_normalized=st.booleans()),
         fusion=st.builds(Adaptive, floor=st.floats(1e-3, 1))
         | st.builds(Fixed, weights=st.dictionaries(st.just("color"), st.floats(0.1, 9)))
+        | st.builds(PrintedMixture, floor=st.floats(1e-3, 1))
         | st.just(Product()),
         likelihood=st.builds(
             Gaussian,
@@ -347,10 +348,11 @@ def test_numbers_of_zhao_and_pei() -> None:
 
 
 def test_the_printed_presets_are_to_the_letter() -> None:
-    nummiaro, half, quarter, ng_delp, zhao_pei = (
+    nummiaro, maggio, half, quarter, ng_delp, zhao_pei = (
         preset(name)
         for name in (
             "nummiaro:printed",
+            "maggio:printed",
             "ng_delp:half",
             "ng_delp:quarter",
             "ng_delp:printed",
@@ -366,6 +368,11 @@ def test_the_printed_presets_are_to_the_letter() -> None:
     assert (rule.fraction, rule.deviations, rule.margin, rule.max_threshold) == (0.1, 2, 0, 1)
     assert (rule.stride, rule.in_frame, rule.found_frames) == (1, True, 1)
     assert rule.max_positions > 4096 * 2160
+    assert isinstance(maggio, ParticleFilter)
+    assert maggio.particles == 150  # section 5
+    assert maggio.fusion == PrintedMixture(floor=0.001)  # equations 7 to 10
+    assert {cue.sampling for cue in (maggio.color, maggio.orientation) if cue} == {EveryPixel()}
+    assert maggio.presence.max_threshold == 0  # the target is always there
     for config, sampling in (
         (half, Checkerboard(share="half")),
         (quarter, Checkerboard(share="quarter")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import re
 import sys
@@ -24,7 +25,7 @@ from motes.core.errors import ConfigError, FormatError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
-from motes.evaluation.adapters.opencv import PEERS, peer
+from motes.evaluation.adapters.opencv import PEERS, opencv, peer
 from motes.evaluation.adapters.registry import TrackerSpec, resolve, tracker_spec
 from motes.evaluation.adapters.sot import Answer
 from motes.evaluation.adapters.trax import parse, write
@@ -382,6 +383,23 @@ def test_without_opencv(monkeypatch: pytest.MonkeyPatch) -> None:
     entries, problems = resolve(["cv2:csrt", "nummiaro"])
     assert [good.name for good in entries] == ["nummiaro"]
     assert "motes[opencv]" in problems[0].what
+
+
+def test_opencv_has_one_thread_of_blas(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """KCF takes five times as long where a second one has no core of its own."""
+    (home / "cv2.py").write_text(
+        "import os\nTHREADS = os.environ['OPENBLAS_NUM_THREADS']\n"
+        "setNumThreads = TrackerCSRT_create = lambda *_: None\n"
+    )
+    monkeypatch.syspath_prepend(home)
+    monkeypatch.setitem(sys.modules, "cv2", None)  # to be put back as it was
+    for before in ("3", None):
+        sys.modules.pop("cv2", None)
+        monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+        if before is not None:
+            monkeypatch.setenv("OPENBLAS_NUM_THREADS", before)
+        assert opencv("cv2:csrt").THREADS == "1"
+        assert os.environ.get("OPENBLAS_NUM_THREADS") == before
 
 
 def test_opencv_without_its_extra_modules(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -600,7 +600,7 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 13
+    assert len(COMMANDS) == 18
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
@@ -658,8 +658,8 @@ def test_the_short_run_and_the_full_one(
     assert tuple(numbers) == given
     made = scene(0)
     assert made.config.tracker.edges is None
-    assert made._detector.config.method == "gaussian"
-    assert scene(0)._detector is not made._detector
+    assert made.detector.config.method == "gaussian"
+    assert scene(0).detector is not made.detector
 
 
 def test_progress_has_the_time_that_is_left(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,10 @@ from motes import Status
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import iou
-from motes.mot.detection.lookalike import LIMIT, LookalikeDetector
+from motes.evaluation.datasets.team import parse_team
+from motes.evaluation.papers.zhao_pei_team import team as follow_team
+from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
+from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
@@ -95,3 +100,61 @@ def test_of_a_box_that_is_mostly_lawn_the_player_is_looked_for() -> None:
         centers = [(box.x + box.width / 2, box.y + box.height / 2) for box in boxes]
         assert any(abs(a - x - 7) < 10 and abs(b - y - 15) < 16 for a, b in centers), (x, y)
     assert len(found) <= 2 * len(TEAM)
+
+
+def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
+    """The camera pans by most of a player's width a frame; players walk, one of them stands."""
+    rng = np.random.default_rng(1)
+    ground = np.full((180, 700, 3), LAWN, np.int16)
+    ground[:, ::37] += 40
+    ground[::29] += 40
+    ground += rng.integers(-8, 9, ground.shape, np.int16)
+    starts = [
+        (150, 20, BLUE),
+        (260, 120, BLUE),
+        (330, 40, BLUE),
+        (200, 80, WHITE),
+        (290, 70, WHITE),
+    ]
+    scene = Scene(LookalikeDetector((150, 20, *SIZE)))
+    for index in range(20):
+        wide = ground.copy()
+        for n, (x, y, shirt) in enumerate(starts):
+            place = x + (2 * index if n else 0)
+            wide[y : y + 18, place : place + 14] = shirt
+            wide[y + 18 : y + 30, place + 3 : place + 11] = (20, 20, 20)
+        left = 6 * index
+        pixels = wide[:, left : left + 360].clip(0, 255).astype(np.uint8)
+        tracks = scene.update(Frame(index, index / 25, np.ascontiguousarray(pixels)))
+    seen = {t.identity: t.track.ellipse[:2] for t in tracks if t.track.status is Status.TRACKING}
+    places = [
+        (x + (38 if n else 0) - 114 + 6.5, y + 14.5) for n, (x, y, _) in enumerate(starts[:3])
+    ]
+    assert sorted(seen) == [1, 2, 3]
+    for place, found in zip(sorted(places), sorted(seen.values()), strict=True):
+        assert found == pytest.approx(place, abs=6)
+
+
+def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:
+    frame = pitch(0, *((x, y, BLUE) for x, y in TEAM), *((x, y, WHITE) for x, y in OTHERS))
+    lines = [f"1,-1,{x + 1},{y + 1},14,30,1" for x, y in [*TEAM[:3], *OTHERS]]
+    (tmp_path / "det.txt").write_text("\n".join(lines))
+    like = LookalikeConfig((*TEAM[0], *SIZE))
+    found = lookalike_detector(like, str(tmp_path / "det.txt"))(frame)
+    assert len(found) == 3
+    for x, y in TEAM[:3]:
+        assert max(float(iou((x, y, *SIZE), each.box)) for each in found) > 0.5
+
+
+@pytest.mark.slow
+def test_the_players_of_a_team_are_followed(data: Path) -> None:
+    """Boxes by hand in twelve frames of a film whose camera pans."""
+    text = (Path(__file__).parents[1] / "truth" / "team.toml").read_text()
+    marked = parse_team(text, "team.toml")
+    *_, result = follow_team(marked, data / "sot" / marked.sequence / "img", "nummiaro:adaptive", 0)
+    (table,) = result.tables.values()
+    objects, _, _, precision, recall = (cell.value or 0 for cell in table.foot[0][1:])
+    assert objects == 54
+    assert precision >= 0.6
+    assert recall >= 0.6
+    assert int(table.note.split()[0]) <= 20  # there are ten of them

@@ -108,7 +108,7 @@ def test_a_file_without_any_cue_and_one_of_an_unknown_cue(tmp_path: Path) -> Non
     with pytest.raises(FormatError, match="has no histogram; make one"):
         Target.load(path)
     for name in ("smell", "posterior"):
-        others = {name: {"cue": {}, "model": {}}}
+        others: dict[str, Any] = {name: {"cue": {}, "model": {}}}
         path.write_text(
             json.dumps({"type": "motes_histogram", "a": 3, "b": 3, "theta": 0, "others": others})
         )

@@ -25,6 +25,7 @@ from motes.cli.experiment_zhao_pei import (
     zhao_figure2,
     zhao_figure9,
     zhao_figure10,
+    zhao_team,
 )
 from motes.core.errors import ConfigError
 
@@ -44,6 +45,7 @@ for _experiment in (
     zhao_figure2,
     zhao_figure9,
     zhao_figure10,
+    zhao_team,
     zhao_detections,
     occlusions,
     dials,

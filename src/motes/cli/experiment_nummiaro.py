@@ -79,7 +79,7 @@ def handover(
     clips: Clips = 3,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Nummiaro et al., section VII: handing over between overlapping cameras.
+    """Nummiaro et al., section VII: overlapping cameras hand over.
 
     Parameters
     ----------

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -15,13 +17,16 @@ from motes.cli.experiment_scenes import (
     rendered_scene_factory,
     scene_factory,
 )
-from motes.cli.input_checks import check_counts, read_text
+from motes.cli.input_checks import check_counts, numbers_of, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
+from motes.cli.options import HYPHEN, REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
 from motes.core.errors import ConfigError, SourceError
 
 FIGURE9_FRAMES = 300
 """Number of frames of figure 9 without --full."""
+
+if TYPE_CHECKING:
+    from motes.core.detection import Detector
 
 
 def zhao_figure2(
@@ -58,6 +63,15 @@ def zhao_figure9(
             "it is missing a background.",
         ),
     ] = None,
+    like: Annotated[
+        str | None,
+        HYPHEN,
+        Parameter(
+            group=RUN,
+            help="Follow all that look like the target in this box of the first frame, as for "
+            "motes watch: x,y,width,height.",
+        ),
+    ] = None,
     preset: ObjectPreset = "zhao_pei",
     seed: Seed = 0,
     full: Full = False,
@@ -77,9 +91,16 @@ def zhao_figure9(
     from motes.core.seed import checked_seed
     from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
     from motes.evaluation.papers import zhao_pei_figure9
+    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.pipeline_config import lookalike_detector
 
     checked_seed(seed)
-    scene = scene_factory(detector, preset)
+    finder: str | Callable[[], Detector] | None = detector
+    if like is not None:
+        box = numbers_of("--like", like, "x,y,width,height")
+        chosen = LookalikeConfig(tuple(box))  # type: ignore[arg-type]
+        finder = partial(lookalike_detector, chosen, detector)
+    scene = scene_factory(finder, preset)
     if has_mot_sequences(sequence):
         crowds, problems = load_mot_dataset(sequence)
         refuse_none(sequence, crowds, problems)
@@ -89,7 +110,7 @@ def zhao_figure9(
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     (crowd,) = crowds
-    if detector is None:
+    if detector is None and like is None:
         scene = scene_factory(lambda: zhao_pei_figure9.default_detector(crowd), preset)
     frames = crowd.frames if full else min(crowd.frames, FIGURE9_FRAMES)
     expected = zhao_pei_figure9.expected(crowd, scene, frames)
@@ -135,6 +156,36 @@ def zhao_figure10(
     )
 
 
+def zhao_team(
+    truth: Path,
+    pictures: Path,
+    /,
+    *,
+    preset: ObjectPreset = "nummiaro:adaptive",
+    seed: Seed = 0,
+    results: ResultOptions = ResultOptions(),
+) -> int:
+    """Zhao and Pei, figure 8: a team, found by one of its players.
+
+    Parameters
+    ----------
+    truth
+        A TOML file of boxes: sequence, start (a frame), like (the chosen one's box there), and
+        [[frame]] with index and boxes.
+    pictures
+        The film or the folder of its pictures.
+    """
+    output = results.output("zhao-team")
+
+    from motes.evaluation.datasets.team import parse_team
+    from motes.evaluation.papers import zhao_pei_team
+
+    text = read_text(truth)
+    with error_context(truth):
+        marked = parse_team(text, str(truth))
+    return show(zhao_pei_team.team(marked, pictures, preset, seed), output)
+
+
 def zhao_detections(
     sequences: Path,
     /,
@@ -142,7 +193,7 @@ def zhao_detections(
     detector: Annotated[str, Parameter(group=RUN, help="Detector, as for motes watch.")] = "mog2",
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Zhao and Pei, section 3.1: precision and recall of a detector, before tracking.
+    """Zhao and Pei, section 3.1: precision and recall of a detector.
 
     Parameters
     ----------

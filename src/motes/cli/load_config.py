@@ -79,7 +79,7 @@ def watch_config(
     file
         A TOML file.
     detector, like
-        The values of --detector and --like; together, what the detector finds is compared.
+        The values of --detector and --like; with both, the configuration is that of --like.
     selection
         The keys that --classes and --least set.
     settings
@@ -108,10 +108,7 @@ def watch_config(
             config = changed(config, from_toml(read_text(file), "this file"))
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
-        values: dict[str, Any] = {"type": "like", "box": box}
-        if detector is not None:
-            values["candidates"] = detector_values(detector)
-        config = changed(config, {"detector": values})
+        config = changed(config, {"detector": {"type": "like", "box": box}})
     elif detector is not None:
         config = changed(config, {"detector": detector_values(detector)})
     config = changed(config, selection)

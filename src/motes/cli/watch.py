@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from motes.core.detection import Detector
     from motes.core.frame import Frame
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.detection.lookalike import LookalikeConfig
+    from motes.mot.pipeline_config import lookalike_detector
     from motes.mot.scene import Scene
     from motes.video.sources import Source
 
@@ -207,8 +209,13 @@ def watch(
     overwrite = outputs.overwrite
     counter = EventCounter(where)
     with contextlib.ExitStack() as running:
-        if objects.own_process:
-            detector: Detector = running.enter_context(DetectorProcess(config.detector))
+        if objects.like is not None and objects.detector is not None:
+            if objects.own_process:
+                raise ConfigError("--own-process takes --detector or --like, not both together.")
+            assert isinstance(config.detector, LookalikeConfig)
+            detector: Detector = lookalike_detector(config.detector, objects.detector)
+        elif objects.own_process:
+            detector = running.enter_context(DetectorProcess(config.detector))
         else:
             detector = config.detector.detector()
         check_classes(detector, config.detections.classes)

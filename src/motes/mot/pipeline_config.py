@@ -11,7 +11,7 @@ from motes.core.registry import Registry
 from motes.mot.detection.background import BackgroundConfig
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.custom import CustomConfig
-from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.detection.lookalike import LookalikeConfig, LookalikeDetector
 from motes.mot.detection.onnx_detector import OnnxConfig, onnx_values
 from motes.mot.detection.pretrained import FacesConfig, PeopleConfig, RecordedConfig
 from motes.mot.scene_config import SceneConfig
@@ -86,3 +86,14 @@ def named_detector(name: str | None) -> Detector:
     """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()
+
+
+def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:
+    """Return the detector of what looks like a target, of what moves or what a detector finds.
+
+    Raises
+    ------
+    ConfigError
+        If no detector has that name.
+    """
+    return LookalikeDetector(config, None if detector is None else named_detector(detector))

@@ -79,7 +79,7 @@ MAGGIO = ParticleFilter(
     likelihood=Gaussian(sigma=0.15),  # equation 6
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 4.1
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.37, width=0.08),
+    calibration=Calibration(middle=0.42, width=0.1),
 )
 MAGGIO_FOH = replace(
     MAGGIO, orientation=FOH, calibration=Calibration(middle=0.32, width=0.08)
@@ -110,15 +110,13 @@ NG_DELP = ParticleFilter(
 )
 
 
-def ng_delp_pixels(sampling: Sampling) -> ParticleFilter:
-    """Return `ng_delp` with other pixels read by both cues."""
-    assert NG_DELP.color is not None
-    assert NG_DELP.edges is not None
-    return replace(
-        NG_DELP,
-        color=replace(NG_DELP.color, sampling=sampling),
-        edges=replace(NG_DELP.edges, sampling=sampling),
+def _reading(config: ParticleFilter, sampling: Sampling) -> ParticleFilter:
+    """Return a filter whose cues read other pixels."""
+    cues: dict[str, Any] = dict(config.cues)
+    changed: ParticleFilter = replace(
+        config, **{name: replace(cue, sampling=sampling) for name, cue in cues.items()}
     )
+    return changed
 
 
 # Zhao and Pei give neither A nor the noise of their motion, nor lambda, nor L; for the kernel of
@@ -137,7 +135,7 @@ ZHAO_PEI = ParticleFilter(
     likelihood=Exponential(rate=20.0),  # section 2.3
     resampling=Resampling(scheme="multinomial", threshold=1.0),  # section 2.3
     presence=AppearanceRule(margin=0.7),
-    calibration=Calibration(middle=0.14, width=0.15),
+    calibration=Calibration(middle=0.2, width=0.06),
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
 
@@ -146,14 +144,13 @@ ZHAO_PEI = ParticleFilter(
 ALWAYS_PRESENT = AppearanceRule(max_threshold=0.0)
 """For papers without an appearance rule: the target is always there."""
 NUMMIARO_PRINTED = replace(
-    NUMMIARO,
+    _reading(NUMMIARO, EveryPixel()),  # equation 3
     motion=ConstantVelocity(
         # Equation 8: H_x and H_y have a noise of their own, and no factor in common; no value.
         noise=Noise(position=0.6, size=0.0, size_return=0.0, aspect=0.02),
         velocity=0.5,
         persistence=1.0,  # equations 8 and 9: velocities are constant
     ),
-    color=Color(space="rgb", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel()),  # equation 3
     presence=AppearanceRule(
         fraction=0.1,  # section V
         frames=2,  # section V: "a couple of frames"
@@ -174,17 +171,14 @@ MAGGIO_PRINTED = replace(
     presence=ALWAYS_PRESENT,
 )
 NG_DELP_PRINTED = replace(
-    ng_delp_pixels(EveryPixel()),  # equations 16 to 19
+    _reading(NG_DELP, EveryPixel()),  # equations 16 to 19
     likelihood=BestParticle(epsilon=0.1, floor=0.001),  # figure 3; equation 24 has no floor
     presence=ALWAYS_PRESENT,
 )
 ZHAO_PEI_PRINTED = replace(
-    ZHAO_PEI,
-    color=Color(
-        space="hsv+v", bins=(8, 8, 8), kernel="radial", sampling=EveryPixel()
-    ),  # section 3.1
-    hog=Hog(cells=1, bins=8, kernel="gaussian", sampling=EveryPixel()),  # equation 2
+    _reading(ZHAO_PEI, EveryPixel()),  # section 3.1, equation 2
     presence=ALWAYS_PRESENT,
+    calibration=Calibration(middle=0.14, width=0.15),  # a model that learns fast is always near
     adaptation=PerCue(
         cues={
             "color": KalmanBins(frames=10, alpha=0.1),  # equations 3 to 15; section 2.2
@@ -213,9 +207,7 @@ PRESETS: dict[str, TrackerConfig] = {
         MAGGIO, color=None, fusion=ALONE, calibration=Calibration(middle=0.17, width=0.05)
     ),
     "maggio:C+O-SS-FOH": replace(MAGGIO_FOH, fusion=FIXED),
-    "maggio:C+O-SS-ROH": replace(
-        MAGGIO, fusion=FIXED, calibration=Calibration(middle=0.42, width=0.1)
-    ),
+    "maggio:C+O-SS-ROH": replace(MAGGIO, fusion=FIXED),
     "maggio:C+O-A-FOH": replace(MAGGIO_FOH, orientation=replace(FOH, scale_selection=False)),
     "maggio:C+O-A-ROH": replace(MAGGIO, orientation=replace(ROH, scale_selection=False)),
     "maggio:C+O-A&SS-FOH": MAGGIO_FOH,
@@ -223,8 +215,8 @@ PRESETS: dict[str, TrackerConfig] = {
     "ng_delp": NG_DELP,
     "ng_delp:color": replace(NG_DELP, edges=None, calibration=Calibration(middle=0.64, width=0.2)),
     "ng_delp:edges": replace(NG_DELP, color=None, calibration=Calibration(middle=0.0, width=0.18)),
-    "ng_delp:half": ng_delp_pixels(Checkerboard(share="half")),  # section 3.5, figure 2
-    "ng_delp:quarter": ng_delp_pixels(Checkerboard(share="quarter")),  # section 3.5, figure 2
+    "ng_delp:half": _reading(NG_DELP, Checkerboard(share="half")),  # section 3.5, figure 2
+    "ng_delp:quarter": _reading(NG_DELP, Checkerboard(share="quarter")),  # section 3.5, figure 2
     "ng_delp:printed": NG_DELP_PRINTED,
     "zhao_pei": ZHAO_PEI,
     "zhao_pei:printed": ZHAO_PEI_PRINTED,

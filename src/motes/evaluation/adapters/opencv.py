@@ -5,9 +5,10 @@ cv2 is imported only when one of them is used.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -71,6 +72,8 @@ PEERS: dict[str, Callable[[Any], Peer]] = {
     "cv2:camshift": CamShift,
 }
 
+BLAS_THREADS = "OPENBLAS_NUM_THREADS"
+
 STOCHASTIC = frozenset({"cv2:mil"})
 """Trackers that draw random numbers; the others give the same result every time."""
 
@@ -84,6 +87,23 @@ def _new(cv2: Any, name: str) -> Peer:
     """Return a new tracker of a name from the module cv2."""
     made: Peer = new_network(cv2, name) if is_network(name) else PEERS[name](cv2)
     return made
+
+
+@contextlib.contextmanager
+def _one_blas_thread() -> Iterator[None]:
+    """Let the BLAS library that is loaded meanwhile, and reads this then, have one thread.
+
+    KCF multiplies matrices. With a second thread it takes as long where that has a core of its own,
+    and five times as long where it has to wait for one.
+    """
+    before = os.environ.get(BLAS_THREADS)
+    os.environ[BLAS_THREADS] = "1"
+    try:
+        yield
+    finally:
+        del os.environ[BLAS_THREADS]
+        if before is not None:
+            os.environ[BLAS_THREADS] = before
 
 
 def opencv(name: str) -> Any:
@@ -100,7 +120,8 @@ def opencv(name: str) -> Any:
         raise ConfigError(f"No peer {name!r}; known are {', '.join([*PEERS, *NETWORKS])}.")
     network_files(name)
     try:
-        import cv2
+        with _one_blas_thread():
+            import cv2
     except ImportError:
         raise MissingDependencyError(
             "Comparing with OpenCV needs it; install it with: pip install 'motes[opencv]'."

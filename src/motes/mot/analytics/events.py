@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, TypeAlias
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config, Positive, from_dict, from_toml
@@ -29,6 +30,8 @@ SETTLED = 0.4
 """Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 LEAST_AGE = 0.5
 """Seconds for which an object must be known before anything that it does counts."""
+JUMP = 0.5
+"""A foot that is farther from its path than this share of its object's mean side has not walked."""
 PAST = 0.5
 """Seconds before its first place over which the path of an object is continued backwards."""
 
@@ -284,12 +287,17 @@ class EventCounter:
                 time, deque([(time, foot)]), {}, {}, set(), foot, {}, {}
             )
             events.append(self._event(each, walk, foot, "appears"))
+        jumped = _jumps(walk, foot, time, JUMP * math.sqrt(np.prod(each.track.box[2:])))
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
         events += _settled(walk, time, SETTLED)
         for name, line in self._lines.items():
-            self._cross(each, walk, foot, name, line)
+            if jumped:
+                walk.clear[name] = foot
+                walk.over.pop(name, None)
+            else:
+                self._cross(each, walk, foot, name, line)
         for name, zone in self._zones.items():
             holds = zone.holds(foot)
             if holds and name not in walk.zones:
@@ -379,6 +387,20 @@ def _settled(walk: _Trajectory, now: float, settled: float) -> list[Event]:
     events = [walk.pending.pop(name) for name in done]
     walk.stays -= {event.place for event in events if event.event == "leaves"}
     return events
+
+
+def _jumps(walk: _Trajectory, foot: Point, now: float, limit: float) -> bool:
+    """Return whether a foot is farther than a limit from where the last half second leads.
+
+    Its box then holds something else than before, such as two objects that touch. What was hidden
+    meanwhile may be anywhere.
+    """
+    (began, first), (last, place) = walk.feet[0], walk.feet[-1]
+    if not 0 < now - last <= last - began:
+        return False
+    share = (now - last) / (last - began)
+    expected = (place[i] + share * (place[i] - first[i]) for i in range(2))
+    return math.dist(tuple(expected), foot) > limit
 
 
 def _past(walk: _Trajectory, foot: Point, now: float) -> Point:

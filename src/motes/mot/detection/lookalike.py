@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.config import Config, Share
-from motes.core.detection import Detection, DetectorConfig
+from motes.core.detection import Detection, Detector, DetectorConfig
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, region_within
 from motes.core.types import Floats
@@ -32,6 +32,8 @@ SHIFTS = 5
 """Mean-shift iterations from the best place on the grid."""
 SURROUNDINGS = 3.0
 """Width and height of the surroundings, as multiples of the target's."""
+ALIKE = 0.1
+"""A size is about as similar as the best one if its rho is less by this share at most."""
 LIMIT = 100
 """Largest number of detections in a frame."""
 SEVERAL = 1.4
@@ -56,16 +58,13 @@ class LookalikeConfig(DetectorConfig, Config, frozen=True, tag="like"):
     distance
         Largest mean of the distances of colors and gradients, T in the paper. With a larger value
         more regions are similar.
-    candidates
-        The detector whose detections are compared; by default what moves before the background.
     """
 
     box: tuple[float, float, float, float]
     color: Color = Color(space="hsv+v", bins=(8, 8, 8), sampling=Lattice(points=128))
-    rule: AppearanceRule = AppearanceRule(margin=0.6)
+    rule: AppearanceRule = AppearanceRule(margin=0.5)
     hog: Hog = Hog()
     distance: Share = 0.4
-    candidates: DetectorConfig | None = None
 
     def detector(self) -> LookalikeDetector:
         """Return the detector."""
@@ -84,6 +83,8 @@ class LookalikeDetector:
     ----------
     like
         The box in the first frame, x, y, width, height; or a configuration.
+    candidates
+        The detector whose detections are compared; by default, what moves before the background.
 
     Raises
     ------
@@ -91,13 +92,15 @@ class LookalikeDetector:
         On the first frame, if the box does not fit it.
     """
 
-    def __init__(self, like: Sequence[float] | LookalikeConfig) -> None:
+    def __init__(
+        self, like: Sequence[float] | LookalikeConfig, candidates: Detector | None = None
+    ) -> None:
         if not isinstance(like, LookalikeConfig):
             like = LookalikeConfig(tuple(like))  # type: ignore[arg-type]
         self._box, self._color, self._rule = Box(*like.box), like.color, like.rule
         self._hog, self._distance = like.hog, like.distance
-        self._finder = None if like.candidates is None else like.candidates.detector()
-        self._background = PannedBackground() if self._finder is None else None
+        self._finder = candidates
+        self._background = PannedBackground() if candidates is None else None
         self._model: ColorModel | None = None
         self._least = 0.0
         self._last: list[Box] = []
@@ -134,7 +137,7 @@ class LookalikeDetector:
             if len(found) == LIMIT:
                 break
             if not any(_meet(places[i], each.box) for each in found):
-                place = self._shifted(frame, Ellipse(*places[i].tolist()))
+                place = self._sized(frame, self._shifted(frame, Ellipse(*places[i].tolist())))
                 distance = self._apart(frame, place)
                 taken = any(_meet(np.array(place), each.box) for each in found)
                 if distance < self._distance and not taken:
@@ -148,6 +151,18 @@ class LookalikeDetector:
         region = np.array([place])
         color = self._color.distances(self._model, frame, region)[0]
         return float(color + self._hog.distances(self._edges, frame, region)[0]) / 2
+
+    def _sized(self, frame: Frame, place: Ellipse) -> Ellipse:
+        """Return a place with the largest of the sizes that are about as similar as the best one.
+
+        A part of the target is as similar as the whole, or more.
+        """
+        assert self._model is not None
+        sides = [(size * self._box.width / 2, size * self._box.height / 2) for size in SIZES]
+        regions = np.array([place._replace(a=a, b=b) for a, b in sides])
+        rho = 1 - self._color.distances(self._model, frame, regions) ** 2
+        best = np.flatnonzero(rho >= (1 - ALIKE) * rho.max())[-1]
+        return Ellipse(*regions[best].tolist())
 
     def _candidates(self, frame: Frame) -> Floats:
         """Return the ellipses (N, 5) that are compared with the target."""
@@ -170,7 +185,9 @@ class LookalikeDetector:
         So who stands still is found again.
         """
         out, motion = np.zeros(len(grid), np.bool_), self.motion
-        for x, y, width, height in self._last if motion is not None else ():
+        if motion is None:
+            return out
+        for x, y, width, height in self._last:
             moved = motion @ (x + width / 2, y + height / 2, 1)
             away = np.abs(grid[:, :2] - moved[:2] / moved[2])
             out |= (away < (width / 2, height / 2)).all(axis=1)

@@ -49,6 +49,13 @@ class Fusion(Config, frozen=True):
             (N, 5), the particles.
         """
 
+    def reliability(self, names: Sequence[str]) -> Floats:
+        """Return the share (J,) of each cue in the question whether a region is the target.
+
+        It is the same in every frame: a cue that is certain of a place alone cannot answer it.
+        """
+        return np.full(len(names), 1 / len(names))
+
 
 class WeightedProduct(Fusion, frozen=True):
     """The product of the cues' likelihoods, each to the power of its share.
@@ -65,9 +72,11 @@ class WeightedProduct(Fusion, frozen=True):
 
     weights: dict[str, Weight] = {}  # noqa: RUF012  (msgspec copies it)
 
-    def weights_of(self, names: Sequence[str]) -> Floats:
-        """Return the weight of each cue (J,)."""
-        return np.array([self.weights.get(name, 1.0) for name in names])
+    def reliability(self, names: Sequence[str]) -> Floats:
+        """Return the share (J,) of each cue as the weights are, as `Fusion.reliability` does."""
+        weights = np.array([self.weights.get(name, 1.0) for name in names])
+        shares: Floats = weights / weights.sum()
+        return shares
 
     @abstractmethod
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
@@ -88,24 +97,24 @@ class Fixed(WeightedProduct, frozen=True, tag="fixed"):
 
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1: always the same."""
-        weights = self.weights_of(names)
-        shares: Floats = weights / weights.sum()
-        return shares
+        return self.reliability(names)
 
 
 class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     """Shares inversely proportional to each cue's uncertainty, after Maggio et al., section 4.2.
 
-    A cue's uncertainty is the volume of the particles' error ellipsoid under its likelihood: the
-    root of the determinant of their covariance (equations 8 and 9). Cues that are equally certain
-    have shares in proportion to their weights. Three parts differ from `PrintedMixture`, which is
-    the paper's rule:
+    A cue's uncertainty is the geometric mean of the eigenvalues of the particles' covariance under
+    its likelihood: the fifth root of the determinant (equations 8 and 9). Cues that are equally
+    certain have shares in proportion to their weights. Four parts differ from `PrintedMixture`,
+    which is the paper's rule:
 
     - The likelihoods are multiplied. The paper's sum (equation 10) averages the places of two cues;
       a product is where they agree.
     - Where its uncertainty is computed, a likelihood is scaled so that its best particle has at
       least exp(-1). Otherwise a cue that matches nowhere seems certain, as its likelihood falls
       steeply at large distances.
+    - A determinant of a covariance in five dimensions, of some 50 effective particles, is too much
+      by chance; its root is less so.
     - The covariance is relative to that of the predicted particles, so that units do not matter.
 
     Attributes
@@ -121,8 +130,8 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1."""
         comparable = [_at_least(log, LEAST_LOG) for log in logs]
-        volumes = 0.5 * log_determinants(prior, comparable, ellipses, self.floor)
-        return _inverse(volumes - np.log(self.weights_of(names)))
+        variances = log_determinants(prior, comparable, ellipses, self.floor) / ellipses.shape[1]
+        return _inverse(variances - np.log(self.reliability(names)))
 
 
 class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
@@ -153,8 +162,7 @@ class Product(Fusion, frozen=True, tag="product"):
     """The product of the cues' likelihoods, as if each were independent of the others.
 
     Ng and Delp do not give the rule by which they fuse color and edges. A product has no weights:
-    all shares are equal. They only serve to average the cues' coefficients into one number, for the
-    appearance rule and the confidence. A cue with a smaller sigma has more influence.
+    all shares are equal. A cue with a smaller sigma has more influence.
     """
 
     def fuse(

@@ -1,0 +1,114 @@
+"""Slit scans, heatmaps and paths of motes watch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.cli.watch_outputs import FrameResult, Overlay
+from motes.core.frame import Frame
+from motes.mot.analytics.events import EventCounter, Line, Regions
+from motes.output.path_pictures import heatmap, paths
+from motes.output.scene_overlay import color_of
+from motes.output.slit_scan import LONGEST, MARGIN, SCALE, SlitScan
+from motes.video.sources import open_source
+from motes.video.writer import VideoWriter
+from sightings import seen
+
+
+def frame(index: int, height: int = 40) -> np.ndarray[tuple[int, int, int], np.dtype[np.uint8]]:
+    """Return a gray picture with a red column that moves one pixel a frame."""
+    pixels = np.full((height, 60, 3), 90, np.uint8)
+    pixels[:, index % 60] = (250, 0, 0)
+    return pixels
+
+
+def test_a_slit_scan_has_time_downwards_and_the_line_across() -> None:
+    scan = SlitScan((5, 20, 54, 20))
+    for index in range(50):
+        scan.add(frame(index), index, index / 25)
+    picture = scan.picture()
+    assert picture.shape == (SCALE * 50, MARGIN + SCALE * 50, 3)
+    for index in range(6, 50):  # the column is under the line's pixel index - 5
+        row = picture[SCALE * index, MARGIN:]
+        assert np.flatnonzero(row[:, 1] == 0).tolist() == [
+            SCALE * (index - 5),
+            SCALE * (index - 5) + 1,
+        ]
+    scan.mark(30, (25, 20), 7, second=False)
+    marked = scan.picture()
+    assert (marked[SCALE * 30, MARGIN:] != picture[SCALE * 30, MARGIN:]).any(axis=1).mean() > 0.9
+    assert (marked[: SCALE * 20] == picture[: SCALE * 20]).all()
+
+
+def test_a_long_run_keeps_a_slit_scan_short() -> None:
+    scan = SlitScan((0, 0, 3, 0))
+    small = np.zeros((2, 4, 3), np.uint8)
+    for index in range(LONGEST + 100):
+        scan.add(small, index, float(index))
+    assert scan.picture().shape[0] <= SCALE * LONGEST
+    assert scan.picture().shape[0] >= SCALE * LONGEST / 2
+
+
+def test_a_heatmap_is_red_where_feet_have_been() -> None:
+    gray = np.full((100, 160, 3), 90, np.uint8)
+    seconds = np.zeros((100, 160))
+    seconds[50, 40] = 3
+    warm = heatmap(gray, seconds).astype(int)
+    assert warm[50, 40, 0] - warm[50, 40, 2] > 100
+    assert (warm[50, 120] == 90).all()
+    assert (heatmap(gray, np.zeros((100, 160))) == gray).all()
+
+
+def test_paths_have_the_colors_of_their_identities() -> None:
+    picture = paths(np.full((100, 160, 3), 90, np.uint8), {3: [(20, 50), (80, 50)], 4: [(90, 20)]})
+    assert tuple(picture[50, 40]) == color_of(3)
+    assert tuple(picture[20, 90]) == color_of(4)
+    assert (picture[80, 20] == 54).all()  # the frame, darker
+
+
+def test_the_overlay_has_time_and_totals(tmp_path: Path) -> None:
+    regions, folder = Regions((Line((50, 0, 50, 99), label=("in", "out")),)), tmp_path / "f"
+    with VideoWriter(tmp_path / "a.mkv", 4) as writer:
+        writer.write(frame(0))
+    counter = EventCounter(regions)
+    with open_source(tmp_path / "a.mkv") as film:
+        drawn = Overlay(tmp_path / "o.mkv", film, 1, regions, overwrite=False)
+        with drawn:
+            for index in range(8):
+                tracks = [seen(index, (42 + 4 * index, 30))]
+                picture = Frame(index, index / 4, np.full((96, 160, 3), 200, np.uint8))
+                drawn.write(FrameResult(picture, tracks, counter.update(tracks)))
+    with open_source(tmp_path / "o.mkv") as result:
+        pictures = [each.pixels.astype(int) for each in result]
+    corner = [(each[:24, :90] < 120).mean() for each in pictures]
+    assert corner[0] > 0.01  # the time
+    assert corner[-1] > 1.5 * corner[0]  # and a line of totals
+    assert not folder.exists()
+
+
+def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng, film = np.random.default_rng(0), tmp_path / "film.mkv"
+    with VideoWriter(film, 25) as writer:
+        for index in range(50):
+            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+            x = 4 * (index - 8)
+            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+            writer.write(pixels)
+    out = [str(tmp_path / name) for name in ("s.png", "h.png", "p.png")]
+    pictures = ["--slit", out[0], "--heatmap", out[1], "--paths", out[2]]
+    lines = ["--line", "80,0,80,95", "--line", "0,20,159,20", "--detector", "gaussian"]
+    assert main(["watch", str(film), *lines, *pictures]) == 0
+    assert "s-line-1.png" in capsys.readouterr().err
+    for name, shape in (("s-line-1", (100, 252)), ("s-line-2", (100, 380)), ("h", (96, 160))):
+        assert np.array(Image.open(tmp_path / f"{name}.png")).shape[:2] == shape
+    blue = np.array(Image.open(tmp_path / "s-line-1.png")).astype(int)
+    assert ((blue[:, MARGIN:] == (230, 159, 0)).all(axis=2).mean(axis=1) > 0.8).sum() == 1  # a mark
+    assert main(["watch", str(film), "--slit", str(tmp_path / "x.png")]) != 0
+    assert "give one with --line" in capsys.readouterr().err
+    assert main(["watch", str(film), "--paths", str(tmp_path / "x.jpg")]) != 0
+    assert "does not end in .png" in capsys.readouterr().err
