@@ -41,6 +41,8 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
+LEARNED = 3
+"""One of this many frames is learned, so many times as fast: learning costs as much as comparing."""
 RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
 MOVES = "the camera moves; what moves before it is not seen"
@@ -260,8 +262,9 @@ class BackgroundDetector:
             return []
         self._flooded = 0
         mask = without_tremble(mask, usual, self._background)
-        learned = self._update.learned_from(usual, mask, frame.time, self._moved)
-        self._model.learn(learned, self._rate)
+        if self._frames % LEARNED == 0:
+            learned = self._update.learned_from(usual, mask, frame.time, self._moved)
+            self._model.learn(learned, min(LEARNED * self._rate, 1.0))
         if self._rest:
             self._rest -= 1
             return []
