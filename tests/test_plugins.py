@@ -253,7 +253,8 @@ def test_scenes_take_them_too(installed: Path) -> None:
     assert from_dict(to_dict(config), WatchConfig) == config
     assert len(named_detector("bright")(CLIP[0][0])) <= 1
     with pytest.raises(
-        ConfigError, match=r"A detector is mog2, .*people, faces, bright, MODULE:CALLABLE, or an \.onnx or \.txt"
+        ConfigError,
+        match=r"A detector is mog2, .*people, faces, bright, MODULE:CALLABLE, or an \.onnx or \.txt",
     ):
         named_detector("brihgt")
     with pytest.raises(ConfigError, match=r"Config tracker\.hue\.bins: Expected `int`, got"):

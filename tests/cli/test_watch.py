@@ -254,7 +254,17 @@ def test_ctrl_c_keeps_what_is_written(film: str, tmp_path: Path) -> None:
 
 def test_the_table_is_by_the_minute() -> None:
     counting = EventCounter(Regions((Line((50, 0, 50, 99), "gate"),)))
-    places = [(0, 42), (1, 47), (2, 52), (3, 57), (4, 62), (299, 58), (300, 53), (301, 48), (302, 43)]
+    places = [
+        (0, 42),
+        (1, 47),
+        (2, 52),
+        (3, 57),
+        (4, 62),
+        (299, 58),
+        (300, 53),
+        (301, 48),
+        (302, 43),
+    ]
     told(counting, *(seen(frame, (x, 40)) for frame, x in places))
     counting.finish()
     assert table(counting.counts) == [

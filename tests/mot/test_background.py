@@ -259,3 +259,29 @@ def test_a_vehicle_is_not_divided() -> None:
     mask[52:60, 100:103] = 1
     mask[80:110, 60:210] = 1
     assert len(found(mask)) == 1
+
+
+def heads() -> NDArray[np.uint8]:
+    """Return a mask with one patch of two heads, 40 wide and 60 high, its corner at 30, 20."""
+    mask = np.zeros((120, 160), np.uint8)
+    mask[40:80, 30:70] = 1
+    mask[20:40, 32:44] = mask[20:40, 56:68] = 1
+    return mask
+
+
+@pytest.mark.parametrize(
+    ("known", "parts"),
+    [
+        ([], 2),
+        ([Box(30, 20, 40, 60)], 1),  # one object, whose outline has a hollow
+        ([Box(30, 20, 18, 60)], 2),  # somebody has come beside the known one
+        ([Box(30, 20, 18, 60), Box(52, 20, 18, 60)], 2),
+        ([Box(30, 20, 12, 60), Box(42, 20, 14, 60), Box(58, 20, 12, 60)], 1),
+        ([Box(100, 20, 18, 60)], 2),  # elsewhere
+    ],
+)
+def test_known_objects_decide_whether_a_patch_is_divided(known: list[Box], parts: int) -> None:
+    found = blobs(
+        heads(), speck=3, gap=(0.03, 0.002), least=0.002, valley=0.1, narrow=0.1, known=known
+    )
+    assert len(found) == parts

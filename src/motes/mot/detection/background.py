@@ -304,7 +304,7 @@ class BackgroundDetector:
         config = self.config
         boxes = blobs(
             mask, speck=config.speck, gap=config.gap, least=config.least, valley=config.valley,
-            narrow=config.narrow,
+            narrow=config.narrow, known=self._moved,
         )  # fmt: skip
         if boxes and config.ghost:
             boxes = without_ghosts(boxes, mask, gradients(pixels), self._learned, config.ghost)

@@ -6,13 +6,16 @@ Zhao and Pei, section 3.1: the places, sizes and number of the objects are those
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.geometry import Box
+from motes.core.geometry import Box, iou
 from motes.mot.detection.images import Mask, closed, components, opened
 
+ONE = 0.7
+"""A patch with a larger intersection over union with a known object is this object."""
 SPIKE = 0.06
 """Parts of an outline that are narrower than this share of the blob's height are no heads."""
 
@@ -25,6 +28,7 @@ def blobs(
     least: float,
     valley: float,
     narrow: float,
+    known: Sequence[Box] = (),
 ) -> list[Box]:
     """Return the boxes of the objects in a mask (H, W) of 0 and 1, the largest first.
 
@@ -35,6 +39,8 @@ def blobs(
     ----------
     speck, gap, least, valley, narrow
         As in `BackgroundConfig`.
+    known
+        Boxes of objects that are known, which decide whether a division is right.
     """
     sides = zip(gap, mask.shape, strict=True)
     height, width = (max(1, math.ceil(share * side)) | 1 for share, side in sides)
@@ -46,9 +52,12 @@ def blobs(
             continue
         here = slice(y, y + h), slice(x, x + w)
         patch = (labels[here] == number) & (clean[here] > 0)
+        whole = Box(x, y, w, h)
         cuts = divided(patch, valley, narrow) if valley else []
+        if not _plausible(len(cuts) + 1, whole, known):
+            cuts = []
         if not cuts:
-            found.append((area, Box(x, y, w, h)))
+            found.append((area, whole))
             continue
         for left, right in zip([0, *cuts], [*cuts, w], strict=True):
             own = np.flatnonzero(patch[:, left:right].any(axis=1))
@@ -61,6 +70,25 @@ def blobs(
             if inside >= smallest:
                 found.append((inside, box))
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
+
+
+def _plausible(parts: int, patch: Box, known: Sequence[Box]) -> bool:
+    """Return whether a patch may be divided, by the objects known in the frame before.
+
+    A patch in the place of one object is that object. One that holds several known ones is divided
+    into as many parts or not at all: else an outline with hollows would tear an object apart while
+    another one passes it, and the scene knows better which of them is hidden.
+    """
+    if any(iou(patch, each) > ONE for each in known):
+        return False
+    inside = sum(_holds(patch, each) for each in known)
+    return inside < 2 or inside == parts
+
+
+def _holds(box: Box, other: Box) -> bool:
+    """Return whether the center of another box lies in a box."""
+    x, y = other.x + other.width / 2, other.y + other.height / 2
+    return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
 def divided(patch: NDArray[np.bool_], valley: float, narrow: float) -> list[int]:
