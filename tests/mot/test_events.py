@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -166,7 +167,7 @@ def gate(**changes: object) -> EventCounter:
 
 
 def crossings(
-    counting: EventCounter, feet: list[float], identity: int = 1
+    counting: EventCounter, feet: Sequence[float], identity: int = 1
 ) -> list[tuple[int, str]]:
     """Return frames and directions of the crossings of an object that then is lost."""
     events = told(counting, *(seen(i, (x, 40), identity=identity) for i, x in enumerate(feet)))

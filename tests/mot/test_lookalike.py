@@ -131,8 +131,8 @@ def test_of_two_teams_on_a_pitch_that_pans_the_one_is_followed() -> None:
         (x + (38 if n else 0) - 114 + 6.5, y + 14.5) for n, (x, y, _) in enumerate(starts[:3])
     ]
     assert sorted(seen) == [1, 2, 3]
-    for place, found in zip(sorted(places), sorted(seen.values()), strict=True):
-        assert found == pytest.approx(place, abs=6)
+    for expected, found in zip(sorted(places), sorted(seen.values()), strict=True):
+        assert found == pytest.approx(expected, abs=6)
 
 
 def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> None:

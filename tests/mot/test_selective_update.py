@@ -76,9 +76,9 @@ class Listener:
         """Note it."""
         self.told.append(moved)
 
-    def __call__(self, picture: Frame) -> list[Detection]:
+    def __call__(self, frame: Frame) -> list[Detection]:
         """Return a walker."""
-        return [Detection(Box(20 + 4 * picture.index, 30, *SIZE))]
+        return [Detection(Box(20 + 4 * frame.index, 30, *SIZE))]
 
 
 def test_a_detector_learns_what_has_moved_some_frames_later() -> None:

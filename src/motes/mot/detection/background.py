@@ -42,7 +42,7 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
 LEARNED = 3
-"""One of this many frames is learned, so many times as fast: learning costs as much as comparing."""
+"""One of this many frames is learned, so many times as fast: it costs as much as comparing."""
 RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
 MOVES = "the camera moves; what moves before it is not seen"
