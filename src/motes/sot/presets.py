@@ -140,7 +140,7 @@ ZHAO_PEI = ParticleFilter(
 )
 
 # The papers to the letter; only what a paper does not give is that of its preset above. Comments
-# say what differs. Equations with misprints are as they are meant.
+# say what differs. Misprinted equations are corrected.
 ALWAYS_PRESENT = AppearanceRule(max_threshold=0.0)
 """For papers without an appearance rule: the target is always there."""
 NUMMIARO_PRINTED = replace(

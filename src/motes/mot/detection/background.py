@@ -42,7 +42,10 @@ from motes.mot.detection.selective_update import SelectiveUpdate
 SPARSE = 8
 """The usual brightness is learned from every eighth pixel in x and y."""
 LEARNED = 3
-"""One of this many frames is learned, so many times as fast: it costs as much as comparing."""
+"""The background learns from every third frame, at three times the rate.
+
+To learn takes as much time as to compare.
+"""
 RENEWED = 5
 """Largest age, in frames, of the picture of the background that frames are compared with."""
 MOVES = "the camera moves; what moves before it is not seen"
