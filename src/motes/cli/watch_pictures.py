@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Self
@@ -23,7 +24,7 @@ from motes.output.track_rows import check_writable
 Pixels = NDArray[np.uint8]
 
 
-class _Pictures:
+class _Pictures(ABC):
     """Pictures that are written at the end, also of an interrupted run."""
 
     def __init__(self, names: Mapping[str, Path], overwrite: bool) -> None:
@@ -33,9 +34,9 @@ class _Pictures:
             check_writable(path, overwrite)
         self._names, self._written = names, list[Path]()
 
+    @abstractmethod
     def pictures(self) -> Mapping[str, Pixels]:
         """Return the pictures by their keys; nothing if there was no frame."""
-        raise NotImplementedError
 
     @property
     def result(self) -> str | None:
