@@ -22,6 +22,7 @@ ORDER = [
     {"sot"},
     {"mot", "testing"},
     {"output"},
+    {"formats"},
     {"evaluation"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},

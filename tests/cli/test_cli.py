@@ -426,7 +426,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         (
             "track FILM --init BOX -o r.text",
             2,
-            "in none of .txt, .csv, .jsonl, .json, .xml; rename",
+            "in none of .csv, .jsonl, .parquet, .txt, .json, .xml, .yolo; rename",
         ),
         ("track FILM --init BOX -o none/r.csv", 5, "There is no folder none for r.csv; make it"),
         ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.input_checks import (
+    check_keyframe_error,
     check_label,
     check_not_source,
     default_output,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from motes.cli.track_loop import Begin
     from motes.cli.track_outputs import Output
     from motes.cli.watch_outputs import Output as ObjectsOutput
+    from motes.output.track_rows import Form
     from motes.sot.presets import TrackerConfig
     from motes.sot.tracker import Tracker
     from motes.video.sources import Source
@@ -56,10 +58,6 @@ app = App(
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    format: Annotated[
-        Literal["csv", "jsonl"] | None,
-        Parameter(help="Form of the rows, whatever the ending of --output is."),
-    ] = None
     figures: Annotated[Path | None, Parameter(help="Folder for the figures of the papers.")] = None
     resume: Annotated[
         bool,
@@ -127,13 +125,18 @@ def track(
     output = outputs.output
     if output is None and outputs.overlay is None and outputs.figures is None:
         output = default_output(source)
-    check_label(outputs.label, output if outputs.format is None else None)
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
     where = Path(output) if output else None
     check_not_source(source, where, outputs.overlay, outputs.figures)
     point_out_leftovers(where, outputs.overlay)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
     if len(boxes) > 1:
+        if output is not None:
+            from motes.cli.watch_outputs import check_several
+
+            check_several(output, outputs.format)
         return _track_several(source, boxes, frames, output, outputs, config, values.seed)
 
     from motes.sot.tracker import Tracker
@@ -164,8 +167,12 @@ def _track_several(
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
         if output is not None:
-            form, label = outputs.format, outputs.label
-            opened.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
+            opened.append(
+                objects_output(
+                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
+                    keyframe_error=outputs.keyframe_error,
+                )
+            )  # fmt: skip
         return track_several(film, Trackers(config, seed), boxes, opened)
 
 
@@ -179,10 +186,11 @@ def _track_one(
 ) -> int:
     """Track one object."""
     from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
-    from motes.output.track_rows import FORMS
+    from motes.cli.watch_outputs import format_of, objects_output
 
-    form, resume = outputs.format, outputs.resume
-    rows = output == "-" or form is not None or Path(output or "").suffix.lower() in FORMS
+    resume = outputs.resume
+    form = None if output is None else format_of(output, outputs.format)
+    rows: Form | None = form if form == "csv" or form == "jsonl" else None
     if resume and not rows:
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     anew = outputs.overwrite or resume
@@ -195,9 +203,13 @@ def _track_one(
         if outputs.figures is not None:
             opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
         if output is not None and rows:
-            opened.append(Rows(output, form, overwrite=outputs.overwrite, resume=resume))
+            opened.append(Rows(output, rows, overwrite=outputs.overwrite, resume=resume))
         elif output is not None:
-            opened.append(AsObjects(output, film, outputs.label, overwrite=outputs.overwrite))
+            inner = objects_output(
+                output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
+                keyframe_error=outputs.keyframe_error,
+            )  # fmt: skip
+            opened.append(AsObjects(inner))
         return _run(film, tracker, begin, opened, quiet=output == "-")
 
 
