@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from formats.recordings import crowd, turning
 from motes.cli import main
 from motes.formats import registry
+from recordings import crowd, turning
 
 Go = Callable[[str], tuple[int, str]]
 

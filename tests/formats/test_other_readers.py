@@ -13,10 +13,10 @@ import pytest
 from PIL import Image
 
 from crowds import from_files
-from formats.recordings import FACTS, crowd, ellipse, turning
 from motes.evaluation.datasets.sot import load_dataset
 from motes.formats import registry, runs
 from motes.output.read_rows import read_track
+from recordings import FACTS, crowd, ellipse, turning
 
 
 def test_cocos_own_tool_reads_masks(tmp_path: Path) -> None:

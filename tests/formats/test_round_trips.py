@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from formats.recordings import FACTS, crowd, turning
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.track import Status
 from motes.formats import registry
@@ -24,6 +23,7 @@ from motes.formats.recording import (
     aspects,
 )
 from motes.formats.thinning import keyframes
+from recordings import FACTS, crowd, turning
 
 NAMES = {
     "csv": "a.csv", "jsonl": "a.jsonl", "parquet": "a.parquet", "mot": "a.txt",
