@@ -22,6 +22,7 @@ ORDER = [
     {"sot"},
     {"mot", "testing"},
     {"output"},
+    {"correction"},
     {"formats"},
     {"evaluation"},
     {"cli"},
