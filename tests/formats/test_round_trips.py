@@ -29,10 +29,10 @@ NAMES = {
     "csv": "a.csv", "jsonl": "a.jsonl", "parquet": "a.parquet", "mot": "a.txt",
     "mot-truth": "gt.txt", "mot-detections": "det.txt", "otb": "groundtruth_rect.txt",
     "vot": "groundtruth.txt", "coco": "a.json", "cvat": "a.xml", "yolo": "labels",
-    "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv",
+    "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv", "keyframes": "keyframes.csv",
 }  # fmt: skip
 ONE_OBJECT = sorted(set(NAMES) - {"mot-detections"})
-MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections"})
+MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "keyframes"})
 
 
 def round_trip(recorded: Recorded, name: str, folder: Path) -> Recorded:
@@ -200,7 +200,10 @@ def test_sizes_are_asked_for(tmp_path: Path) -> None:
         ("a.txt", "1,1,2,3,4,5,1,1,1\n", "mot-truth"),
         ("a.txt", "1,-1,2,3,4,5,0.9,-1,-1,-1\n", "mot-detections"),
         ("a.txt", "1,4,2,3,4,5,0.9,-1,-1,-1\n", "mot"),
-        ("a.csv", "frame,x,y,width,height\n", None),
+        ("a.csv", "frame,x,y,width,height\n", "keyframes"),
+        ("a.csv", "film,frame,region\n", "keyframes"),
+        ("a.csv", "7,absent\n", "keyframes"),
+        ("a.csv", "frame,color\n", None),
     ],
 )
 def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> None:

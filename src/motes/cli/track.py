@@ -25,6 +25,7 @@ from motes.cli.options import (
     CONFIGURATION,
     FLAG,
     OUTPUT,
+    TARGET,
     ConfigOptions,
     FrameOptions,
     OutputOptions,
@@ -72,14 +73,19 @@ class TrackOutputs(OutputOptions):
 
 @app.default
 def track(
-    source: str | None = None,
-    /,
-    *,
+    *sources: str,
     target: TargetOptions = TargetOptions(),
     frames: FrameOptions = FrameOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
+    keyframes: Annotated[
+        Path | None,
+        Parameter(
+            group=TARGET,
+            help="File with a row film,frame,x,y,width,height for each marked frame of each video.",
+        ),
+    ] = None,
     fps_target: Annotated[
         float | None,
         Parameter(
@@ -90,7 +96,7 @@ def track(
     ] = None,
     **settings: Settings,
 ) -> int:
-    """Track one object, or several, through a video.
+    """Track one object, or several, through a video; or one through each of several videos.
 
     The result has a row for each frame: the target's position, the confidence, and the status
     (searching, tracking or lost). With several objects it has a row for each object: its box and
@@ -99,10 +105,13 @@ def track(
     Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
     go to a file named after the source.
 
+    With several videos and --keyframes, -o is a folder, which gets the rows of each video.
+
     Parameters
     ----------
-    source
-        A video, an image, a folder or pattern of images, the number of a camera, or an address.
+    sources
+        A video, an image, a folder or pattern of images, the number of a camera, or an address. Or
+        several of them, or a pattern of videos, with --keyframes.
     """
     known = target.known()
     preset = preset or default_preset(known is not None or fps_target is not None)
@@ -112,10 +121,26 @@ def track(
 
         print(to_toml(config), end="")
         return DONE
-    if source is None:
+    if not sources:
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
+    if keyframes is not None:
+        if target.given() or outputs.figures or outputs.resume or fps_target is not None:
+            raise ConfigError("--keyframes goes without a target, figures, --resume, --fps-target.")
+        from motes.cli.track_films import films_of, marks_of_films, track_films
+
+        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
+        check_keyframe_error(outputs.keyframe_error)
+        marks = marks_of_films(films_of(sources), keyframes)
+        return track_films(marks, frames, outputs, config, values.seed)
+    if len(sources) > 1:
+        others = " ".join(sources[1:])
+        raise ConfigError(
+            f"No option takes {others}; numbers of one option need commas, and several videos "
+            f"--keyframes."
+        )
+    (source,) = sources
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()

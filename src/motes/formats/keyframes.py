@@ -7,12 +7,17 @@ A row is `frame,x,y,width,height`, or `frame,x,y,a,b,theta` for an ellipse; `fra
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
+from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
-from motes.formats.recording import Recorded, only_object
+from motes.core.track import Status
+from motes.correction.keyframes import read_keyframes
+from motes.formats.recording import FilmFacts, Recorded, Recording, only_object, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.output.journal import ObjectRow
 
 TITLES = b"frame,x,y,width,height\n"
 
@@ -42,6 +47,26 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
                 if here[each].keyframe if own else key:
                     yield _present(each, here[each].ellipse)
         stretch = []
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the target in the frames in which it is marked.
+
+    Raises
+    ------
+    FormatError
+        If the rows are of several films.
+    """
+    films = read_keyframes(path)
+    if len(films) > 1:
+        raise FormatError(f"it has keyframes of {len(films)} films; keep the rows of one")
+    (marks,) = films.values()
+    objects = [
+        (frame, ObjectRow(1, region, 1.0, Status.TRACKING))
+        for frame, region in marks.items()
+        if region is not None
+    ]
+    return recording_of(facts, objects, {frame: facts.time(frame) for frame in marks})
 
 
 def _absent(first: int, last: int) -> bytes:

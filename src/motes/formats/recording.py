@@ -36,7 +36,10 @@ ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIM
 class Recorded(Protocol):
     """The objects of a film: a `Journal` or a `Recording`."""
 
-    head: Header
+    @property
+    def head(self) -> Header:
+        """What all frames share."""
+        ...
 
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an offset and the frame there, from an offset on."""

@@ -121,7 +121,7 @@ FORMATS: dict[str, Format] = {
     ),
     "keyframes": Format(
         title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
-        write="keyframes:write", holds=(ANGLES,), thinned=True, single=True,
+        read="keyframes:read", write="keyframes:write", holds=(ANGLES,), thinned=True, single=True,
     ),
     "journal": Format(
         title="rows of a run that was killed", endings=(".rows.jsonl",), read="journal:read",
@@ -201,6 +201,8 @@ def _of_text(head: bytes, name: str) -> str | None:
     for mark, found in marks.items():
         if text.startswith(mark):
             return found
+    if first.startswith(("film,", "frame,x,y,width,height")):
+        return "keyframes"
     if first.startswith("frame,") and ("time" in first or "confidence" in first):
         return "csv"
     return _of_numbers(first, name)
@@ -217,6 +219,8 @@ def _of_numbers(line: str, name: str) -> str | None:
         return next((found for stem, found in known.items() if name.startswith(stem)), None)
     if count == 8 or (count > 10 and count % 2 == 0) or fields[:1] == ["nan"]:
         return "vot"
+    if count in (5, 6) or fields[1:] == ["absent"]:
+        return "keyframes"
     if count in (7, 9, 10):
         kinds = {"9": "mot-truth"}
         return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
