@@ -1,4 +1,4 @@
-"""The coordinates in which regions are smoothed: places in sides, logarithms of sizes, the angle."""
+"""The coordinates in which regions are smoothed: places in sides, logarithms of sizes, angles."""
 
 from __future__ import annotations
 

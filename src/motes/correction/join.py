@@ -144,23 +144,20 @@ def _one(only: Pass, seen: Floats, absent: Flags) -> Support:
     return Support(used[None].copy(), only.confidence)
 
 
-def _two(
-    stretch: Stretch, forward: Pass, backward: Pass, agree: Flags, absent: Flags
-) -> Support:
+def _two(stretch: Stretch, forward: Pass, backward: Pass, agree: Flags, absent: Flags) -> Support:
     """Return the support of two passes, judged by each other and by the keyframes at their ends."""
-    assert stretch.begin is not None and stretch.end is not None
-    meets = (_meet(forward.ellipses[-1], stretch.end), _meet(backward.ellipses[0], stretch.begin))
+    ends = (forward.ellipses[-1], stretch.end), (backward.ellipses[0], stretch.begin)
+    forward_meets, backward_meets = (
+        key is not None and bool(iou(Ellipse(*place.tolist()).box, key.box) > HALF)
+        for place, key in ends
+    )
     confidence = np.array([forward.confidence, backward.confidence])
-    return support(confidence, agree, meets, absent)
+    return support(confidence, agree, (forward_meets, backward_meets), absent)
 
 
 def enclosing(ellipses: Floats) -> Floats:
     """Return the smallest boxes x, y, w, h (n, 4) around ellipses (n, 5), as `Ellipse.box`."""
     return np.array([Ellipse(*row).box for row in ellipses.tolist()]).reshape(-1, 4)
-
-
-def _meet(ellipse: Floats, key: Ellipse) -> bool:
-    return bool(iou(Ellipse(*ellipse.tolist()).box, key.box) > HALF)
 
 
 def _drift(count: int) -> Drift:

@@ -212,8 +212,8 @@ def _updated(
 def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
     """Return which observations (n,) neither the past nor the future explains.
 
-    A filter runs through them forward and another one backward. Each leaves out what lies outside of
-    its gate, and its uncertainty grows until it accepts an observation again (Bar-Shalom and
+    A filter runs through them forward and another one backward. Each leaves out what lies outside
+    of its gate, and its uncertainty grows until it accepts an observation again (Bar-Shalom and
     Fortmann, Tracking and data association, 1988, section 4.2). What both leave out is an outlier:
     a jump away and back. After a jump to a new place, the backward filter follows.
 

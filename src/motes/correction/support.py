@@ -48,9 +48,7 @@ class Support(NamedTuple):
     probability: Floats
 
 
-def support(
-    confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: Flags
-) -> Support:
+def support(confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: Flags) -> Support:
     """Return which of two passes follow the target, each from its keyframe at one end.
 
     Parameters
