@@ -77,9 +77,9 @@ def test_keyframes_belong_to_the_film() -> None:
     frames = range(10, 50)
     inside = keyframes([(10, (5, 5, 20, 20)), (49, None)])
     check_keyframes(inside, "a.mp4", frames, 100, 80)
-    with pytest.raises(ConfigError, match="keyframe 50 is outside of a.mp4, .* 10 to 49"):
+    with pytest.raises(ConfigError, match=r"keyframe 50 is outside of a.mp4, .* 10 to 49"):
         check_keyframes({**inside, 50: None}, "a.mp4", frames, 100, 80)
-    with pytest.raises(ConfigError, match="Keyframe 10 of a.mp4: .* center outside"):
+    with pytest.raises(ConfigError, match=r"Keyframe 10 of a.mp4: .* center outside"):
         check_keyframes(inside, "a.mp4", frames, 12, 12)
     with pytest.raises(ConfigError, match="No keyframe marks the target"):
         check_keyframes({12: None}, "a.mp4", frames, 100, 80)
