@@ -18,7 +18,7 @@ from motes.cli.options import FrameOptions, OutputOptions
 from motes.cli.progress import Progress, RunStatistics
 from motes.cli.track_loop import Step
 from motes.cli.track_outputs import AsObjects, Output, Rows
-from motes.cli.watch_outputs import format_of, objects_output
+from motes.cli.watch_outputs import format_of, objects_output, row_form
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
 from motes.core.frame import Frame
@@ -186,8 +186,8 @@ def _track(
     form = format_of("rows.csv", outputs.format)
     with frames.open(film.name) as source:
         output: Output
-        if form == "csv" or form == "jsonl":
-            output = Rows(film.output, form, overwrite=outputs.overwrite, resume=False)
+        if rows := row_form(form):
+            output = Rows(film.output, rows, overwrite=outputs.overwrite, resume=False)
         else:
             output = AsObjects(
                 objects_output(

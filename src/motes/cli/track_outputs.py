@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
@@ -15,7 +16,7 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.output.journal import FrameRow, ObjectRow
 from motes.output.overlay import draw
-from motes.output.track_rows import Form, TrackWriter, check_writable
+from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.writer import VideoWriter
 
@@ -52,13 +53,21 @@ class Output(Protocol):
 class Rows:
     """Rows in a file or on standard output; checks on construction that they can be written."""
 
-    def __init__(self, path: str, form: Form | None, *, overwrite: bool, resume: bool) -> None:
+    def __init__(
+        self,
+        path: str,
+        form: Form | None,
+        *,
+        overwrite: bool,
+        resume: bool,
+        columns: Sequence[str] = COLUMNS,
+    ) -> None:
         self._name, self._resume, self._complete = path, resume, False
-        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume)
+        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume, columns=columns)
 
     def write(self, step: Step) -> None:
         """Add a row."""
-        self._writer.write(step.frame.index, step.frame.time, step.track)
+        self._writer.write(step.frame.index, step.frame.time, step.track, step.ground)
 
     @property
     def result(self) -> str | None:
@@ -86,7 +95,7 @@ class AsObjects:
 
     def write(self, step: Step) -> None:
         """Add a frame."""
-        objects = (ObjectRow.of_target(step.track),) if step.track else ()
+        objects = (ObjectRow.of_target(step.track, step.ground),) if step.track else ()
         self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
 
     @property
