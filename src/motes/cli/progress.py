@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from motes.cli.messages import counted
 from motes.core.track import Status
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Step
-    from motes.video.sources import Source
 
 INTERVAL = 0.1
 """Seconds between updates of the progress bar."""
@@ -19,10 +18,19 @@ EVENTS = 6
 """Most losses and recoveries that are listed."""
 
 
+class Counted(Protocol):
+    """What a bar is about; a `Source` is one."""
+
+    @property
+    def frame_count(self) -> int | None:
+        """The number of frames, None if it is not known."""
+        ...
+
+
 class Progress:
     """A progress bar on standard error; without a terminal it shows nothing."""
 
-    def __init__(self, source: Source, *, quiet: bool = False) -> None:
+    def __init__(self, source: Counted, *, quiet: bool = False) -> None:
         self._bar: Any = None
         if quiet or not sys.stderr.isatty():
             return

@@ -18,6 +18,7 @@ from motes.cli.input_checks import (
     default_output,
     point_out_leftovers,
 )
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import (
@@ -78,6 +79,7 @@ def track(
     /,
     *,
     target: TargetOptions = TargetOptions(),
+    keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
@@ -121,6 +123,13 @@ def track(
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
+    if keys.given:
+        if frames.stride != 1 or outputs.figures or outputs.resume or fps_target is not None:
+            raise ConfigError(
+                "--stride, --figures, --resume and --fps-target are not for keyframes; omit them."
+            )
+        region = target.region()
+        return _track_keyframes(source, keys, region, frames, outputs, config, values.seed)
     begin = target.begin(known)
     if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
         raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
@@ -140,6 +149,34 @@ def track(
 
     tracker = Tracker(config, values.seed, fps_target)
     return _track_one(source, tracker, begin, frames, output, outputs)
+
+
+def _track_keyframes(
+    source: str,
+    keys: KeyframeOptions,
+    region: Sequence[float] | None,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    config: TrackerConfig,
+    seed: int,
+) -> int:
+    """Track an object between keyframes, or backward."""
+    from motes.cli.track_keyframes import open_film, track_keyframes
+
+    marks = keys.marks(source)
+    if region is None and not any(mark for _, mark in marks):
+        raise ConfigError(
+            "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
+        )
+    output = outputs.output
+    if output is None and outputs.overlay is None:
+        output = default_output(source)
+    check_label(outputs.label, output if outputs.format is None else None)
+    where = Path(output) if output else None
+    check_not_source(source, where, outputs.overlay)
+    point_out_leftovers(where, outputs.overlay)
+    film = open_film(source, frames.start, frames.end, keys)
+    return track_keyframes(film, keys, region, marks, config, seed, output, outputs)
 
 
 def _track_several(

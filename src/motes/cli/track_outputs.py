@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
@@ -15,11 +16,12 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import draw
-from motes.output.track_rows import Form, TrackWriter, check_writable
+from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 TRAIL = 50
@@ -52,9 +54,17 @@ class Output(Protocol):
 class Rows:
     """Rows in a file or on standard output; checks on construction that they can be written."""
 
-    def __init__(self, path: str, form: Form | None, *, overwrite: bool, resume: bool) -> None:
+    def __init__(
+        self,
+        path: str,
+        form: Form | None,
+        *,
+        overwrite: bool,
+        resume: bool = False,
+        columns: Sequence[str] = COLUMNS,
+    ) -> None:
         self._name, self._resume, self._complete = path, resume, False
-        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume)
+        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume, columns=columns)
 
     def write(self, step: Step) -> None:
         """Add a row."""
@@ -81,12 +91,15 @@ class Rows:
 class AsObjects:
     """The target as one of several objects, in a form that only they have."""
 
-    def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
+    def __init__(
+        self, path: str, film: Source | Film, label: str | None, *, overwrite: bool
+    ) -> None:
         self._inner = objects_output(path, film, overwrite=overwrite, label=label)
 
     def write(self, step: Step) -> None:
         """Add a frame."""
-        tracks = [SceneTrack(1, step.track)] if step.track else []
+        there = step.track is not None and step.track.status is not Status.ABSENT
+        tracks = [SceneTrack(1, step.track)] if step.track and there else []
         self._inner.write(FrameResult(step.frame, tracks, ()))
 
     @property
@@ -105,7 +118,7 @@ class AsObjects:
 class Overlay:
     """An annotated video; checks on construction that it can be written."""
 
-    def __init__(self, path: Path, source: Source, stride: int, *, overwrite: bool) -> None:
+    def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)

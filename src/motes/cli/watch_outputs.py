@@ -34,6 +34,7 @@ from motes.output.track_rows import check_not_deleted, check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 Form = Literal["mot", "csv", "jsonl"]
@@ -138,7 +139,12 @@ class Lines:
 
 
 def objects_output(
-    name: str, film: Source, *, overwrite: bool, form: Form | None = None, label: str | None = None
+    name: str,
+    film: Source | Film,
+    *,
+    overwrite: bool,
+    form: Form | None = None,
+    label: str | None = None,
 ) -> Output:
     """Return the output of all objects of each frame, in the form of the name's ending.
 
@@ -229,7 +235,7 @@ class Annotations:
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
     """
 
-    def __init__(self, name: str, film: Source, label: str, overwrite: bool) -> None:
+    def __init__(self, name: str, film: Source | Film, label: str, overwrite: bool) -> None:
         check_writable(name, overwrite)
         self.path, self.rows = Path(name), journal_of(name)
         if os.path.lexists(self.rows):

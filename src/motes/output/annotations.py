@@ -18,7 +18,7 @@ from motes.core.geometry import area, clipped
 from motes.core.track import Status
 from motes.output.journal import FrameRow, Header, Journal, ObjectRow
 
-ANNOTATED = (Status.TRACKING, Status.OCCLUDED)
+ANNOTATED = (Status.TRACKING, Status.OCCLUDED, Status.INTERPOLATED)
 """The states that are annotated; a searched or lost object has no known position."""
 MIN_AREA = 0.01
 """Smallest area inside the frame of an object that is annotated, in square pixels."""

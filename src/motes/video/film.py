@@ -76,6 +76,7 @@ class Film:
                 self._stamps.append(stamp)
                 check()
             self._keys = reader.keys if isinstance(reader, Decoder) else []
+        self._file_of = reader.file_of
         if size is None:
             raise SourceError(f"{self.name} holds no readable picture.")
         if not 0 <= start < len(self.times):
@@ -89,6 +90,10 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
+
+    def file_of(self, index: int) -> str | None:
+        """Return the path of a frame's image file, as `Source.file_of`."""
+        return self._file_of(index)
 
     def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
         """Yield the frames from `first` to `last`."""
