@@ -101,7 +101,7 @@ def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joine
     absent = np.zeros(len(passes[0].ellipses), bool)
     absent[[frame - stretch.first for frame in stretch.absent]] = True
     if forward is not None and backward is not None:
-        follows = _two(stretch, forward, backward, absent)
+        follows = both(stretch, forward, backward, absent)
     else:
         follows = tracked(passes[0], absent)
     starts = [0] * (forward is not None) + [-1] * (backward is not None)
@@ -119,8 +119,13 @@ def tracked(only: Pass, absent: Flags) -> Support:
     return Support(used[None].copy(), only.confidence)
 
 
-def _two(stretch: Stretch, forward: Pass, backward: Pass, absent: Flags) -> Support:
-    """Return the support of two passes, judged by each other and by the keyframes at their ends."""
+def both(
+    stretch: Stretch, forward: Pass, backward: Pass, absent: Flags, *, same_end: bool = False
+) -> Support:
+    """Return the support of two passes, judged by each other and by the keyframes at their ends.
+
+    With `same_end`, there is no keyframe at the end: the backward pass began at the forward one.
+    """
     agree = iou(enclosing(forward.ellipses), enclosing(backward.ellipses)) > HALF
     ends = (forward.ellipses[-1], stretch.end), (backward.ellipses[0], stretch.begin)
     forward_meets, backward_meets = (
@@ -128,7 +133,8 @@ def _two(stretch: Stretch, forward: Pass, backward: Pass, absent: Flags) -> Supp
         for place, key in ends
     )
     confidence = np.array([forward.confidence, backward.confidence])
-    return support(confidence, agree, (forward_meets, backward_meets), absent)
+    meets = (None if same_end else forward_meets, backward_meets)
+    return support(confidence, agree, meets, absent)
 
 
 def fuse(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.errors import FormatError
+from motes.core.errors import ConfigError, FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
@@ -63,6 +63,25 @@ class Rows:
     def hindsight(self) -> bool:
         """Whether the rows have variances and outliers: they are smoothed or corrected."""
         return set(DEVIATIONS) <= set(self.columns)
+
+    @property
+    def frames(self) -> list[int]:
+        """The frames that have a row, in order."""
+        return sorted(self._lines)
+
+    @property
+    def first_tracked(self) -> Track:
+        """The first row that has the target: where its user has marked it.
+
+        Raises
+        ------
+        ConfigError
+            If there is none.
+        """
+        for track in self.tracks:
+            if track.status is Status.TRACKING:
+                return track
+        raise ConfigError(f"{self._path} has no row in which the target is tracked.")
 
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import bisect
 import contextlib
+import copy
 from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 
@@ -90,6 +91,14 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
+
+    def part(self, start: int, end: int) -> Film:
+        """Return the same film with other frames: from `start` on, before `end`."""
+        if not 0 <= start < end <= len(self.times):
+            raise ConfigError(f"{self.name} has no frames {start} to {end - 1}.")
+        twin = copy.copy(self)
+        twin.frames = range(start, end)
+        return twin
 
     def file_of(self, index: int) -> str | None:
         """Return the path of a frame's image file, as `Source.file_of`."""
