@@ -44,15 +44,13 @@ def test_each_film_has_its_rows(go: Go) -> None:
     keys("a,0,40,30,20,30\nb,2,40,30,20,30\nb,5,absent\nb,6,50,30,20,30\n")
     code, said = go("track a b --keyframes all.csv --preset mean_shift -o out")
     assert code == 0
-    assert said[0].startswith("motes: a: 8 frames, tracked in 100.0 %")
-    assert said[-1] == "motes: 2 films, 2 done, 0 failed, 16 frames; wrote 2 files in out."
-    assert sorted(path.name for path in Path("out").iterdir()) == ["a.csv", "b.csv"]
-    assert go("track a --init 40,30,20,30 --preset mean_shift -o one.csv")[0] == 0
-    assert Path("out/a.csv").read_text() == Path("one.csv").read_text()
-    found = rows("out/b.csv")
-    statuses = ["searching"] * 2 + ["tracking"] * 3 + ["searching"] + ["tracking"] * 2
-    assert [row["status"] for row in found] == statuses
-    assert (found[6]["x"], found[6]["a"]) == ("59.500", "10.000")  # as it was marked
+    assert said[0].startswith("motes: 8 frames, 1 keyframe")
+    assert said[-1] == "motes: 2 films: 2 done, 0 failed; the rows are in out."
+    assert {path.name for path in Path("out").iterdir()} >= {"a.csv", "b.csv"}
+    for name in ("a", "b"):  # as each film has them alone
+        assert go(f"track {name} --keyframes all.csv --preset mean_shift -o {name}.csv")[0] == 0
+        assert Path(f"out/{name}.csv").read_text() == Path(f"{name}.csv").read_text()
+    assert [row["status"] for row in rows("b.csv")][5] == "absent"
 
 
 def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
@@ -63,24 +61,38 @@ def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
     )
     assert code == 6
     assert "broken.mp4 failed: " in said[0]
-    assert said[-1] == "motes: 2 films, 1 done, 1 failed, 8 frames; wrote 1 file in out."
+    assert said[-1] == "motes: 2 films: 1 done, 1 failed; the rows are in out."
     assert len(Path("out/a.txt").read_text().splitlines()) == FRAMES
 
 
 @pytest.mark.parametrize(
     ("line", "text", "message"),
     [
-        ("a b -o out", "a,0,40,30,20,30\n", "no keyframe of b; add a row b,0,x,y,w,h"),
-        ("a -o out", "0,40,30,20,30\n", "a row names no film; begin each row"),
-        ("a -o out", "a,0,40,30,20,30\nc,0,1,1,9,9\n", "c is none of the films"),
+        ("a b -o out", "a,0,40,30,20,30\n", "all.csv has keyframes of a, none of b; name it"),
         ("a a -o out", "a,0,40,30,20,30\n", "a is given twice"),
-        ("a -o out", "a,99,40,30,20,30\n", "keyframe 99 is outside of a, of which the frames 0"),
-        ("a -o out", "a,0,400,30,20,30\n", "Keyframe 0 of a: .* center outside"),
-        ("a -o out", "a,0,40,30,20,30\na,0,41,30,20,30\n", "frame 0 contradict each other"),
-        ("a", "a,0,40,30,20,30\n", "Several films need a folder for their rows"),
-        ("a -o out --overlay o.mp4", "a,0,40,30,20,30\n", "--overlay is for one film"),
-        ("a -o out --init 1,2,9,9", "a,0,40,30,20,30\n", "--keyframes goes without a target"),
-        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "a is a and ./b/../a; name one"),
+        (
+            "a b -o out",
+            "b,0,40,30,20,30\na,99,40,30,20,30\n",
+            "keyframe 99 is outside of a, of which the frames 0",
+        ),
+        ("a b -o out", "b,0,40,30,20,30\na,0,400,30,20,30\n", "Keyframe 0 of a: .* center outside"),
+        (
+            "a b -o out",
+            "b,0,40,30,20,30\na,0,40,30,20,30\na,0,41,30,20,30\n",
+            "frame 0 contradict each other",
+        ),
+        (
+            "a b",
+            "a,0,40,30,20,30\nb,0,40,30,20,30\n",
+            "Several videos need a folder for their rows",
+        ),
+        (
+            "a b -o out --overlay o.mp4",
+            "a,0,40,30,20,30\nb,0,40,30,20,30\n",
+            "--overlay is for one",
+        ),
+        ("a b -o out --init 1,2,9,9", "a,0,40,30,20,30\n", "Several videos take --keyframes alone"),
+        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "Two films have the name a"),
     ],
 )
 def test_wrong_input_is_one_line_before_anything_is_computed(

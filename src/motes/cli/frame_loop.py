@@ -12,6 +12,7 @@ from motes.cli.progress import Progress
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.video.film import Film
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
@@ -39,7 +40,6 @@ def run(
     note: Callable[[T], str],
     *,
     quiet: bool = False,
-    progress: AbstractContextManager[Progress] | None = None,
 ) -> KeyboardInterrupt | None:
     """Write the result of each frame into all outputs, and close them.
 
@@ -55,8 +55,6 @@ def run(
         Counts a result that is written; returns the state of the run, for the progress bar.
     quiet
         Whether there is no progress bar.
-    progress
-        A progress bar that several runs share; by default one of the film.
 
     Returns
     -------
@@ -73,7 +71,7 @@ def run(
             for output in outputs:
                 opened.enter_context(output)
             making = opened.enter_context(contextlib.closing(steps(frames)))
-            with progress or Progress(film.frame_count, quiet=quiet) as bar:
+            with Progress(film, quiet=quiet) as bar:
                 try:
                     for step in making:
                         with deferred():
@@ -91,7 +89,7 @@ def run(
 
 def summarize(
     parts: Sequence[str],
-    film: Source,
+    film: Source | Film,
     outputs: Sequence[Sink[T]],
     interrupted: KeyboardInterrupt | None,
 ) -> None:

@@ -17,16 +17,17 @@ from motes.cli.input_checks import (
     check_label,
     check_not_source,
     default_output,
+    is_pattern_of_films,
     point_out_leftovers,
     stem_of,
 )
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import (
     CONFIGURATION,
     FLAG,
     OUTPUT,
-    TARGET,
     ConfigOptions,
     FrameOptions,
     OutputOptions,
@@ -83,18 +84,12 @@ class TrackOutputs(OutputOptions):
 def track(
     *sources: str,
     target: TargetOptions = TargetOptions(),
+    keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
     units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
-    keyframes: Annotated[
-        Path | None,
-        Parameter(
-            group=TARGET,
-            help="File with a row film,frame,x,y,width,height for each marked frame of each video.",
-        ),
-    ] = None,
     fps_target: Annotated[
         float | None,
         Parameter(
@@ -134,25 +129,30 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
-    if keyframes is not None:
-        if target.given() or outputs.figures or outputs.resume or fps_target is not None:
-            raise ConfigError("--keyframes goes without a target, figures, --resume, --fps-target.")
-        from motes.cli.track_films import films_of, marks_of_films, track_films
+    if len(sources) > 1 or is_pattern_of_films(sources[0]):
+        if keys.keyframes is None:
+            others = " ".join(sources[1:]) or sources[0]
+            raise ConfigError(
+                f"No option takes {others}; numbers of one option need commas, and several videos "
+                f"--keyframes."
+            )
+        if target.given() or keys.others() or outputs.figures or outputs.resume or fps_target:
+            raise ConfigError("Several videos take --keyframes alone, and no --figures, --resume.")
+        from motes.cli.track_films import films_of, track_films
 
-        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
         check_keyframe_error(outputs.keyframe_error)
-        marks = marks_of_films(films_of(sources), keyframes)
-        return track_films(marks, frames, outputs, config, values.seed)
-    if len(sources) > 1:
-        others = " ".join(sources[1:])
-        raise ConfigError(
-            f"No option takes {others}; numbers of one option need commas, and several videos "
-            f"--keyframes."
-        )
+        return track_films(films_of(sources), keys, frames, outputs, config, values.seed)
     (source,) = sources
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
+    if keys.given:
+        if frames.stride != 1 or outputs.figures or outputs.resume or fps_target is not None:
+            raise ConfigError(
+                "--stride, --figures, --resume and --fps-target are not for keyframes; omit them."
+            )
+        region = target.region()
+        return _track_keyframes(source, keys, region, frames, outputs, config, values.seed)
     begin = target.begin(known)
     if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
         raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
@@ -181,6 +181,35 @@ def track(
 
     tracker = Tracker(config, values.seed, fps_target)
     return _track_one(source, tracker, begin, frames, output, outputs, plane)
+
+
+def _track_keyframes(
+    source: str,
+    keys: KeyframeOptions,
+    region: Sequence[float] | None,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    config: TrackerConfig,
+    seed: int,
+) -> int:
+    """Track an object between keyframes, or backward."""
+    from motes.cli.track_keyframes import open_film, track_keyframes
+
+    marks = keys.marks(source)
+    if region is None and not any(mark for _, mark in marks):
+        raise ConfigError(
+            "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
+        )
+    output = outputs.output
+    if output is None and outputs.overlay is None:
+        output = default_output(source)
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
+    where = Path(output) if output else None
+    check_not_source(source, where, outputs.overlay)
+    point_out_leftovers(where, outputs.overlay)
+    film = open_film(source, frames.start, frames.end, keys)
+    return track_keyframes(film, keys, region, marks, config, seed, output, outputs)
 
 
 def _track_several(

@@ -21,6 +21,7 @@ from motes.sot.presets import TrackerConfig
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 TRAIL = 50
@@ -59,7 +60,7 @@ class Rows:
         form: Form | None,
         *,
         overwrite: bool,
-        resume: bool,
+        resume: bool = False,
         columns: Sequence[str] = COLUMNS,
     ) -> None:
         self._name, self._resume, self._complete = path, resume, False
@@ -95,7 +96,8 @@ class AsObjects:
 
     def write(self, step: Step) -> None:
         """Add a frame."""
-        objects = (ObjectRow.of_target(step.track, step.ground),) if step.track else ()
+        there = step.track is not None and step.track.status is not Status.ABSENT
+        objects = (ObjectRow.of_target(step.track, step.ground),) if step.track and there else ()
         self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
 
     @property
@@ -114,7 +116,7 @@ class AsObjects:
 class Overlay:
     """An annotated video; checks on construction that it can be written."""
 
-    def __init__(self, path: Path, source: Source, stride: int, *, overwrite: bool) -> None:
+    def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
         self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
