@@ -17,6 +17,7 @@ from motes.cli.experiment_maggio import (
     maggio_rotation,
     maggio_table1,
 )
+from motes.cli.experiment_masks import masks
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
 from motes.cli.experiment_zhao_pei import (
@@ -49,6 +50,7 @@ for _experiment in (
     zhao_detections,
     occlusions,
     dials,
+    masks,
 ):
     app.command(_experiment)
 

@@ -69,6 +69,13 @@ class TrackOutputs(OutputOptions):
             "path,speed,size, which become NAME.path.pdf and so on, beside the rows NAME.csv."
         ),
     ] = None
+    masks: Annotated[
+        Path | None,
+        Parameter(
+            help="Pixels of the target, as far as its colors differ from those around it: a folder "
+            "for PNG files, or a .json document of COCO."
+        ),
+    ] = None
     resume: Annotated[
         bool,
         FLAG,
@@ -147,26 +154,35 @@ def track(
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
     if keys.given:
-        if frames.stride != 1 or outputs.figures or outputs.resume or fps_target is not None:
+        single = (outputs.figures, outputs.masks, outputs.resume, fps_target)
+        if frames.stride != 1 or any(single):
             raise ConfigError(
-                "--stride, --figures, --resume and --fps-target are not for keyframes; omit them."
+                "--stride, --figures, --masks, --resume and --fps-target are not for keyframes; "
+                "omit them."
             )
         region = target.region()
         return _track_keyframes(source, keys, region, frames, outputs, config, values.seed)
     begin = target.begin(known)
-    if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
-        raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
+    single = (outputs.figures, outputs.masks, outputs.resume, fps_target)
+    if len(boxes) > 1 and any(single):
+        raise ConfigError(
+            "--figures, --masks, --resume and --fps-target are for one --init; omit them."
+        )
     plane = units.units()
     if plane is not None and len(boxes) > 1:
         raise ConfigError("--scale, --ground and --lens are for one --init; omit them.")
     output = outputs.output
-    if output is None and outputs.overlay is None and outputs.figures is None:
+    others = (outputs.overlay, outputs.figures, outputs.masks)
+    if output is None and not any(others):
         output = default_output(source)
-    check_label(outputs.label, output, outputs.format)
+    if outputs.masks is None or outputs.masks.suffix != ".json":
+        check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error)
     where = Path(output) if output else None
     folder = None if motion_names(outputs.figures) else outputs.figures
-    check_not_source(source, where, outputs.overlay, Path(folder) if folder else None)
+    check_not_source(
+        source, where, outputs.overlay, outputs.masks, Path(folder) if folder else None
+    )
     point_out_leftovers(where, outputs.overlay)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
@@ -280,6 +296,10 @@ def _track_one(
             opened.append(MotionFigures(stem.with_suffix(""), names, unit, overwrite=anew))
         elif outputs.figures is not None:
             opened.append(Figures(Path(outputs.figures), tracker.config, overwrite=anew))
+        if outputs.masks is not None:
+            from motes.cli.track_masks import masks_output
+
+            opened.append(masks_output(outputs.masks, film, outputs.label, overwrite=anew))
         if names or units is not None:
             steps = measured(units or PIXELS, steps)
         if output is not None and rows:
