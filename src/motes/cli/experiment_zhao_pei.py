@@ -81,7 +81,7 @@ def zhao_figure9(
     sequence
         A folder with frames and ground truth as for motes evaluate, of many objects or of one.
     """
-    output = results.output("zhao-figure9", plot=True)
+    output = results.output("zhao-figure9", "", "all", plot=True)
 
     from motes.core.seed import checked_seed
     from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
@@ -105,14 +105,15 @@ def zhao_figure9(
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     (crowd,) = crowds
-    if detector is None and like is None:
+    found_by = " ".join(text for text in (like and f"--like {like}", detector) if text)
+    if not found_by:
+        found_by = "background" if crowd.detections is None else "det.txt"
         scene = scene_factory(lambda: zhao_pei_figure9.default_detector(crowd), preset)
     frames = crowd.frames if full else min(crowd.frames, FIGURE9_FRAMES)
     expected = zhao_pei_figure9.expected(crowd, scene, frames)
     announce(expected, full or frames == crowd.frames)
-    return show(
-        zhao_pei_figure9.figure9(crowd, scene, seed, frames), output, problems, expected.seconds
-    )
+    steps = zhao_pei_figure9.figure9(crowd, scene, found_by, seed, frames)
+    return show(steps, output, problems, expected.seconds)
 
 
 def zhao_figure10(
