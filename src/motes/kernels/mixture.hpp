@@ -91,17 +91,18 @@ inline void foreground(Volume<float> model, Volume<const std::uint8_t> picture, 
             float sum[PART] = {};
             std::uint8_t apart[PART];
             std::fill_n(apart, PART, std::uint8_t(1));
-            int open = 1;
+            bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
                 const Modes part(model[y], mode, begin);
-                open = 0;
+                int more = 0;
                 for (Index i = 0; i < size; ++i) {
                     const bool asked = (sum[i] < enough) & (part.weight[i] > 0);
                     const bool near = part.distance(i, r, g, b) < far * part.variance[i];
                     apart[i] &= std::uint8_t(!(asked & near));
                     sum[i] += part.weight[i];
-                    open |= apart[i] & int(sum[i] < enough);
+                    more |= apart[i] & int(sum[i] < enough);
                 }
+                open = more != 0;
             }
             std::copy_n(apart, size, out[y] + begin);
         }
@@ -164,8 +165,11 @@ inline void learn_first(Plane<float> row, Index begin, Index size, const std::ui
         first.variance[i] = fits ? std::min(std::max(spread, least), most) : variance;
         first.weight[i] = fits ? weight : first.weight[i];
     }
-    for (Index mode = 1; mode < MODES; ++mode) {
-        const Modes other(row, mode, begin);
+    Index used = 1;  // modes that any pixel has
+    for (; used < MODES; ++used) {
+        const Modes other(row, used, begin);
+        const auto has = [](float weight) { return weight > 0; };
+        if (std::none_of(other.weight, other.weight + size, has)) break;
         for (Index i = 0; i < size; ++i) {
             const float less = keep * other.weight[i] - prune;
             const float weight = (other.weight[i] > 0) & (less >= prune) ? less : 0;
@@ -173,7 +177,7 @@ inline void learn_first(Plane<float> row, Index begin, Index size, const std::ui
             total[i] += weight;
         }
     }
-    for (Index mode = 0; mode < MODES; ++mode) {
+    for (Index mode = 0; mode < used; ++mode) {
         const Modes each(row, mode, begin);
         for (Index i = 0; i < size; ++i) each.weight[i] /= done[i] ? total[i] : 1;
     }
@@ -199,19 +203,32 @@ inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> pictur
 
 // Writes the mean colors of the background, of the modes whose weights add up to `share`.
 inline void means(Volume<float> model, double share, Volume<std::uint8_t> out) {
-    const Index width = out.columns;
+    const auto enough = float(share);
     for (Index y = 0; y < out.rows; ++y)
-        for (Index x = 0; x < width; ++x) {
-            const Mixture pixel{model[y].data + x, width};
-            float total = pixel.weight(0);
-            float sums[] = {total * pixel.mean(0, 0), total * pixel.mean(0, 1),
-                            total * pixel.mean(0, 2)};
-            for (Index mode = 1; mode < MODES && total < float(share); ++mode) {
-                const float weight = pixel.weight(mode);
-                for (Index c = 0; c < 3; ++c) sums[c] += weight * pixel.mean(mode, c);
-                total += weight;
+        for (Index begin = 0; begin < out.columns; begin += PART) {
+            const Index size = std::min(PART, out.columns - begin);
+            float sum[PART] = {}, red[PART] = {}, green[PART] = {}, blue[PART] = {};
+            bool open = true;
+            for (Index mode = 0; mode < MODES && open; ++mode) {
+                const Modes part(model[y], mode, begin);
+                int more = 0;
+                for (Index i = 0; i < size; ++i) {
+                    const float weight = sum[i] < enough ? part.weight[i] : 0;
+                    red[i] += weight * part.red[i];
+                    green[i] += weight * part.green[i];
+                    blue[i] += weight * part.blue[i];
+                    sum[i] += weight;
+                    more |= int(sum[i] < enough);
+                }
+                open = more != 0;
             }
-            for (Index c = 0; c < 3; ++c) out[c][y][x] = std::uint8_t(sums[c] / total + 0.5f);
+            std::uint8_t* __restrict to[] = {out[0][y] + begin, out[1][y] + begin,
+                                             out[2][y] + begin};
+            for (Index i = 0; i < size; ++i) {
+                to[0][i] = std::uint8_t(red[i] / sum[i] + 0.5f);
+                to[1][i] = std::uint8_t(green[i] / sum[i] + 0.5f);
+                to[2][i] = std::uint8_t(blue[i] / sum[i] + 0.5f);
+            }
         }
 }
 

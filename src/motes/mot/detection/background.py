@@ -323,7 +323,8 @@ class BackgroundDetector:
         gain is far from 1, the light has changed, not the exposure.
         """
         sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        gains = np.median(self._usual / sparse, axis=(0, 1))
+        shares = np.ascontiguousarray((self._usual / sparse).reshape(-1, 3).T)  # for the median
+        gains = np.median(shares, axis=1)
         if (np.abs(gains - 1) > self.config.exposure).any():
             return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / self.config.recent

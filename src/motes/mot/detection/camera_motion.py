@@ -47,10 +47,11 @@ class ReferenceImage:
         def differences(dy: int, dx: int) -> Floats:
             y, x = margin + dy, margin + dx
             other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
-            return np.abs(inner - other)
+            apart: Floats = np.abs(inner - other)
+            return apart
 
         def fits(dy: int, dx: int) -> bool:  # the median is below the limit if most values are
-            return 2 * np.count_nonzero(differences(dy, dx) < limit) > inner.size
+            return 2 * int(np.count_nonzero(differences(dy, dx) < limit)) > inner.size
 
         sides = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
         stay = float(np.median(differences(0, 0)))
