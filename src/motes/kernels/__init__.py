@@ -36,6 +36,7 @@ if TYPE_CHECKING:
         color_posterior,
         components,
         fourier_ridge,
+        fusion,
         ghosts,
         gradients,
         histograms,
@@ -60,6 +61,7 @@ else:
     color_posterior = _compiled.color_posterior
     components = _compiled.components
     fourier_ridge = _compiled.fourier_ridge
+    fusion = _compiled.fusion
     ghosts = _compiled.ghosts
     gradients = _compiled.gradients
     histograms = _compiled.histograms
@@ -83,6 +85,7 @@ __all__ = [
     "color_posterior",
     "components",
     "fourier_ridge",
+    "fusion",
     "ghosts",
     "gradients",
     "histograms",

@@ -8,6 +8,7 @@
 #include "color_posterior.hpp"
 #include "components.hpp"
 #include "fourier_ridge.hpp"
+#include "fusion.hpp"
 #include "ghosts.hpp"
 #include "gradients.hpp"
 #include "histograms.hpp"
@@ -76,7 +77,9 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
                 unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
                {{"RGB", color::RGB}, {"HSV", color::HSV}, {"HSV_V", color::HSV_V}}) &&
-           add(extension, "color_filter", {unlocked<color_filter::step>("step")}) &&
+           add(extension, "color_filter",
+               {unlocked<color_filter::step>("step"),
+                unlocked<color_filter::observe>("observe")}) &&
            add(extension, "color_posterior",
                {unlocked<color_posterior::add_colors>("add_colors"),
                 unlocked<color_posterior::color_integral>("color_integral")}) &&
@@ -87,6 +90,7 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<fourier_ridge::correlate>("correlate"),
                 unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
                 unlocked<fourier_ridge::teach>("teach")}) &&
+           add(extension, "fusion", {brief<fusion::log_determinants>("log_determinants")}) &&
            add(extension, "ghosts", {unlocked<ghosts::outline_gradients>("outline_gradients")}) &&
            add(extension, "gradients", {brief<gradients::turns>("turns")}) &&
            add(extension, "histograms",
