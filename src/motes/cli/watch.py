@@ -263,6 +263,7 @@ def watch(
         else:
             detector = config.detector.detector()
         check_classes(detector, config.detections.classes)
+        detector = config.for_camera(detector)
         if isinstance(detector, PreparedDetector) and is_recorded(source):
             with frames.open(source) as film:
                 detector.prepare(film)
