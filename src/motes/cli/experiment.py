@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.experiment_camera import moving_camera
 from motes.cli.experiment_dials import dials
 from motes.cli.experiment_maggio import (
     maggio_figure3,
@@ -49,6 +50,7 @@ for _experiment in (
     zhao_detections,
     occlusions,
     real_occlusions,
+    moving_camera,
     dials,
 ):
     app.command(_experiment)

@@ -12,6 +12,7 @@ from motes.cli.progress import Progress
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
@@ -45,7 +46,8 @@ def run(
     Parameters
     ----------
     film
-        The frames; a thread decodes them ahead.
+        The frames; a thread decodes them ahead, and leaves out those of a live source that the
+        steps are too slow for.
     outputs
         The outputs; all of them are opened here, before the first frame.
     steps
@@ -63,13 +65,13 @@ def run(
     try:
         with (
             contextlib.ExitStack() as opened,
-            prefetch(film) as frames,
+            Newest(film) if film.live else prefetch(film) as frames,
             contextlib.ExitStack() as reading,
         ):
             reading.callback(film.stop)
             for output in outputs:
                 opened.enter_context(output)
-            making = opened.enter_context(contextlib.closing(steps(frames)))
+            making = opened.enter_context(contextlib.closing(steps(iter(frames))))
             with Progress(film, quiet=quiet) as progress:
                 try:
                     for step in making:

@@ -125,7 +125,8 @@ def track(
     if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
         raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
     output = outputs.output
-    if output is None and outputs.overlay is None and outputs.figures is None:
+    others = outputs.overlay is not None or outputs.figures is not None or outputs.show
+    if output is None and not others:
         output = default_output(source)
     check_label(outputs.label, output if outputs.format is None else None)
     where = Path(output) if output else None
@@ -152,6 +153,7 @@ def _track_several(
     seed: int,
 ) -> int:
     """Track the objects in several boxes of the first frame."""
+    from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
     from motes.cli.watch_outputs import Overlay, objects_output
     from motes.mot.analytics.events import Regions
@@ -163,6 +165,8 @@ def _track_several(
         if outputs.overlay is not None:
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
+        if outputs.show:
+            opened.append(show_scene(Regions()))
         if output is not None:
             form, label = outputs.format, outputs.label
             opened.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
@@ -194,6 +198,10 @@ def _track_one(
             opened.append(Overlay(outputs.overlay, film, frames.stride, overwrite=anew))
         if outputs.figures is not None:
             opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
+        if outputs.show:
+            from motes.cli.show import show_track
+
+            opened.append(show_track())
         if output is not None and rows:
             opened.append(Rows(output, form, overwrite=outputs.overwrite, resume=resume))
         elif output is not None:
