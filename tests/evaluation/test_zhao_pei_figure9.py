@@ -20,9 +20,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.evaluation import synthetic
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
+from motes.formats.mot_files import Rows
 from motes.mot.scene import Scene
 
 
@@ -152,7 +152,8 @@ def test_many_objects_on_the_command_line(
     line = ["experiment", "zhao-figure9", str(folder), "--out", str(out)]
     assert main(line) == 0, capfd.readouterr().err
     assert sorted(path.name for path in out.iterdir()) == [
-        "zhao-figure9-all.csv", *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png"))
+        "zhao-figure9-all.csv",
+        *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")),
     ]
     table = list(csv.DictReader((out / "zhao-figure9.csv").read_text().splitlines()))
     assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]
