@@ -10,7 +10,6 @@ import pytest
 
 from crowds import rows, write_crowd
 from motes.cli import main
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers.real_occlusions import (
     Counts,
     Occlusion,
@@ -18,6 +17,7 @@ from motes.evaluation.papers.real_occlusions import (
     identities,
     occlusions_of,
 )
+from motes.formats.mot_files import Rows
 
 FRAMES = 40
 STANDING = (100.0, 40.0, 20.0, 60.0)

@@ -8,10 +8,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.track_loop import Companion, Step
-from motes.cli.watch_outputs import FrameResult, film_state, objects_output
+from motes.cli.watch_outputs import ObjectsOutput, film_state
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
-from motes.mot.tracked_object import SceneTrack
+from motes.output.journal import FrameRow, ObjectRow
 from motes.output.painters import TrackPainter
 from motes.output.track_rows import Form, TrackWriter, check_writable
 from motes.sot.presets import TrackerConfig
@@ -73,15 +73,15 @@ class Rows:
 
 
 class AsObjects:
-    """The target as one of several objects, in a form that only they have."""
+    """The target as one of several objects, in a format that only they have."""
 
-    def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
-        self._inner = objects_output(path, film, overwrite=overwrite, label=label)
+    def __init__(self, inner: ObjectsOutput) -> None:
+        self._inner = inner
 
     def write(self, step: Step) -> None:
         """Add a frame."""
-        tracks = [SceneTrack(1, step.track)] if step.track else []
-        self._inner.write(FrameResult(step.frame, tracks, ()))
+        objects = (ObjectRow.of_target(step.track),) if step.track else ()
+        self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
 
     @property
     def result(self) -> str | None:

@@ -13,12 +13,12 @@ from motes.core.types import Floats
 from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.finished_passes import finished_passes
 from motes.evaluation.mot_scores import MotOutcome
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.tables import Cell, Row, Table, number
+from motes.formats.mot_files import Rows
 from motes.mot.assignment import assign
 
 COVERED = 0.5
