@@ -156,7 +156,7 @@ def ran(docs: Path, monkeypatch: pytest.MonkeyPatch) -> Lines:
     """Return the arguments of the commands that were run."""
     lines: Lines = []
 
-    def run(line: list[str], stdout: int) -> subprocess.CompletedProcess[str]:
+    def run(line: list[str], **_: object) -> subprocess.CompletedProcess[str]:
         lines.append(line[3:])
         folder = Path(line[line.index("--out") + 1])
         folder.mkdir(parents=True, exist_ok=True)

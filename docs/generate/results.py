@@ -33,10 +33,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-DOCS = Path(__file__).parent.parent
+DOCS = Path(__file__).resolve().parent.parent
 KEPT = DOCS.parent / "results"
 """The folder of what the commands write."""
-DATA = Path(os.environ.get("MOTES_DATA", DOCS.parent.parent / "shared" / "data"))
+DATA = Path(os.environ.get("MOTES_DATA", DOCS.parent.parent / "shared" / "data")).resolve()
 FOLDERS = {"SEQUENCES": "sot", "OTHERS": "sot-more", "MOT": "mot", "VIDEOS": "video"}
 """Names of folders in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
@@ -153,7 +153,8 @@ def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
             again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
             print(f"{block.name}: {command}", flush=True)
             line = [sys.executable, "-m", "motes", *given, "--out", str(folder), again]
-            if code := subprocess.run(line, stdout=subprocess.DEVNULL).returncode:
+            run = subprocess.run(line, stdout=subprocess.DEVNULL, cwd=DOCS.parent)
+            if code := run.returncode:
                 raise RuntimeError(f"{command} ended with exit code {code}.")
             today = datetime.date.today().isoformat()
             done.write_text(json.dumps({"command": command, "date": today}))
