@@ -123,7 +123,7 @@ def test_a_page_has_the_form_that_the_command_writes(tmp_path: Path) -> None:
 
 def test_numbers_of_claims_are_those_of_the_tables() -> None:
     """The table of claims of papers.md repeats numbers; each is in a measured table or its text."""
-    claims, others = [], []
+    claims, others = list[str](), list[str]()
     for page in PAGES:
         inside = False
         for line in page.read_text(encoding="utf-8").splitlines():
