@@ -11,6 +11,7 @@ import contextlib
 import math
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO, Literal, Self
 
@@ -171,10 +172,7 @@ class TrackWriter:
             fields += [_number(value, 3) for value in (x, y, a, b)]
             fields += [_number(theta, 5), _number(track.confidence, 5), track.status]
             fields += [_number(track.distance, 5), _number(track.effective_sample_size, 2)]
-        if self.form == "csv":
-            return ",".join(fields)
-        pairs = zip(COLUMNS, fields, strict=True)
-        return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
+        return line_of(self.form, COLUMNS, fields)
 
     def _put(self, text: str, what: str) -> None:
         """Compare a line with the existing one, or write it."""
@@ -264,6 +262,14 @@ class TrackWriter:
             self.close()
         else:
             self._release()
+
+
+def line_of(form: Form, columns: Sequence[str], fields: Sequence[str]) -> str:
+    """Return the fields of a row as a line; an empty one is null in JSON."""
+    if form == "csv":
+        return ",".join(fields)
+    pairs = zip(columns, fields, strict=True)
+    return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
 
 
 def _number(value: float, digits: int) -> str:
