@@ -22,6 +22,7 @@ ORDER = [
     {"sot"},
     {"mot", "testing"},
     {"output"},
+    {"correction"},
     {"evaluation"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},

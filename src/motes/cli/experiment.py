@@ -20,8 +20,8 @@ from motes.cli.experiment_maggio import (
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
+from motes.cli.experiment_occlusions import occlusions, real_occlusions
 from motes.cli.experiment_zhao_pei import (
-    occlusions,
     zhao_detections,
     zhao_figure2,
     zhao_figure9,
@@ -49,6 +49,7 @@ for _experiment in (
     zhao_team,
     zhao_detections,
     occlusions,
+    real_occlusions,
     moving_camera,
     dials,
 ):

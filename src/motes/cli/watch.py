@@ -66,7 +66,7 @@ class ObjectOptions:
             accepts_keys=False,
             help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
             "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
-            "the MOTChallenge. The default is mog2, or gaussian if OpenCV is not installed.",
+            "the MOTChallenge. The default is mog2.",
         ),
     ] = None
     classes: Annotated[

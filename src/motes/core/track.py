@@ -23,6 +23,10 @@ class Status(StrEnum):
     """The target is hidden; the ellipse is its predicted place. Only a `Scene` reports it."""
     LOST = "lost"
     """This frame ended the tracking; from the next one on the target is searched for."""
+    INTERPOLATED = "interpolated"
+    """Not seen, but between frames in which it was: a smoother has bridged them."""
+    ABSENT = "absent"
+    """A user has marked the target as absent; there is no ellipse."""
 
 
 class Track(msgspec.Struct, frozen=True, eq=False):

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
 
-Stamped = tuple[float | None, Callable[[], NDArray[np.uint8]]]
+Load = Callable[[], NDArray[np.uint8]]
+Stamped = tuple[float | None, Load]
 """Time stamp in seconds, or None, and a function that returns the pixels."""
 
 MAX_BAD_PACKETS = 64
@@ -82,6 +83,8 @@ class Decoder:
         Estimated number of pictures, None if unknown.
     live
         Whether pictures may arrive in real time, without an end: the source gives no duration.
+    keys
+        The time stamps of the key pictures so far: those that need no others.
 
     Raises
     ------
@@ -109,6 +112,7 @@ class Decoder:
         self._reformatter = VideoReformatter()
         self._failures_in_row = 0
         self._reached = 0.0
+        self.keys: list[float] = []
 
         kind = self._container.format.name
         # This format sends JPEG images without times; their times of arrival are used.
@@ -177,6 +181,20 @@ class Decoder:
         """Close the file or connection."""
         self._container.close()
 
+    def seek(self, stamp: float) -> None:
+        """Go to the last key picture up to a time stamp, or near it; then call `pictures`.
+
+        Raises
+        ------
+        SourceError
+            If this file cannot be read from the middle.
+        """
+        unit = self._stream.time_base or Fraction(1, av.time_base)
+        try:
+            self._container.seek(round(stamp / unit), stream=self._stream)
+        except av.FFmpegError as error:
+            raise self._failure(error) from error
+
     @property
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
@@ -232,6 +250,8 @@ class Decoder:
             if packet is None:  # a packet would have given the unit of time
                 frame.time_base = self._stream.time_base
             self._extend_end(frame)
+            if frame.key_frame and frame.time is not None:
+                self.keys.append(frame.time)
             yield frame.time, partial(self._pixels, frame)
 
     def _packets(self, report: Report) -> Iterator[Packet[Any]]:

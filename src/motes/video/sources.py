@@ -12,7 +12,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Protocol, Self
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.decoder import REMEDY, Decoder, Stamped, camera
+from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
 
@@ -39,19 +39,33 @@ _TICK = 1e-6
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
 
 
-class _Reader(Protocol):
+class Reader(Protocol):
     """The pictures of one kind of source; all other steps are the same for all kinds."""
 
     @property
-    def fps(self) -> float | None: ...
+    def fps(self) -> float | None:
+        """Nominal frames per second, None if unknown."""
+        ...
+
     @property
-    def duration(self) -> float | None: ...
+    def duration(self) -> float | None:
+        """Length in seconds, None if unknown."""
+        ...
+
     @property
-    def count(self) -> int | None: ...
+    def count(self) -> int | None:
+        """Estimated number of pictures, None if unknown."""
+        ...
+
     @property
-    def live(self) -> bool: ...
+    def live(self) -> bool:
+        """Whether pictures arrive in real time, without an end."""
+        ...
+
     @property
-    def realtime(self) -> bool: ...
+    def realtime(self) -> bool:
+        """Whether pictures come at the pace of the scene."""
+        ...
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order; the pixels are converted only where they are used."""
@@ -59,7 +73,8 @@ class _Reader(Protocol):
     def file_of(self, index: int) -> str | None:
         """Return the name of the picture's own file, or None."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the file, camera or connection."""
 
 
 class Source:
@@ -83,9 +98,7 @@ class Source:
         Counts of what was read and of errors; complete after the last frame.
     """
 
-    def __init__(
-        self, name: str, reader: _Reader, start: int, end: int | None, stride: int
-    ) -> None:
+    def __init__(self, name: str, reader: Reader, start: int, end: int | None, stride: int) -> None:
         self.name = name
         self.fps, self.duration, self.live = reader.fps, reader.duration, reader.live
         self.report = Report()
@@ -113,19 +126,9 @@ class Source:
         self._frames: Iterator[Frame] = itertools.chain([first], frames)
 
     def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
-        interval = 1 / self.fps if self.fps else FRAME_INTERVAL
-        size, origin, last = None, None, -interval
+        size = None
         pictures = itertools.islice(self._pictures, end)
-        for index, (stamp, load) in enumerate(pictures):
-            self.report.decoded += 1
-            expected = last + interval
-            if origin is None and stamp is not None:
-                origin = stamp - expected
-            moment = expected if stamp is None or origin is None else stamp - origin
-            if stamp is None or moment - last < _TICK:
-                self.report.retimed += 1
-                moment = expected
-            last = moment
+        for index, (moment, _, load) in enumerate(timed(pictures, self.fps, self.report)):
             if index < start or (index - start) % stride:
                 continue
             arrived = time.monotonic() if self.live else None
@@ -170,6 +173,28 @@ class Source:
         """Stop waiting for a live source that dropped: no more frames; any thread may call this."""
         if isinstance(self._reader, Persistent):
             self._reader.stop()
+
+
+def timed(
+    pictures: Iterable[Stamped], fps: float | None, report: Report
+) -> Iterator[tuple[float, float | None, Load]]:
+    """Yield the time of each picture since the first one, its stamp, and a function that loads it.
+
+    Times strictly increase: stamps that are missing, or do not increase, are replaced and counted.
+    """
+    interval = 1 / fps if fps else FRAME_INTERVAL
+    origin, last = None, -interval
+    for stamp, load in pictures:
+        report.decoded += 1
+        expected = last + interval
+        if origin is None and stamp is not None:
+            origin = stamp - expected
+        moment = expected if stamp is None or origin is None else stamp - origin
+        if stamp is None or moment - last < _TICK:
+            report.retimed += 1
+            moment = expected
+        last = moment
+        yield moment, stamp, load
 
 
 def open_source(
@@ -235,7 +260,7 @@ def open_source(
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     if patience is not None and not patience >= 0:
         raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
-    name, reader = _find(str(source), on_drop, patience)
+    name, reader = find_reader(str(source), on_drop, patience)
     return Source(name, reader, start, end, stride)
 
 
@@ -274,9 +299,9 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
         return pixels_of(image)
 
 
-def _find(
-    source: str, on_drop: Callable[[str], None] | None, patience: float | None
-) -> tuple[str, _Reader]:
+def find_reader(
+    source: str, on_drop: Callable[[str], None] | None = None, patience: float | None = None
+) -> tuple[str, Reader]:
     """Return a source's name for messages, and its reader."""
     if source.isdecimal():
         name = f"camera {source}"
@@ -311,7 +336,7 @@ def _persistent(
     name: str,
     on_drop: Callable[[str], None] | None,
     patience: float | None,
-) -> _Reader:
+) -> Reader:
     """Open a camera or an address; with `on_drop`, a live one is opened again when it drops."""
     decoder = connect()
     if on_drop is None or not decoder.live:

@@ -13,6 +13,7 @@ from motes.core.types import Floats
 from motes.mot.detection.global_motion import Model, camera_motion, reduced
 from motes.mot.detection.illumination import Background, without_tremble
 from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.planes import planes_of
 
 KNOWN = 5
 """Frames after which the background of a pixel is known."""
@@ -84,7 +85,8 @@ class PannedBackground:
         squared = (off * off).max(axis=2)
         far = squared > self._deviations**2 * np.maximum(self._variance, self._noise**2)
         picture = np.rint(self._mean).clip(0, 255).astype(np.uint8)
-        apart = without_tremble(far.astype(np.uint8), small, Background(picture, self._noise))
+        background = Background(planes_of(picture), self._noise)
+        apart = without_tremble(far.astype(np.uint8), planes_of(small), background)
         known = self._age >= KNOWN
         moves = apart.astype(np.bool_) & known
         rate = 1 / np.minimum(self._age + 1, HISTORY)
