@@ -152,7 +152,8 @@ def test_many_objects_on_the_command_line(
     line = ["experiment", "zhao-figure9", str(folder), "--out", str(out)]
     assert main(line) == 0, capfd.readouterr().err
     assert sorted(path.name for path in out.iterdir()) == [
-        "zhao-figure9-all.csv", *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png"))
+        "zhao-figure9-all.csv",
+        *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")),
     ]
     table = list(csv.DictReader((out / "zhao-figure9.csv").read_text().splitlines()))
     assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]

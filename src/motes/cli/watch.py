@@ -251,7 +251,7 @@ def watch(
     sending = None
     if sent:
         announce = outputs.home_assistant
-        sending = SentEvents(sent, queue, source, counter, where, announce=announce)
+        sending = SentEvents(sent, queue, source, where, announce=announce)
     with contextlib.ExitStack() as running:
         if objects.like is not None and objects.detector is not None:
             if objects.own_process:
@@ -278,7 +278,7 @@ def watch(
         if outputs.show:
             opened.append(show_scene(where))
         if place is not None:
-            opened.append(MetricsPage(place, film, scene, counter, sending))
+            opened.append(MetricsPage(place, film, scene, sending))
         if outputs.slit is not None:
             opened.append(Slits(outputs.slit, where, overwrite=overwrite))
         if outputs.heatmap is not None:
