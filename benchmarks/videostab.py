@@ -70,7 +70,8 @@ def compiled(folder: Path) -> Path:
     source.write_text(PROGRAM)
     more = [shlex.split(os.environ.get(name, "")) for name in ("CXXFLAGS", "LDFLAGS")]
     libraries = [f"-lopencv_{name}" for name in ("videostab", "features2d", "imgcodecs", "core")]
-    command = ["g++", "-O2", "-I/usr/include/opencv4", *more[0], source, "-o", program]
+    names = [str(source), "-o", str(program)]
+    command = ["g++", "-O2", "-I/usr/include/opencv4", *more[0], *names]
     if subprocess.run([*command, *more[1], *libraries], check=False).returncode:
         sys.exit("videostab is missing; install g++ and libopencv-videostab-dev.")
     return program
@@ -80,7 +81,7 @@ def by_videostab(
     program: Path, pictures: Path, model: str, corners: int
 ) -> tuple[list[Floats], float]:
     """Return the motions between the pictures of a folder, and milliseconds for each."""
-    command = [program, pictures / "*.png", model, str(corners)]
+    command = [str(program), str(pictures / "*.png"), model, str(corners)]
     answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     *lines, seconds = answer.splitlines()
     motions = [np.array(line.split(), np.float64).reshape(3, 3) for line in lines]

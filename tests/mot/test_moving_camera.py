@@ -141,7 +141,7 @@ def test_each_detector_gets_what_it_needs_before_a_moving_camera() -> None:
     among = before_moving_camera(LookalikeDetector((1, 1, 9, 9), lambda frame: []))
     assert isinstance(among, MovingCamera)
     own = SimpleNamespace(warnings={"light": "it changes"}, __call__=lambda frame: [])
-    assert MovingCamera(own).warnings == own.warnings  # type: ignore[arg-type]
+    assert MovingCamera(own).warnings == own.warnings
     config = WatchConfig(scene_config().tracker, detector=FacesConfig())
     assert config.for_camera(still) is still
 

@@ -104,7 +104,7 @@ def rows_in(view: View, rows: Rows) -> Rows:
     middle = rows.boxes[:, :2] - 1 + (rows.boxes[:, 2:] - 1) / 2  # pixels count from 1 there
     moved = (matrices[:, :2, :2] @ middle[:, :, None])[:, :, 0] + matrices[:, :2, 2]
     sizes = rows.boxes[:, 2:] * np.sqrt(np.linalg.det(matrices[:, :2, :2]))[:, None]
-    inside = ((moved >= 0) & (moved < (view.width, view.height))).all(axis=1)
+    inside = np.all((moved >= 0) & (moved < (view.width, view.height)), axis=1)
     boxes = np.concatenate([moved - (sizes - 1) / 2 + 1, sizes], axis=1)
     return replace(rows, boxes=boxes).where(inside)
 
