@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
 
 from motes.cli.progress import Progress
 from motes.core.frame import Frame
@@ -13,13 +13,6 @@ from motes.correction.correct import correct_stretch, partial, tracks_of
 from motes.correction.join import Stretch
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
-
-
-@dataclass(frozen=True, slots=True)
-class Work:
-    """The number of frames that both passes read, for the progress bar."""
-
-    frame_count: int
 
 
 class _Counted:
@@ -50,8 +43,24 @@ def run_stretches(
     done: Callable[[Stretch, list[Track]], None],
     *,
     quiet: bool = False,
+    bar: Progress | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
+
+    Parameters
+    ----------
+    film
+        The film.
+    parts
+        The stretches.
+    config, seed
+        The tracker.
+    done
+        Takes a stretch and its tracks.
+    quiet
+        Whether there is no progress bar.
+    bar
+        A bar that is shown already; by default one for these stretches.
 
     Returns
     -------
@@ -60,7 +69,7 @@ def run_stretches(
     count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
-        with Progress(Work(count), quiet=quiet) as progress:
+        with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
                 counted = _Counted(film, lambda state=state: progress.count(state))  # type: ignore[misc]

@@ -133,7 +133,7 @@ def _parse_row(row: str) -> Region:
         present = box.width > 0 and box.height > 0
         return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:
-        return _region_of_polygon(np.reshape(values, (-1, 2)))
+        return region_of_corners(np.reshape(values, (-1, 2)))
     if len(values) == 1 and values[0] in (0, 1, 2):
         return ABSENT
     raise ValueError(
@@ -199,7 +199,14 @@ def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
     return Region(box, _ellipse_of_moments(center, moments, scale=2))
 
 
-def _region_of_polygon(corners: NDArray[np.float64]) -> Region:
+def region_of_corners(corners: NDArray[np.float64]) -> Region:
+    """Return the region of a polygon of corners (n, 2) on its outline, in order.
+
+    Raises
+    ------
+    ValueError
+        If it has no area, or crosses itself.
+    """
     low, high = corners.min(axis=0), corners.max(axis=0)
     if (low == high).any():
         return ABSENT
