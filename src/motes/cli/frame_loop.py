@@ -12,6 +12,7 @@ from motes.cli.progress import Progress
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.video.film import Film
 from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
@@ -93,7 +94,7 @@ def run(
 
 def summarize(
     parts: Sequence[str],
-    film: Source,
+    film: Source | Film,
     outputs: Sequence[Sink[T]],
     interrupted: KeyboardInterrupt | None,
 ) -> None:

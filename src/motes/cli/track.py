@@ -19,13 +19,13 @@ from motes.cli.input_checks import (
     default_output,
     point_out_leftovers,
 )
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import (
     CONFIGURATION,
     FLAG,
     OUTPUT,
-    TARGET,
     ConfigOptions,
     FrameOptions,
     OutputOptions,
@@ -75,17 +75,11 @@ class TrackOutputs(OutputOptions):
 def track(
     *sources: str,
     target: TargetOptions = TargetOptions(),
+    keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
-    keyframes: Annotated[
-        Path | None,
-        Parameter(
-            group=TARGET,
-            help="File with a row film,frame,x,y,width,height for each marked frame of each video.",
-        ),
-    ] = None,
     fps_target: Annotated[
         float | None,
         Parameter(
@@ -125,15 +119,15 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
-    if keyframes is not None:
-        if target.given() or outputs.figures or outputs.resume or fps_target is not None:
-            raise ConfigError("--keyframes goes without a target, figures, --resume, --fps-target.")
-        from motes.cli.track_films import films_of, marks_of_films, track_films
-
-        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
+    if keys.given:
+        pictures = outputs.figures is not None or outputs.show
+        if frames.stride != 1 or pictures or outputs.resume or fps_target is not None:
+            raise ConfigError(
+                "--stride, --figures, --show, --resume and --fps-target are not for keyframes; "
+                "omit them."
+            )
         check_keyframe_error(outputs.keyframe_error)
-        marks = marks_of_films(films_of(sources), keyframes)
-        return track_films(marks, frames, outputs, config, values.seed)
+        return _track_keyframes(sources, keys, target, frames, outputs, config, values.seed)
     if len(sources) > 1:
         others = " ".join(sources[1:])
         raise ConfigError(
@@ -169,6 +163,46 @@ def track(
 
     tracker = Tracker(config, values.seed, fps_target)
     return _track_one(source, tracker, begin, frames, output, outputs)
+
+
+def _track_keyframes(
+    sources: Sequence[str],
+    keys: KeyframeOptions,
+    target: TargetOptions,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    config: TrackerConfig,
+    seed: int,
+) -> int:
+    """Track an object between keyframes, or backward; or one in each of several films."""
+    from motes.cli.track_films import films_of, marks_of_films, track_films
+    from motes.cli.track_keyframes import open_film, track_keyframes
+
+    films = films_of(sources)
+    region = target.region()
+    if len(films) > 1:
+        if keys.keyframes is None or keys.in_one_film or region is not None:
+            raise ConfigError(
+                "The targets of several films are in the file of --keyframes; omit other targets."
+            )
+        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
+        each = marks_of_films(films, keys.keyframes)
+        return track_films(each, frames, outputs, config, seed)
+    (source,) = films
+    marks = keys.marks(source)
+    if region is None and not any(mark for _, mark in marks):
+        raise ConfigError(
+            "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
+        )
+    output = outputs.output
+    if output is None and outputs.overlay is None:
+        output = default_output(source)
+    check_label(outputs.label, output, outputs.format)
+    where = Path(output) if output else None
+    check_not_source(source, where, outputs.overlay)
+    point_out_leftovers(where, outputs.overlay)
+    film = open_film(source, frames.start, frames.end, keys)
+    return track_keyframes(film, keys, region, marks, config, seed, output, outputs)
 
 
 def _track_several(

@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import glob
-import time
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.frame_loop import run
 from motes.cli.input_checks import prepare_folder
 from motes.cli.messages import counted, log
 from motes.cli.options import FrameOptions, OutputOptions
-from motes.cli.progress import Progress, RunStatistics
-from motes.cli.track_loop import Step
-from motes.cli.track_outputs import AsObjects, Output, Rows
-from motes.cli.watch_outputs import format_of, objects_output
+from motes.cli.progress import Progress
+from motes.cli.track_keyframes import Run, history_of, rows_output, write_stretches
+from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
-from motes.core.frame import Frame
+from motes.correction.history import History
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
 from motes.formats.registry import named
-from motes.sot.tracker import Tracker
+from motes.video.film import Film as ReadableFilm
 from motes.video.sources import IMAGE_ENDINGS
 
 if TYPE_CHECKING:
@@ -114,21 +110,22 @@ def track_films(
     """
     chosen, failed = _checked(marks, frames, outputs)
     known = [film.frames for film in chosen]
-    total = sum(count for count in known if count is not None)
+    both = 2 * sum(count for count in known if count is not None)  # forward and backward
     done: list[str] = []
     tracked, interrupted = 0, None
-    with Progress(None if None in known else total) as bar:
+    with Progress(None if None in known else both) as bar:
         for film in chosen:
-            tally = RunStatistics()
             try:
-                interrupted = _track(film, frames, outputs, Tracker(config, seed), tally, bar)
+                run = _track(film, frames, outputs, config, seed, bar)
             except MotesError as error:
                 failed += 1
                 log(f"{film.name} failed: {error}")
                 continue
-            tracked += tally.frames
-            done.append(film.output)
-            log(f"{film.name}: {tally}; wrote {film.output}.")
+            tracked += run.states.total()
+            interrupted = run.interrupted
+            if run.states:
+                done.append(film.output)
+                log(f"{film.name}: {run}; wrote {film.output}.")
             if interrupted is not None:
                 break
     log(
@@ -175,48 +172,16 @@ def _checked(
 
 
 def _track(
-    film: Film,
-    frames: FrameOptions,
-    outputs: OutputOptions,
-    tracker: Tracker,
-    tally: RunStatistics,
+    film: Film, frames: FrameOptions, outputs: OutputOptions, config: TrackerConfig, seed: int,
     bar: Progress,
-) -> KeyboardInterrupt | None:
-    """Track the target of a film into its output; return the interrupt that ended it, if any."""
-    form = format_of("rows.csv", outputs.format)
-    with frames.open(film.name) as source:
-        output: Output
-        if form == "csv" or form == "jsonl":
-            output = Rows(film.output, form, overwrite=outputs.overwrite, resume=False)
-        else:
-            output = AsObjects(
-                objects_output(
-                    film.output, source, overwrite=outputs.overwrite, form=form,
-                    label=outputs.label, keyframe_error=outputs.keyframe_error,
-                )
-            )  # fmt: skip
-
-        def steps(pictures: Iterator[Frame]) -> Generator[Step, None, None]:
-            return follow_keyframes(tracker, film.marks, pictures)
-
-        return run(source, [output], steps, tally.add, progress=nullcontext(bar))
-
-
-def follow_keyframes(
-    tracker: Tracker, marks: Keyframes, frames: Iterator[Frame]
-) -> Generator[Step, None, None]:
-    """Yield a step for each frame: the tracker starts anew in each keyframe.
-
-    Before the first region, and where the target is marked as absent, there is no target.
-    """
-    begun = False
-    for frame in frames:
-        clock = time.perf_counter()
-        if frame.index in marks:
-            region = marks[frame.index]
-            begun = region is not None
-            if region is not None:
-                tracker.init(frame, region)
-        elif begun:
-            tracker.update(frame)
-        yield Step(frame, tracker.info if begun else None, time.perf_counter() - clock)
+) -> Run:  # fmt: skip
+    """Track the target of a film into its output."""
+    source = ReadableFilm(film.name, start=frames.start, end=frames.end)
+    marks = [*film.marks.items()]
+    check_keyframes(film.marks, film.name, source.frames, source.width, source.height)
+    history = History.begin(source, config, seed, marks)
+    path = history_of(film.output, outputs)
+    run = write_stretches(source, history, [rows_output(film.output, source, outputs)], bar=bar)
+    if path is not None and run.states:
+        history.unfinished_with(run.left).save(path)
+    return run

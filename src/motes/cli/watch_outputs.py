@@ -36,6 +36,7 @@ from motes.output.track_rows import check_not_deleted, check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 STREAMED = ("csv", "jsonl", "mot")
@@ -130,7 +131,7 @@ class Lines:
 
 def objects_output(
     name: str,
-    film: Source,
+    film: Source | Film,
     *,
     overwrite: bool,
     form: str | None = None,
@@ -221,7 +222,7 @@ class Document:
         self,
         name: str,
         form: str,
-        film: Source,
+        film: Source | Film,
         label: str,
         overwrite: bool,
         keyframe_error: float | None,

@@ -15,7 +15,7 @@ from motes.core.track import Status
 from motes.formats.regions import MAX_FRAME
 from motes.output.journal import FrameRow, Header, ObjectRow
 
-SHOWN = (Status.TRACKING, Status.OCCLUDED)
+SHOWN = (Status.TRACKING, Status.OCCLUDED, Status.INTERPOLATED)
 """The states with a known position; that of a searched or lost object is only a guess."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""

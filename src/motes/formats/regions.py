@@ -23,6 +23,8 @@ from motes.core.errors import FormatError
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.track import Status
 
+PLACED = (Status.TRACKING, Status.INTERPOLATED)
+"""The statuses of tracks in frames that have a target."""
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
 
@@ -167,7 +169,7 @@ def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, Region]
     if not frame.is_integer() or frame > MAX_FRAME:
         raise ValueError(f"{frame:g} is not the index of a frame")
     values = [row[name] for name in Ellipse._fields]
-    if row.get("status", Status.TRACKING) != Status.TRACKING or None in values or "" in values:
+    if row.get("status", Status.TRACKING) not in PLACED or None in values or "" in values:
         return int(frame), ABSENT
     ellipse = Ellipse(*(_parse_number(str(value)) for value in values))
     present = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
