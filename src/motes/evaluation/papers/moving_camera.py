@@ -248,6 +248,7 @@ def _arms(sequence: MotSequence) -> list[_Arm]:
         _Arm("given, at rest", False, given),
         _Arm("given, moves, taken for still", True, given),
         _Arm("given, moves, followed", True, lambda view: MovingCamera(given(view))),
+        _Arm("given, moves, motion known", True, lambda view: _Known(given(view), view)),
         *arms,
     ]
 
@@ -270,6 +271,19 @@ def _identities(name: str, counts: Sequence[Tally]) -> Row:
         number(over(each.idf1 for each in counts)),
         number(over(float(each.switches) for each in counts), 1),
     )
+
+
+class _Known:
+    """A detector whose camera moves as is known exactly."""
+
+    def __init__(self, detector: Detector, view: View) -> None:
+        self._detector, self._places = detector, view.places
+        self.motion: Floats | None = None
+
+    def __call__(self, frame: Frame) -> Sequence[Detection]:
+        now, before = self._places[frame.index], self._places[max(frame.index - 1, 0)]
+        self.motion = now @ np.linalg.inv(before)
+        return self._detector(frame)
 
 
 class _Ignored:
