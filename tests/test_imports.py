@@ -23,6 +23,7 @@ ORDER = [
     {"mot", "testing"},
     {"output"},
     {"correction"},
+    {"formats"},
     {"evaluation"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},

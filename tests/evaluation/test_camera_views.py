@@ -12,8 +12,8 @@ from evaluations import pictures
 from motes.cli import main
 from motes.core.frame import Frame
 from motes.evaluation.datasets.mot import load_mot_dataset
-from motes.evaluation.datasets.mot_files import UNKNOWN, rows_of
 from motes.evaluation.papers.moving_camera import motion_errors, rows_in, seen, view_of
+from motes.formats.mot_files import UNKNOWN, rows_of
 
 pytest.importorskip("cv2", reason="the motion of a camera needs OpenCV")
 

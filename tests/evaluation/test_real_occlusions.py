@@ -10,7 +10,6 @@ import pytest
 
 from crowds import rows, write_crowd
 from motes.cli import main
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers.real_occlusions import (
     Counts,
     Occlusion,
@@ -18,6 +17,7 @@ from motes.evaluation.papers.real_occlusions import (
     identities,
     occlusions_of,
 )
+from motes.formats.mot_files import Rows
 
 FRAMES = 40
 STANDING = (100.0, 40.0, 20.0, 60.0)
@@ -81,7 +81,7 @@ def test_identities_are_kept_or_changed(
     hidden: tuple[int | None, ...], front: tuple[int | None, ...], counts: Counts
 ) -> None:
     occlusion = Occlusion(2, 1, range(1, 6), range(8, 13))
-    names = {}
+    names: dict[tuple[int, int], int] = {}
     for who, pair in ((2, hidden), (1, front)):
         for name, frames in zip(pair, occlusion[2:], strict=True):
             if name is not None:

@@ -20,9 +20,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.evaluation import synthetic
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
+from motes.formats.mot_files import Rows
 from motes.mot.scene import Scene
 
 

@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE
 from motes.cli.experiment_camera import moving_camera
 from motes.cli.experiment_dials import dials
+from motes.cli.experiment_effort import effort
 from motes.cli.experiment_maggio import (
     maggio_figure3,
     maggio_figure5,
@@ -52,6 +53,7 @@ for _experiment in (
     real_occlusions,
     moving_camera,
     dials,
+    effort,
 ):
     app.command(_experiment)
 

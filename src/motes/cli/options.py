@@ -82,6 +82,14 @@ ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
 ]
+KeyframeError = Annotated[
+    float | None,
+    Parameter(
+        group=OUTPUT,
+        help="For CVAT and Label Studio, and for keyframes: largest deviation of the boxes that "
+        "they interpolate between keyframes, in pixels; 0 makes each frame one. [default: 1]",
+    ),
+]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 
 
@@ -128,9 +136,14 @@ class OutputOptions:
         Parameter(
             name=["--output", "-o"],
             help="Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for "
-            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT).",
+            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT). "
+            "motes convert --list has all formats.",
         ),
     ] = None
+    format: Annotated[str | None, Parameter(help="Format of --output, whatever its ending is.")] = (
+        None
+    )
+    keyframe_error: KeyframeError = None
     label: Annotated[
         str | None,
         Parameter(help="Class of the objects in a .json or .xml document. [default: object]"),

@@ -12,6 +12,7 @@ from cyclopts import App, Group, Parameter
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.input_checks import (
+    check_keyframe_error,
     check_label,
     check_not_source,
     default_output,
@@ -228,16 +229,19 @@ def watch(
         output = default_output(source)
     if output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
-    from motes.output.documents import is_document
+    from motes.cli.watch_outputs import check_several, is_document
     from motes.output.journal import journal_of
 
-    check_label(outputs.label, output)
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
     files = [Path(name) for name in (output, *written) if name is not None and name != "-"]
-    if output is not None and is_document(output):
+    if output is not None and is_document(output, outputs.format):
         files.append(journal_of(output))
     files += pictures
     queue = outputs.queue or Path(QUEUE)
     check_not_source(source, overlay, *files, *([queue] if sent else []))
+    if output is not None:
+        check_several(output, outputs.format)
     point_out_leftovers(overlay, *files)
 
     from motes.cli.metrics_page import MetricsPage, place_of
@@ -294,7 +298,12 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
-            opened.append(objects_output(output, film, overwrite=overwrite, label=outputs.label))
+            opened.append(
+                objects_output(
+                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
+                    keyframe_error=outputs.keyframe_error,
+                )
+            )  # fmt: skip
         return _run(film, scene, counter, opened)
 
 

@@ -34,7 +34,9 @@ class Coordinates(NamedTuple):
         """Return the coordinates for keyframes, and for regions (n, 5) in their order."""
         side = math.exp(float(np.mean([math.log(key.side) for key in keys])))
         boxes = all(key.theta == 0 for key in keys)
-        return cls(side, None if boxes else np.unwrap(ellipses[:, 4], period=math.pi))
+        return cls(
+            side, None if boxes else np.unwrap(np.nan_to_num(ellipses[:, 4]), period=math.pi)
+        )
 
     @property
     def count(self) -> int:

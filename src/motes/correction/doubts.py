@@ -1,4 +1,4 @@
-"""Where to look: the frames whose correction is expected to make the most frames right.
+"""The frames whose correction is expected to make the most frames right.
 
 A frame is wrong if its box overlaps the target too little. The probability of that follows from the
 variances and from the confidence. A new keyframe at t also makes its neighbors right, the more, the
@@ -25,18 +25,18 @@ CANDIDATES = 1000
 """Frames between two keyframes that are compared at most; in longer stretches, every n-th one."""
 
 
-class Doubt(NamedTuple):
+class Ranked(NamedTuple):
     """A doubtful frame.
 
     Attributes
     ----------
-    frame
+    place
         The place of the frame in the arrays.
     gain
         Number of frames that its correction is expected to make right.
     """
 
-    frame: int
+    place: int
     gain: float
 
 
@@ -54,9 +54,9 @@ def wrong(ellipses: Floats, variances: Floats, confidence: Floats) -> Floats:
     return np.nan_to_num(out, nan=0.0)
 
 
-def doubts(
+def ranked(
     ellipses: Floats, variances: Floats, confidence: Floats, keys: Flags, count: int
-) -> list[Doubt]:
+) -> list[Ranked]:
     """Return doubtful frames, each to be corrected after those before it, the largest gain first.
 
     Parameters
@@ -69,8 +69,8 @@ def doubts(
         Number of frames to return; there are fewer if no other frame has a gain.
     """
     variances, confidence, keys = variances.copy(), confidence.copy(), keys.copy()
-    best: dict[tuple[int, int], Doubt] = {}
-    found: list[Doubt] = []
+    best: dict[tuple[int, int], Ranked] = {}
+    found: list[Ranked] = []
     while len(found) < count:
         spans = _spans(keys)
         for span in set(spans) - set(best):
@@ -78,21 +78,21 @@ def doubts(
             low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
             gains = _gains(ellipses[part], variances[part], confidence[part], low, high)
             place = int(gains.argmax()) if len(gains) else 0
-            best[span] = Doubt(span[0] + place, float(gains[place]))
+            best[span] = Ranked(span[0] + place, float(gains[place]))
         if not spans:
             break
         span = max(spans, key=lambda each: best[each].gain)
         top = best[span]
-        if top.gain <= 0 or keys[top.frame]:
+        if top.gain <= 0 or keys[top.place]:
             break
         found.append(top)
         part = slice(*span)
         low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
         places = np.arange(span[1] - span[0])
-        left = 1 - _correlation(places, np.array([top.frame - span[0]]), low, high)[:, 0] ** 2
+        left = 1 - _correlation(places, np.array([top.place - span[0]]), low, high)[:, 0] ** 2
         variances[part] *= left[:, None]
         confidence[part] = 1 - (1 - confidence[part]) * left
-        keys[top.frame] = True
+        keys[top.place] = True
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -76,8 +77,6 @@ class Joined(NamedTuple):
         (n,), the probability that the box overlaps the target by more than half.
     outlier
         (n,), whether a pass reported a place that is not used.
-    agree
-        (n,), whether both passes overlap by more than half; True where there is one pass.
     """
 
     ellipses: Floats
@@ -85,7 +84,6 @@ class Joined(NamedTuple):
     status: list[Status]
     confidence: Floats
     outlier: Flags
-    agree: Flags
 
 
 def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joined:
@@ -102,70 +100,100 @@ def join(stretch: Stretch, forward: Pass | None, backward: Pass | None) -> Joine
     passes = [each for each in (forward, backward) if each is not None]
     absent = np.zeros(len(passes[0].ellipses), bool)
     absent[[frame - stretch.first for frame in stretch.absent]] = True
-    space = Coordinates.of([*stretch.keys.values()], passes[0].ellipses)
-    seen = np.array([space.values(each.ellipses) for each in passes])
     if forward is not None and backward is not None:
-        agree = iou(enclosing(forward.ellipses), enclosing(backward.ellipses)) > HALF
-        follows = _two(stretch, forward, backward, agree, absent)
+        follows = both(stretch, forward, backward, absent)
     else:
-        agree = np.ones(len(absent), bool)
-        follows = _one(passes[0], seen[0], absent)
-    relative = np.array([space.relative(each.ellipses, each.variances) for each in passes])
-    exact, starts = {}, [0] * (forward is not None) + [-1] * (backward is not None)
-    for i, key in stretch.keys.items():
-        exact[i] = space.values(np.array([key]), i)[0]
-    for i, start in enumerate(starts):  # a pass is exact on its own keyframe
-        follows.used[i, start], relative[i, start] = True, 0.0
-    surest = int(follows.used.sum(axis=1).argmax())
-    motion = fit_motion(seen[surest], follows.used[surest], np.maximum(relative[surest], 0.1))
-    drift = Drift(*(each[: space.count] for each in DRIFT))
-    hidden = shared_variance(len(absent), [*exact], drift)
-    if len(passes) == 2:
-        motion = motion._replace(acceleration=SHARED_MOTION * motion.acceleration)
-        path = smooth(seen, follows.used, relative, exact, motion, drift)
-    else:  # the drift of one pass alone cannot be told from motion
-        path = smooth(seen, follows.used, relative, exact, motion, None)
-        hidden *= 2
-    ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
-
-    supported = follows.used.any(axis=0)
-    supported[[*exact]] = True
-    bridged = _bridged(supported, absent)
-    lost = ~(supported | bridged | absent)
-    ellipses[lost], variances[lost] = passes[0].ellipses[lost], passes[0].variances[lost]
-    confidence = np.where(
-        supported, follows.probability, overlap_probability(ellipses, variances, HALF)
-    )
-    confidence[lost] = passes[0].confidence[lost]
-    confidence[[*exact]] = 1.0
-    ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan
-    claims = np.array([each.tracking for each in passes])
-    outlier = (claims & ~follows.used).any(axis=0) & ~absent
-    status = np.select(
-        [absent, supported, bridged],
-        [Status.ABSENT, Status.TRACKING, Status.INTERPOLATED],
-        Status.LOST,
-    )
-    each = [Status(name) for name in status.tolist()]
-    return Joined(ellipses, variances, each, confidence, outlier, agree)
+        follows = tracked(passes[0], absent)
+    starts = [0] * (forward is not None) + [-1] * (backward is not None)
+    follows.used[np.arange(len(starts)), starts] = True  # each on its own keyframe
+    return fuse(passes, follows, stretch.keys, starts, absent)
 
 
-def _one(only: Pass, seen: Floats, absent: Flags) -> Support:
+def tracked(only: Pass, absent: Flags) -> Support:
     """Return the support of one pass: what it has tracked, except for jumps away and back."""
     used = only.tracking & ~absent
-    used &= ~outliers(seen[:, :4], used, GATE)
+    ellipses = only.ellipses[used]
+    if len(ellipses):
+        space = Coordinates.of([Ellipse(*row) for row in ellipses.tolist()], only.ellipses)
+        used &= ~outliers(space.values(only.ellipses)[:, :4], used, GATE)
     return Support(used[None].copy(), only.confidence)
 
 
-def _two(stretch: Stretch, forward: Pass, backward: Pass, agree: Flags, absent: Flags) -> Support:
-    """Return the support of two passes, judged by each other and by the keyframes at their ends."""
+def both(
+    stretch: Stretch, forward: Pass, backward: Pass, absent: Flags, *, same_end: bool = False
+) -> Support:
+    """Return the support of two passes, judged by each other and by the keyframes at their ends.
+
+    With `same_end`, there is no keyframe at the end: the backward pass began at the forward one.
+    """
+    agree = iou(enclosing(forward.ellipses), enclosing(backward.ellipses)) > HALF
     ends = (forward.ellipses[-1], stretch.end), (backward.ellipses[0], stretch.begin)
     forward_meets, backward_meets = (
         key is not None and bool(iou(Ellipse(*place.tolist()).box, key.box) > HALF)
         for place, key in ends
     )
     confidence = np.array([forward.confidence, backward.confidence])
-    return support(confidence, agree, (forward_meets, backward_meets), absent)
+    meets = (None if same_end else forward_meets, backward_meets)
+    return support(confidence, agree, meets, absent)
+
+
+def fuse(
+    passes: Sequence[Pass],
+    follows: Support,
+    keys: dict[int, Ellipse],
+    starts: Sequence[int],
+    absent: Flags,
+) -> Joined:
+    """Return one track from one or two passes.
+
+    Parameters
+    ----------
+    passes
+        The passes, over the same frames.
+    follows
+        Which of them are used in each frame.
+    keys
+        Exact regions by their place in these frames.
+    starts
+        Where each pass has begun, on one of them; none for a track whose start is not known.
+    absent
+        (n,), whether the target is known to be absent.
+    """
+    used = follows.used
+    regions = [*keys.values()] or [Ellipse(*row) for row in passes[0].ellipses[used[0]].tolist()]
+    space = Coordinates.of(regions, passes[0].ellipses)
+    seen = np.array([space.values(each.ellipses) for each in passes])
+    relative = np.array([space.relative(each.ellipses, each.variances) for each in passes])
+    exact = {i: space.values(np.array([key]), i)[0] for i, key in keys.items()}
+    surest = int(used.sum(axis=1).argmax())
+    motion = fit_motion(seen[surest], used[surest], relative[surest])
+    for i, start in enumerate(starts):
+        relative[i, start] = 0.0
+    drift = Drift(*(each[: space.count] for each in DRIFT))
+    hidden = shared_variance(len(absent), [*keys], drift)
+    if len(passes) == 2:
+        motion = motion._replace(acceleration=SHARED_MOTION * motion.acceleration)
+        path = smooth(seen, used, relative, exact, motion, drift)
+    else:  # the drift of one pass alone cannot be told from motion
+        path = smooth(seen, used, relative, exact, motion, None)
+        hidden *= 2
+    ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
+
+    supported = used.any(axis=0)
+    supported[[*keys]] = True
+    bridged = _bridged(supported, absent)
+    lost = ~(supported | bridged | absent)
+    ellipses[lost], variances[lost] = passes[0].ellipses[lost], passes[0].variances[lost]
+    confidence = overlap_probability(ellipses, variances, HALF)
+    confidence = np.where(supported, follows.probability, confidence)
+    confidence[lost] = passes[0].confidence[lost]
+    confidence[[*keys]] = 1.0
+    ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan
+    claims = np.array([each.tracking for each in passes])
+    outlier = (claims & ~used).any(axis=0) & ~absent
+    states = np.select([absent, supported, bridged], [0, 1, 2], 3)
+    names = (Status.ABSENT, Status.TRACKING, Status.INTERPOLATED, Status.LOST)
+    return Joined(ellipses, variances, [names[i] for i in states], confidence, outlier)
 
 
 def enclosing(ellipses: Floats) -> Floats:
@@ -173,11 +201,13 @@ def enclosing(ellipses: Floats) -> Floats:
     return np.array([Ellipse(*row).box for row in ellipses.tolist()]).reshape(-1, 4)
 
 
-def shared_variance(count: int, keys: list[int], drift: Drift) -> Floats:
+def shared_variance(count: int, keys: Sequence[int], drift: Drift) -> Floats:
     """Return the variance (n, k) of what all passes have in common, such as parts that they follow.
 
     No pass shows it. It is taken to be as large as the drift of one pass, from the next keyframe.
     """
+    if not keys:
+        return np.tile(drift.deviation**2, (count, 1))
     away = np.abs(np.arange(count)[:, None] - np.array(keys)).min(axis=1)
     out: Floats = drift.deviation**2 * -np.expm1(-2 * away[:, None] / drift.memory)
     return out
@@ -189,7 +219,6 @@ def _bridged(supported: Flags, absent: Flags) -> Flags:
     before = np.maximum.accumulate(np.where(supported, place, -1))
     after = np.minimum.accumulate(np.where(supported, place, len(place))[::-1])[::-1]
     marks = np.append(0, np.cumsum(absent))
-    inside = ~supported & (before >= 0) & (after < len(place))
-    gone = marks[np.minimum(after, len(place))] - marks[np.maximum(before, 0)] > 0
-    out: Flags = inside & ~gone
+    gone = marks[after] - marks[np.maximum(before, 0)] > 0
+    out: Flags = ~supported & ~absent & (before >= 0) & (after < len(place)) & ~gone
     return out

@@ -120,6 +120,23 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
         raise FormatError(f"{path}: {error}") from None
 
 
+def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
+    """Return the keyframes of a source in a file: rows with its name, or rows without a name.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, or has neither.
+    """
+    found = read_keyframes(path)
+    for name in (source, Path(source).name, ""):
+        if name in found:
+            return found[name]
+    raise FormatError(
+        f"{path} has keyframes of {', '.join(sorted(found))}, none of {source}; name it in a row."
+    )
+
+
 def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, height: int) -> None:
     """Check keyframes against their film.
 

@@ -60,6 +60,7 @@ def run_pass(
     region: Ellipse,
     *,
     backward: bool = False,
+    so_far: list[Track] | None = None,
 ) -> list[Track]:
     """Return the tracks of a target, in order of the frames.
 
@@ -73,8 +74,11 @@ def run_pass(
         The target there.
     backward
         Whether the frames come in reverse order.
+    so_far
+        A list to which each track is added as soon as it is known, for a run that is interrupted.
     """
-    tracker, tracks = Tracker(config, seed, backward=backward), list[Track]()
+    tracker = Tracker(config, seed, backward=backward)
+    tracks = [] if so_far is None else so_far
     for frame in frames:
         tracks.append(tracker.update(frame) if tracks else tracker.init(frame, region))
         check()

@@ -229,14 +229,21 @@ def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
     where = np.flatnonzero(valid)
     if len(where) < 3:
         return np.zeros(len(seen), bool)
-    steps = np.abs(np.diff(seen[where], axis=0)) / np.sqrt(np.diff(where))[:, None]
-    # The median of the absolute value of a normal variable is 0.6745 of its standard deviation.
-    spread = np.maximum(np.median(steps, axis=0) / 0.6745, LEAST_DEVIATION)
+    spread = robust_spread(seen[where], where)
     left = np.zeros(len(seen), bool)
     left[where] = _left_out(seen[where], where, spread, gate)
     back = _left_out(seen[where[::-1]], -where[::-1], spread, gate)[::-1]
     left[where] &= back
     return left
+
+
+def robust_spread(seen: Floats, times: NDArray[np.int64]) -> Floats:
+    """Return the standard deviation (k,) of the motion in a frame, from observations at times.
+
+    It is the median of the steps over 0.6745, the median of a normal variable's absolute value.
+    """
+    steps = np.abs(np.diff(seen, axis=0)) / np.sqrt(np.diff(times))[:, None]
+    return np.maximum(np.median(steps, axis=0) / 0.6745, LEAST_DEVIATION)
 
 
 def _left_out(seen: Floats, times: NDArray[np.int64], spread: Floats, gate: float) -> Flags:

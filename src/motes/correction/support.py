@@ -48,7 +48,9 @@ class Support(NamedTuple):
     probability: Floats
 
 
-def support(confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: Flags) -> Support:
+def support(
+    confidence: Floats, agree: Flags, meets: tuple[bool | None, bool], absent: Flags
+) -> Support:
     """Return which of two passes follow the target, each from its keyframe at one end.
 
     Parameters
@@ -58,7 +60,8 @@ def support(confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: 
     agree
         (n,), whether both overlap by more than half.
     meets
-        Whether the forward pass meets the last keyframe, and the backward pass the first one.
+        Whether the forward pass meets the last keyframe, and the backward pass the first one. None
+        without a last keyframe: the backward pass began where the forward one had ended.
     absent
         (n,), whether the target is known to be absent.
     """
@@ -68,7 +71,8 @@ def support(confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: 
     expected = np.where(agree, AGREE, 1 - AGREE)[:, None]
     log += np.log(np.where(ON.all(axis=0), expected, 1 - expected))
     for i, (met, frame) in enumerate(zip(meets, (-1, 0), strict=True)):
-        log[frame] += np.log(np.where(ON[i] == met, AGREE, 1 - AGREE))
+        if met is not None:
+            log[frame] += np.log(np.where(ON[i] == met, AGREE, 1 - AGREE))
     likelihood = np.exp(log - log.max(axis=1, keepdims=True))
     likelihood[np.ix_(absent, ON.any(axis=0))] = 0
 
@@ -78,7 +82,7 @@ def support(confidence: Floats, agree: Flags, meets: tuple[bool, bool], absent: 
     ahead[0] = _normalized(ON[0] * likelihood[0])
     for t in range(1, len(ahead)):
         ahead[t] = _normalized((ahead[t - 1] @ transition) * likelihood[t])
-    behind[-1] = ON[1]
+    behind[-1] = ON[1] if meets[0] is not None else ON[0] == ON[1]
     for t in range(len(behind) - 2, -1, -1):
         behind[t] = _normalized(transition @ (likelihood[t + 1] * behind[t + 1]))
     posterior = ahead * behind

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import bisect
 import contextlib
+import copy
 from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 
@@ -76,6 +77,7 @@ class Film:
                 self._stamps.append(stamp)
                 check()
             self._keys = reader.keys if isinstance(reader, Decoder) else []
+        self._file_of = reader.file_of
         if size is None:
             raise SourceError(f"{self.name} holds no readable picture.")
         if not 0 <= start < len(self.times):
@@ -89,6 +91,18 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
+
+    def part(self, start: int, end: int) -> Film:
+        """Return the same film with other frames: from `start` on, before `end`."""
+        if not 0 <= start < end <= len(self.times):
+            raise ConfigError(f"{self.name} has no frames {start} to {end - 1}.")
+        twin = copy.copy(self)
+        twin.frames = range(start, end)
+        return twin
+
+    def file_of(self, index: int) -> str | None:
+        """Return the path of a frame's image file, as `Source.file_of`."""
+        return self._file_of(index)
 
     def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
         """Yield the frames from `first` to `last`."""

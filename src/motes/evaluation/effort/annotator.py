@@ -8,7 +8,7 @@ import numpy as np
 
 from motes.core.geometry import Ellipse, iou
 from motes.core.types import Floats
-from motes.correction.doubts import RIGHT, doubts
+from motes.correction.doubts import RIGHT, ranked
 from motes.correction.join import enclosing
 from motes.evaluation.effort.methods import Film, Method, Path, equidistant, interpolated
 
@@ -101,6 +101,6 @@ def _next(
 ) -> int:
     """Return the next frame to correct."""
     marked = np.isin(np.array(used), [*keys])
-    if rule == "check" and (found := doubts(*path, marked, 1)):
-        return used[found[0].frame]
+    if rule == "check" and (found := ranked(*path, marked, 1)):
+        return used[found[0].place]
     return used[int(np.where(marked | np.isnan(overlaps), np.inf, overlaps).argmin())]

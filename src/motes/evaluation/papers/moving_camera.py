@@ -20,11 +20,11 @@ from motes.core.track import Status
 from motes.core.types import Floats
 from motes.evaluation.datasets.distractors import evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.metrics.mot import Tally, tally
 from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
+from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.images import opencv

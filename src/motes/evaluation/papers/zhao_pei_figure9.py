@@ -18,11 +18,11 @@ from motes.core.track import Status
 from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.expected_time import Expected, SceneFactory, seconds_per_frame
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.output import charts
