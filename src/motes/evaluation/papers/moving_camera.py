@@ -195,7 +195,7 @@ def moving_camera(
                 counts.append(followed(sequence, truth, frames, detector, config, seed))
             rows.append(_identities(f"{sequence.name}, {arm.name}", counts))
             tables["identities"] = Table(
-                "Identities before a camera that moves",
+                "A moving camera: identities",
                 ("film, detections, camera", "HOTA", "AssA", "IDF1", "switches"),
                 rows,
                 note=f"{seeds} run(s) with other random numbers each.",
@@ -206,7 +206,7 @@ def moving_camera(
         for name, make in _DRONE_ARMS:
             kept.append(_drone(film, name, make(), config))
             tables["drones"] = Table(
-                "One target from a drone",
+                "A moving camera: one target from a drone",
                 ("film, background", "frames with a track on it", "identities", "by the longest"),
                 kept,
                 note=f"A track is on the target at an IoU of {HIT} or above.",
@@ -260,7 +260,7 @@ def _motions(errors: dict[str, list[Floats]]) -> Table:
         quantiles = np.quantile(all_of, [0.5, 0.95, 1])
         rows.append((Cell(name), *(number(float(value), 2) for value in quantiles)))
     head = ("taken for", "median", "95 % below", "worst")
-    return Table("The camera's motion, pixels off", head, rows)
+    return Table("A moving camera: its motion, in pixels off", head, rows)
 
 
 def _identities(name: str, counts: Sequence[Tally]) -> Row:
