@@ -91,7 +91,7 @@ def test_the_annotator_stops_when_enough_is_right(sequence: Path) -> None:
     truth = np.tile([20.0, 20, 16, 12], (FRAMES, 1))
     truth[:, 0] += 0.4 * np.arange(
         FRAMES
-    )  # straight: two keyframes hold all frames by interpolation
+    )  # straight: two keyframes are enough
     asked: list[list[int]] = []
 
     def method(work: Film, keys: Keyframes) -> Rows:
