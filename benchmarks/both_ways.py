@@ -11,6 +11,7 @@ marked. Errors of the center are in mean sides of the target, and count as 1 at 
 from __future__ import annotations
 
 import argparse
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -99,7 +100,7 @@ def main() -> None:
         if keys[-1] != present[-1]:
             keys.append(int(present[-1]))
         rows = []
-        for first, last in zip(keys, keys[1:], strict=False):
+        for first, last in itertools.pairwise(keys):
             try:
                 rows.append(stretch_numbers(reader, boxes, first, last))
             except MotesError as error:
