@@ -14,14 +14,15 @@ beginning of the titles of the tables that are shown. The commands that make it 
     <!-- end campus -->
 
 Rows of tables with the same columns are put together. A command names folders of data in capitals
-(`FOLDERS`). What it writes is kept in results/, so that a run that was stopped goes on where it was;
-remove results/ to measure again.
+(`FOLDERS`). What it writes is kept in results/, so that a run that was stopped goes on where it
+was; remove results/ to measure again.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
+import hashlib
 import json
 import os
 import re
@@ -32,10 +33,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-DOCS = Path(__file__).parent.parent
+DOCS = Path(__file__).resolve().parent.parent
 KEPT = DOCS.parent / "results"
 """The folder of what the commands write."""
-DATA = Path(os.environ.get("MOTES_DATA", DOCS.parent.parent / "shared" / "data"))
+DATA = Path(os.environ.get("MOTES_DATA", DOCS.parent.parent / "shared" / "data")).resolve()
 FOLDERS = {"SEQUENCES": "sot", "OTHERS": "sot-more", "MOT": "mot", "VIDEOS": "video"}
 """Names of folders in commands, and where they are in `DATA`."""
 RESUMED = "evaluate"
@@ -44,7 +45,7 @@ EARLIER = "Of an earlier version, not measured since."
 """The last line of a table that `make results` has not made."""
 BLOCK = re.compile(
     r"^<!-- results (?P<name>[\w-]+) \| (?P<minutes>[\d.]+) min \| (?P<title>[^|]+?) -->\n"
-    r"(?P<commands>(?:\n|    .+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",
+    r"(?P<commands>(?:\n|    [^\n]+\n)+)(?P<tables>.*?)^<!-- end (?P=name) -->$",
     re.DOTALL | re.MULTILINE,
 )
 
@@ -129,6 +130,12 @@ def arguments(command: str) -> list[str]:
     ]
 
 
+def folder_name(command: str) -> str:
+    """Return the name of the folder of a command's results."""
+    name = "-".join(re.findall(r"[\w-]+", command)[1:3])
+    return f"{name}-{hashlib.sha256(command.encode()).hexdigest()[:8]}"
+
+
 def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
     """Run the commands of a table that have not been run, and return its tables and the date.
 
@@ -138,15 +145,16 @@ def measure(block: Block, kept: Path) -> tuple[list[Written], str]:
         If a command fails, or writes no such table.
     """
     tables, dates = list[Written](), []
-    for number, command in enumerate(block.commands, 1):
-        folder = kept / block.name / str(number)
+    for command in block.commands:
+        given = arguments(command)
+        folder = kept / folder_name(command)
         done = folder / "done.json"
-        if not (done.exists() and json.loads(done.read_text())["command"] == command):
-            given = arguments(command)
+        if not done.exists():
             again = "--resume" if given[0] == RESUMED and folder.exists() else "--overwrite"
             print(f"{block.name}: {command}", flush=True)
             line = [sys.executable, "-m", "motes", *given, "--out", str(folder), again]
-            if (code := subprocess.run(line, stdout=subprocess.DEVNULL).returncode) != 0:
+            run = subprocess.run(line, stdout=subprocess.DEVNULL, cwd=DOCS.parent)
+            if code := run.returncode:
                 raise RuntimeError(f"{command} ended with exit code {code}.")
             today = datetime.date.today().isoformat()
             done.write_text(json.dumps({"command": command, "date": today}))

@@ -81,7 +81,7 @@ def test_identities_are_kept_or_changed(
     hidden: tuple[int | None, ...], front: tuple[int | None, ...], counts: Counts
 ) -> None:
     occlusion = Occlusion(2, 1, range(1, 6), range(8, 13))
-    names = {}
+    names: dict[tuple[int, int], int] = {}
     for who, pair in ((2, hidden), (1, front)):
         for name, frames in zip(pair, occlusion[2:], strict=True):
             if name is not None:

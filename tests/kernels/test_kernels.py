@@ -84,8 +84,8 @@ def calls(compiled: Any) -> dict[str, Any]:
     compiled.fourier_ridge.correlate(learned, power, spectra, response)
     planes, sums = np.moveaxis(PIXELS, 2, 0).copy(), np.empty((3, 60, 80), np.uint16)
     compiled.planes.window_sums(planes, sums)
-    fields = compiled.mixture.MODES * compiled.mixture.FIELDS
-    model = found["mixture"] = np.zeros((60, fields, 80), np.float32)
+    parts, numbers = 3 * compiled.mixture.MODES, compiled.mixture.FIELDS * compiled.mixture.PART
+    model = found["mixture"] = np.zeros((60, parts, numbers), np.float32)
     for shift in (0, 1, 0, 2):
         how = MixtureLearning(0.3, 0.05, 9.0, 15.0, 4.0, 75.0)
         compiled.mixture.learn(model, np.roll(planes, shift, axis=2), how)

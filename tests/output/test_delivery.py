@@ -6,6 +6,7 @@ import contextlib
 import json
 import sqlite3
 import threading
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 
 from brokers import Broker, Listener, free_port, wait_until
 from motes.core.errors import ConfigError, FormatError
-from motes.mot.analytics.events import EventCounter, Line, Regions, Zone
+from motes.mot.analytics.events import Event, Line, Regions, Zone
 from motes.output import delivery, home_assistant
 from motes.output.delivery import Delivery, DeliveryError
 from motes.output.event_queue import MessageQueue
@@ -231,13 +232,12 @@ def test_home_assistant_is_told_of_every_total() -> None:
     assert "crosses" in parts["events"]["event_types"]
     assert parts["gate_1_in"]["name"] == "Gate 1 in"
     assert parts["gate_1_in"]["state_class"] == "total_increasing"
-    counter = EventCounter(places)
-    counter.counts.update({(0, "crosses", "Gate 1", "in", "car"): 2})
-    counter.counts.update({(7, "crosses", "Gate 1", "in", ""): 1})
-    counter.counts.update({(7, "enters", "hof/ä", "", ""): 4})
-    numbers = json.loads(home_assistant.state(3, counter.counts, places))
+    crosses = Event(1, 0.1, "crosses", 1, 0, 0, 0, "Gate 1", "in", label="car")
+    enters = Event(1, 0.1, "enters", 1, 0, 0, 0, "hof/ä")
+    totals = Counter(map(home_assistant.total_of, [crosses, enters, enters]))
+    numbers = json.loads(home_assistant.state(3, totals, places))
     sensors = {key for key, part in parts.items() if part["platform"] == "sensor"}
     assert sensors == set(numbers)
     assert numbers == {
-        "objects": 3, "gate_1_in": 3, "gate_1_out": 0, "hof_ue4_enters": 4, "hof_ue4_leaves": 0
+        "objects": 3, "gate_1_in": 1, "gate_1_out": 0, "hof_ue4_enters": 2, "hof_ue4_leaves": 0
     }  # fmt: skip

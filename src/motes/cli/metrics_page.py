@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from http.server import BaseHTTPRequestHandler
 from typing import TYPE_CHECKING, Self
 
 from motes.cli.messages import log
 from motes.cli.watch_outputs import FrameResult
 from motes.core.errors import ConfigError
-from motes.mot.analytics.events import EventCounter
 from motes.output.local_server import Server, reply
 from motes.output.metrics import CONTENT_TYPE, Metric, text
 
@@ -40,7 +40,7 @@ class MetricsPage:
     ----------
     place
         The host and the port.
-    film, scene, counter, sent
+    film, scene, sent
         The parts of the run.
     """
 
@@ -51,11 +51,11 @@ class MetricsPage:
         place: tuple[str, int],
         film: Source,
         scene: Scene,
-        counter: EventCounter,
         sent: SentEvents | None,
     ) -> None:
         self._place = place
-        self._film, self._scene, self._counter, self._sent = film, scene, counter, sent
+        self._film, self._scene, self._sent = film, scene, sent
+        self._events: Counter[tuple[str, ...]] = Counter()
         self._frames = self._objects = 0
         self._lag = self._newest = 0.0
         self._server: Server | None = None
@@ -64,6 +64,10 @@ class MetricsPage:
         """Count a frame."""
         self._frames += 1
         self._objects = len(moment.tracks)
+        self._events.update(
+            (each.event, each.place or "", each.direction or "", each.label or "")
+            for each in moment.events
+        )
         self._newest = time.monotonic()
         arrived = moment.frame.arrived
         self._lag = 0.0 if arrived is None else self._newest - arrived
@@ -85,9 +89,6 @@ class MetricsPage:
 
     def _metrics(self) -> list[Metric]:
         report, own = self._film.report, ()
-        events: dict[tuple[str, ...], float] = {}
-        for (_, *names), count in list(self._counter.counts.items()):
-            events[tuple(names)] = events.get(tuple(names), 0) + count
         since = time.monotonic() - self._newest if self._frames else 0.0
         waiting = {} if self._sent is None else self._sent.waiting()
         return [
@@ -122,7 +123,7 @@ class MetricsPage:
                 "motes_events_total",
                 "counter",
                 "Events so far.",
-                events,
+                dict(self._events),
                 ("event", "place", "direction", "class"),
             ),
             Metric(

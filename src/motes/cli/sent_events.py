@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from collections import Counter
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,7 +16,7 @@ from motes.cli.messages import counted, log
 from motes.cli.watch_outputs import FrameResult
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
-from motes.mot.analytics.events import Event, EventCounter, Regions
+from motes.mot.analytics.events import Event, Regions
 from motes.output import home_assistant
 from motes.output.delivery import Delivery, Receiver
 from motes.output.event_queue import MessageQueue
@@ -34,8 +35,8 @@ class SentEvents:
         The file in which events wait.
     source
         The source, which is part of each message.
-    counter
-        What counts the events, with the lines and zones.
+    regions
+        The lines and zones.
     announce
         Whether the run announces itself to Home Assistant.
 
@@ -52,7 +53,6 @@ class SentEvents:
         addresses: Sequence[str],
         queue: Path,
         source: str,
-        counter: EventCounter,
         regions: Regions,
         *,
         announce: bool,
@@ -62,7 +62,7 @@ class SentEvents:
         if len(set(self._names)) < len(self._names):
             raise ConfigError("Two addresses of --events are the same; give each once.")
         self._path, self._source = queue, without_password(source)
-        self._counter, self._regions = counter, regions
+        self._regions, self._totals = regions, Counter[str]()
         self._queue: MessageQueue | None = None
         self._deliveries: list[Delivery] = []
         self._sent, self._objects = 0, -1
@@ -77,9 +77,10 @@ class SentEvents:
             bodies = [message(event, self._source) for event in moment.events]
             self._queue.put(self._names, bodies)
             self._sent += len(bodies)
+        self._totals.update(map(home_assistant.total_of, moment.events))
         if moment.events or len(moment.tracks) != self._objects:
             self._objects = len(moment.tracks)
-            numbers = home_assistant.state(self._objects, self._counter.counts, self._regions)
+            numbers = home_assistant.state(self._objects, self._totals, self._regions)
             for receiver in self._receivers:
                 if isinstance(receiver, Mqtt):
                     receiver.set_state(numbers)

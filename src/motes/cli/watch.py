@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
@@ -77,18 +77,26 @@ class ObjectOptions:
     least: Annotated[
         float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
     ] = None
+    camera: Annotated[
+        Literal["still", "moving"] | None,
+        Parameter(
+            help="Whether the camera is still, as by default, or moves: its motion is then part of "
+            "all predictions, and the background moves along."
+        ),
+    ] = None
     own_process: Annotated[
         bool, FLAG, Parameter(help="Run the detector in a process of its own.")
     ] = False
 
     def selection(self) -> dict[str, Any]:
-        """Return the keys of the configuration that --classes and --least set."""
+        """Return the keys of the configuration that --classes, --least and --camera set."""
         keys: dict[str, Any] = {}
         if self.classes is not None:
             keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
         if self.least is not None:
             keys["least"] = self.least
-        return {"detections": keys} if keys else {}
+        moves = {} if self.camera is None else {"camera": self.camera}
+        return {"detections": keys, **moves} if keys else moves
 
     like: Annotated[
         str | None,
@@ -255,7 +263,7 @@ def watch(
     sending = None
     if sent:
         announce = outputs.home_assistant
-        sending = SentEvents(sent, queue, source, counter, where, announce=announce)
+        sending = SentEvents(sent, queue, source, where, announce=announce)
     with contextlib.ExitStack() as running:
         if objects.like is not None and objects.detector is not None:
             if objects.own_process:
@@ -282,7 +290,7 @@ def watch(
         if outputs.show:
             opened.append(show_scene(where))
         if place is not None:
-            opened.append(MetricsPage(place, film, scene, counter, sending))
+            opened.append(MetricsPage(place, film, scene, sending))
         if outputs.slit is not None:
             opened.append(Slits(outputs.slit, where, overwrite=overwrite))
         if outputs.heatmap is not None:

@@ -1,7 +1,8 @@
 // A mixture of Gaussians for each pixel: Stauffer and Grimson, CVPR 1999; Zivkovic, ICPR 2004.
 //
-// The model of a row of pixels is a plane (MODES * FIELDS, width). A mode has a weight, a variance
-// and the means of three colors; modes are sorted by weight, and one that is not used has none.
+// A mode has a weight, a variance and the means of three colors; modes are sorted by weight, and
+// one that is not used has none. The model of a row of pixels is a plane (MODES * parts, FIELDS *
+// PART): each mode of the whole row lies in one piece, as later modes are seldom read.
 #pragma once
 
 #include <algorithm>
@@ -12,22 +13,22 @@
 namespace motes::mixture {
 
 constexpr Index MODES = 5, FIELDS = 5;
-constexpr Index PART = 64;  // pixels of a row that are looked at together
+constexpr Index PART = 32;  // pixels of a row that are looked at together
 
 // How a mixture learns; see `background_models.Mixture`.
 struct Learning {
     double rate, prune, near, first, least, most;
 };
 
-// The mixture of a pixel in the model of its row.
+// The mixture of a pixel in the model of its row: its first number, and those to the next mode.
 struct Mixture {
     float* data;
-    Index width;
+    Index step;
 
     float& weight(Index mode) const { return at(mode, 0); }
     float& variance(Index mode) const { return at(mode, 1); }
     float& mean(Index mode, Index color) const { return at(mode, 2 + color); }
-    float& at(Index mode, Index field) const { return data[(mode * FIELDS + field) * width]; }
+    float& at(Index mode, Index field) const { return data[mode * step + field * PART]; }
 
     Index used() const {
         Index count = 0;
@@ -55,17 +56,17 @@ struct Mixture {
     }
 };
 
-// A mode of the pixels beside each other, from `begin` on in a row.
+// A mode of the pixels of a part of a row.
 struct Modes {
     float* __restrict weight, * __restrict variance;
     float* __restrict red, * __restrict green, * __restrict blue;
 
-    Modes(Plane<float> row, Index mode, Index begin)
-        : weight(row[mode * FIELDS] + begin),
-          variance(weight + row.columns),
-          red(variance + row.columns),
-          green(red + row.columns),
-          blue(green + row.columns) {}
+    Modes(Plane<float> row, Index mode, Index part)
+        : weight(row[mode * (row.rows / MODES) + part]),
+          variance(weight + PART),
+          red(variance + PART),
+          green(red + PART),
+          blue(green + PART) {}
 
     float distance(Index i, const std::uint8_t* r, const std::uint8_t* g,
                    const std::uint8_t* b) const {
@@ -93,7 +94,7 @@ inline void foreground(Volume<float> model, Volume<const std::uint8_t> picture, 
             std::fill_n(apart, PART, std::uint8_t(1));
             bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
-                const Modes part(model[y], mode, begin);
+                const Modes part(model[y], mode, begin / PART);
                 int more = 0;
                 for (Index i = 0; i < size; ++i) {
                     const bool asked = (sum[i] < enough) & (part.weight[i] > 0);
@@ -144,12 +145,12 @@ inline void learn(Mixture pixel, const float* color, const Learning& how) {
 
 // Learns part of a row for the pixels that are near their first mode, as `learn` does for one; most
 // are. It keeps its place as the first, so that all go through the same steps. Writes which do.
-inline void learn_first(Plane<float> row, Index begin, Index size, const std::uint8_t* r,
+inline void learn_first(Plane<float> row, Index at, Index size, const std::uint8_t* r,
                         const std::uint8_t* g, const std::uint8_t* b, const Learning& how,
                         std::uint8_t* __restrict done) {
     const auto rate = float(how.rate), prune = float(how.rate * how.prune), near = float(how.near);
     const auto least = float(how.least), most = float(how.most), keep = 1 - rate;
-    const Modes first(row, 0, begin);
+    const Modes first(row, 0, at);
     float total[PART];
     for (Index i = 0; i < size; ++i) {
         const float squared = first.distance(i, r, g, b), variance = first.variance[i];
@@ -167,7 +168,7 @@ inline void learn_first(Plane<float> row, Index begin, Index size, const std::ui
     }
     Index used = 1;  // modes that any pixel has
     for (; used < MODES; ++used) {
-        const Modes other(row, used, begin);
+        const Modes other(row, used, at);
         const auto has = [](float weight) { return weight > 0; };
         if (std::none_of(other.weight, other.weight + size, has)) break;
         for (Index i = 0; i < size; ++i) {
@@ -178,7 +179,7 @@ inline void learn_first(Plane<float> row, Index begin, Index size, const std::ui
         }
     }
     for (Index mode = 0; mode < used; ++mode) {
-        const Modes each(row, mode, begin);
+        const Modes each(row, mode, at);
         for (Index i = 0; i < size; ++i) each.weight[i] /= done[i] ? total[i] : 1;
     }
 }
@@ -192,11 +193,11 @@ inline void learn_picture(Volume<float> model, Volume<const std::uint8_t> pictur
             const std::uint8_t *r = picture[0][y] + begin, *g = picture[1][y] + begin,
                                *b = picture[2][y] + begin;
             std::uint8_t done[PART];
-            learn_first(model[y], begin, size, r, g, b, how, done);
+            learn_first(model[y], begin / PART, size, r, g, b, how, done);
             for (Index i = 0; i < size; ++i) {
                 if (done[i]) continue;
                 const float color[] = {float(r[i]), float(g[i]), float(b[i])};
-                learn({model[y].data + begin + i, width}, color, how);
+                learn({model[y][begin / PART] + i, model.rows / MODES * model.columns}, color, how);
             }
         }
 }
@@ -210,7 +211,7 @@ inline void means(Volume<float> model, double share, Volume<std::uint8_t> out) {
             float sum[PART] = {}, red[PART] = {}, green[PART] = {}, blue[PART] = {};
             bool open = true;
             for (Index mode = 0; mode < MODES && open; ++mode) {
-                const Modes part(model[y], mode, begin);
+                const Modes part(model[y], mode, begin / PART);
                 int more = 0;
                 for (Index i = 0; i < size; ++i) {
                     const float weight = sum[i] < enough ? part.weight[i] : 0;

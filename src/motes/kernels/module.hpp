@@ -107,8 +107,8 @@ inline bool add_kernels(PyObject* extension) {
            add(extension, "mixture",
                {unlocked<mixture::foreground>("foreground"),
                 unlocked<mixture::learn_picture>("learn"), unlocked<mixture::means>("means")},
-               {{"MODES", mixture::MODES}, {"FIELDS", mixture::FIELDS}}) &&
-           add(extension, "outlines", {unlocked<outlines::valleys>("valleys")}) &&
+               {{"MODES", mixture::MODES}, {"FIELDS", mixture::FIELDS}, {"PART", mixture::PART}}) &&
+           add(extension, "outlines", {brief<outlines::valleys>("valleys")}) &&
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),

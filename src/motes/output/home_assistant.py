@@ -6,20 +6,16 @@ See https://www.home-assistant.io/integrations/mqtt/#mqtt-discovery; version 202
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any, get_args
 
 import msgspec
 
 from motes import __version__
-from motes.mot.analytics.events import Kind, Regions
+from motes.mot.analytics.events import Event, Kind, Regions
 
 PREFIX = "homeassistant"
 """Where Home Assistant listens, unless it is configured otherwise."""
-
-Counts = Mapping[tuple[int, str, str, str, str], int]
-"""Number of events for each (minute, event, place, direction, class), as `EventCounter` has it."""
 
 
 def discovery(topic: str, regions: Regions) -> dict[str, str]:
@@ -70,22 +66,24 @@ def discovery(topic: str, regions: Regions) -> dict[str, str]:
     return {f"{PREFIX}/device/{own}/config": msgspec.json.encode(message).decode()}
 
 
-def state(objects: int, counts: Counts, regions: Regions) -> str:
+def total_of(event: Event) -> str:
+    """Return the name of the total that an event adds to, if it is one of a line or zone."""
+    return f"{event.place} {event.direction or event.event}"
+
+
+def state(objects: int, totals: Mapping[str, int], regions: Regions) -> str:
     """Return the numbers of the sensors as JSON.
 
     Parameters
     ----------
     objects
         The number of objects in the picture.
-    counts
-        The events of the whole run.
+    totals
+        The events of the whole run so far, by `total_of`.
     regions
         The lines and zones that are counted.
     """
-    totals = Counter[str]()
-    for (_, event, place, direction, _), count in counts.items():
-        totals[f"{place} {direction or event}"] += count
-    numbers = {_key(name): totals[name] for name in _totals(regions)}
+    numbers = {_key(name): totals.get(name, 0) for name in _totals(regions)}
     return msgspec.json.encode({"objects": objects, **numbers}).decode()
 
 

@@ -56,6 +56,9 @@ class Server(ThreadingHTTPServer):
             ) from error
         threading.Thread(target=self.serve_forever, args=(0.05,), daemon=True).start()
 
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Drop a request that fails; the run goes on."""
+
     @property
     def address(self) -> str:
         """The address of its first page."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from motes.evaluation.papers.result import Experiment, Result, over
 from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
-from motes.mot.detection.global_motion import GlobalMotion
+from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.images import opencv
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector
 from motes.mot.scene import Scene
@@ -104,30 +104,27 @@ def rows_in(view: View, rows: Rows) -> Rows:
     middle = rows.boxes[:, :2] - 1 + (rows.boxes[:, 2:] - 1) / 2  # pixels count from 1 there
     moved = (matrices[:, :2, :2] @ middle[:, :, None])[:, :, 0] + matrices[:, :2, 2]
     sizes = rows.boxes[:, 2:] * np.sqrt(np.linalg.det(matrices[:, :2, :2]))[:, None]
-    inside = ((moved >= 0) & (moved < (view.width, view.height))).all(axis=1)
+    inside = np.all((moved >= 0) & (moved < (view.width, view.height)), axis=1)
     boxes = np.concatenate([moved - (sizes - 1) / 2 + 1, sizes], axis=1)
     return replace(rows, boxes=boxes).where(inside)
 
 
-def motion_errors(view: View, pictures: Iterable[Frame], model: str) -> Floats:
-    """Return how far a motion model is off, (frames - 1,): the mean over a grid, in pixels.
+def motions(frames: Iterable[Frame], model: Model) -> list[Floats]:
+    """Return the motions between frames, as `GlobalMotion` finds them; identity where unclear."""
+    estimator = GlobalMotion(model)
+    found = [estimator.update(frame.pixels) for frame in frames]
+    return [np.eye(3) if each is None else each for each in found[1:]]
 
-    The model is that of `GlobalMotion`, or `none`: the camera is taken for still. A motion that is
-    not clear is taken for none.
-    """
-    estimator = None if model == "none" else GlobalMotion(model)  # type: ignore[arg-type]
+
+def motion_errors(view: View, found: Sequence[Floats]) -> Floats:
+    """Return how far motions (3, 3) are off, (frames - 1,): the mean over a grid, in pixels."""
     x, y = np.meshgrid(np.linspace(0, view.width, GRID), np.linspace(0, view.height, GRID))
     grid = np.stack([x.ravel(), y.ravel(), np.ones(GRID**2)])
-    errors = []
-    for frame in pictures:
-        found = None if estimator is None else estimator.update(frame.pixels)
-        if frame.index:
-            now, before = view.places[frame.index], view.places[frame.index - 1]
-            true = now @ np.linalg.inv(before) @ grid
-            taken = (np.eye(3) if found is None else found) @ grid
-            off = taken[:2] / taken[2] - true[:2] / true[2]
-            errors.append(float(np.hypot(*off).mean()))
-    return np.array(errors)
+    true = view.places[1:] @ np.linalg.inv(view.places[:-1]) @ grid
+    taken = np.stack(found) @ grid
+    off = taken[:, :2] / taken[:, 2:] - true[:, :2] / true[:, 2:]
+    errors: Floats = np.hypot(off[:, 0], off[:, 1]).mean(axis=1)
+    return errors
 
 
 def followed(
@@ -180,18 +177,19 @@ def moving_camera(
         If a frame cannot be read.
     """
     tables: dict[str, Table] = {}
-    models = {"none": "nothing", "similarity": "similarity", "homography": "homography"}
-    errors: dict[str, list[Floats]] = {model: [] for model in models}
+    errors: dict[str, list[Floats]] = {}
     rows: list[Row] = []
     for sequence in sequences:
-        for model in models:
-            view, frames = _view(sequence, moves=True)
-            errors[model].append(motion_errors(view, frames, model))
-        tables["motion"] = _motions({models[name]: errors[name] for name in models})
+        still = [np.eye(3)] * (sequence.frames - 1)
+        for name, model in (("nothing", None), *((each, each) for each in get_args(Model))):
+            view, frames = view_frames(sequence, moves=True)
+            found = still if model is None else motions(frames, model)
+            errors.setdefault(name, []).append(motion_errors(view, found))
+        tables["motion"] = _motions(errors)
         for arm in _arms(sequence):
             counts = []
             for seed in range(seeds):
-                view, frames = _view(sequence, moves=arm.moves)
+                view, frames = view_frames(sequence, moves=arm.moves)
                 detector = arm.detector(view)
                 truth = rows_in(view, sequence.truth)
                 counts.append(followed(sequence, truth, frames, detector, config, seed))
@@ -216,7 +214,7 @@ def moving_camera(
             yield Result(dict(tables), progress=f"{film.name}, {name}")
 
 
-def _view(sequence: MotSequence, *, moves: bool) -> tuple[View, Iterator[Frame]]:
+def view_frames(sequence: MotSequence, *, moves: bool) -> tuple[View, Iterator[Frame]]:
     """Return a view of a sequence, and its frames."""
     with open_source(sequence.source) as source:
         view = view_of(source.width, source.height, sequence.frames, sequence.rate, moves=moves)

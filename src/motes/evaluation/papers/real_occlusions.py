@@ -183,30 +183,35 @@ def real_occlusions(
                 rows = evaluated_rows(sequence.truth, outcome.trace.rows, sequence.distractors)
                 counts[outcome] = count(occlusions[sequence.name], identities(*rows))
         problems = tuple(report_sections.problems(done.problems, done.outcomes))
-        yield Result({"": _table(occlusions, counts)}, None, problems, done.progress)
+        table = _table(occlusions, [each.name for each in trackers], counts)
+        yield Result({"": table}, None, problems, done.progress)
 
 
-def _table(occlusions: dict[str, list[Occlusion]], counts: dict[MotOutcome, Counts]) -> Table:
-    """Return the counts by sequence and tracker, and those of all sequences."""
-    runs: dict[tuple[str, str], dict[int, Counts]] = {}
+def _table(
+    occlusions: dict[str, list[Occlusion]],
+    trackers: Sequence[str],
+    counts: dict[MotOutcome, Counts],
+) -> Table:
+    """Return the counts by sequence and tracker, and those of the sequences together."""
+    rows, foot = list[Row](), list[Row]()
+    by_run: dict[tuple[str, str], dict[int, Floats]] = {}
     for outcome, each in counts.items():
         item = outcome.item
-        runs.setdefault((item.sequence, item.tracker), {})[item.seed] = each
-    rows = [
-        _row(sequence, tracker, len(occlusions[sequence]), np.array([*by_seed.values()]))
-        for (sequence, tracker), by_seed in runs.items()
-    ]
-    foot = []
-    for tracker in dict.fromkeys(tracker for _, tracker in runs):
-        finished = {name: by_seed for (name, who), by_seed in runs.items() if who == tracker}
-        seeds = set.intersection(*map(set, finished.values()))
-        sums = np.array([sum(np.array(each[seed]) for each in finished.values()) for seed in seeds])
-        many = sum(len(occlusions[name]) for name in finished)
-        foot.append(_row("all", tracker, many, sums))
+        by_run.setdefault((item.sequence, item.tracker), {})[item.seed] = np.array(each)
+    for sequence, found in occlusions.items():
+        for tracker in trackers:
+            if runs := by_run.get((sequence, tracker)):
+                rows.append(_row(sequence, tracker, len(found), list(runs.values())))
+    for tracker in trackers:
+        ended = {name: runs for (name, who), runs in by_run.items() if who == tracker}
+        seeds = set[int]().union(*ended.values()).intersection(*ended.values())
+        sums = [sum((runs[seed] for runs in ended.values()), np.zeros(4)) for seed in seeds]
+        if sums:
+            foot.append(_row("all", tracker, sum(len(occlusions[name]) for name in ended), sums))
     return Table("Identities kept through occlusions on film", HEAD, rows, tuple(foot), NOTE)
 
 
-def _row(sequence: str, tracker: str, many: int, counts: Floats) -> Row:
-    """Return a row; counts are (runs, 4)."""
-    means = (number(over(column), 1) for column in counts.T)
+def _row(sequence: str, tracker: str, many: int, counts: Sequence[Floats]) -> Row:
+    """Return a row; counts are those of the runs, (4,) each."""
+    means = (number(over(column), 1) for column in zip(*counts, strict=True))
     return (Cell(sequence), Cell(tracker), number(len(counts), 0), number(many, 0), *means)

@@ -60,9 +60,10 @@ class Mixture:
 
     def begin(self, planes: Planes) -> None:
         """Start a new model."""
-        _, height, width = planes.shape
-        fields = kernels.mixture.MODES * kernels.mixture.FIELDS
-        self._model = np.zeros((height, fields, width), np.float32)
+        sizes, (_, height, width) = kernels.mixture, planes.shape
+        parts = -(-width // sizes.PART)
+        shape = height, sizes.MODES * parts, sizes.FIELDS * sizes.PART
+        self._model, self._shape = np.zeros(shape, np.float32), planes.shape
         for number in range(1, FIRST + 1):
             self.learn(planes, 1 / (2 * number))
 
@@ -79,7 +80,7 @@ class Mixture:
 
     def picture(self) -> Planes:
         """Return the mean colors of the background."""
-        out = np.empty((3, self._model.shape[0], self._model.shape[2]), np.uint8)
+        out = np.empty(self._shape, np.uint8)
         kernels.mixture.means(self._model, SHARE, out)
         return out
 

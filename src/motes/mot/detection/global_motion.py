@@ -22,8 +22,11 @@ CORNERS = 400
 """Number of corners that are followed."""
 FEWEST = 12
 """Least number of corners that agree; a homography has 8 unknowns, so 4 corners always do."""
-OFF = 2.0
-"""Largest distance of a corner that agrees, in pixels."""
+OFF: dict[Model, float] = {"homography": 2.0, "similarity": 1.0}
+"""Largest distance of a corner that agrees, in pixels.
+
+Of a flat ground half a pixel would be more exact; where there is depth, two leave less misfit.
+"""
 
 
 def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
@@ -37,10 +40,10 @@ def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
     if seen.sum() < FEWEST:
         return None
     if model == "homography":
-        matrix, agrees = cv2.findHomography(corners[seen], moved[seen], cv2.RANSAC, OFF)
+        matrix, agrees = cv2.findHomography(corners[seen], moved[seen], cv2.RANSAC, OFF[model])
     else:
         matrix, agrees = cv2.estimateAffinePartial2D(
-            corners[seen], moved[seen], method=cv2.RANSAC, ransacReprojThreshold=OFF
+            corners[seen], moved[seen], method=cv2.RANSAC, ransacReprojThreshold=OFF[model]
         )
     if matrix is None or agrees.sum() < FEWEST:
         return None
