@@ -14,6 +14,7 @@ from motes.evaluation.synthetic.clips import crowd
 
 Go = Callable[[str], tuple[int, list[str]]]
 FRAMES = 8
+BOTH = "a,0,40,30,20,30\nb,0,40,30,20,30\n"
 
 
 @pytest.fixture
@@ -44,13 +45,16 @@ def test_each_film_has_its_rows(go: Go) -> None:
     keys("a,0,40,30,20,30\nb,2,40,30,20,30\nb,5,absent\nb,6,50,30,20,30\n")
     code, said = go("track a b --keyframes all.csv --preset mean_shift -o out")
     assert code == 0
-    assert said[0].startswith("motes: 8 frames, 1 keyframe")
-    assert said[-1] == "motes: 2 films: 2 done, 0 failed; the rows are in out."
-    assert {path.name for path in Path("out").iterdir()} >= {"a.csv", "b.csv"}
-    for name in ("a", "b"):  # as each film has them alone
-        assert go(f"track {name} --keyframes all.csv --preset mean_shift -o {name}.csv")[0] == 0
-        assert Path(f"out/{name}.csv").read_text() == Path(f"{name}.csv").read_text()
-    assert [row["status"] for row in rows("b.csv")][5] == "absent"
+    assert said[0].startswith("motes: a: 8 frames, 1 keyframe, tracking in 8")
+    assert said[-1] == "motes: 2 films, 2 done, 0 failed, 16 frames; wrote 2 files in out."
+    names = ["a.csv", "a.csv.corrections.json", "b.csv", "b.csv.corrections.json"]
+    assert sorted(path.name for path in Path("out").iterdir()) == names
+    assert go("track a --keyframes all.csv --preset mean_shift -o one.csv")[0] == 0
+    assert Path("out/a.csv").read_text() == Path("one.csv").read_text()
+    found = rows("out/b.csv")
+    statuses = [row["status"] for row in found]
+    assert statuses[:4] + statuses[5:] == ["tracking"] * 4 + ["absent"] + ["tracking"] * 2
+    assert (found[6]["x"], found[6]["a"]) == ("59.500", "10.000")  # as it was marked
 
 
 def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
@@ -61,38 +65,25 @@ def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
     )
     assert code == 6
     assert "broken.mp4 failed: " in said[0]
-    assert said[-1] == "motes: 2 films: 1 done, 1 failed; the rows are in out."
+    assert said[-1] == "motes: 2 films, 1 done, 1 failed, 8 frames; wrote 1 file in out."
     assert len(Path("out/a.txt").read_text().splitlines()) == FRAMES
 
 
 @pytest.mark.parametrize(
     ("line", "text", "message"),
     [
-        ("a b -o out", "a,0,40,30,20,30\n", "all.csv has keyframes of a, none of b; name it"),
+        ("a b -o out", "a,0,40,30,20,30\n", "no keyframe of b; add a row b,0,x,y,w,h"),
+        ("a b -o out", "0,40,30,20,30\n", "a row names no film; begin each row"),
+        ("a b -o out", f"{BOTH}c,0,1,1,9,9\n", "c is none of the films"),
         ("a a -o out", "a,0,40,30,20,30\n", "a is given twice"),
-        (
-            "a b -o out",
-            "b,0,40,30,20,30\na,99,40,30,20,30\n",
-            "keyframe 99 is outside of a, of which the frames 0",
-        ),
-        ("a b -o out", "b,0,40,30,20,30\na,0,400,30,20,30\n", "Keyframe 0 of a: .* center outside"),
-        (
-            "a b -o out",
-            "b,0,40,30,20,30\na,0,40,30,20,30\na,0,41,30,20,30\n",
-            "frame 0 contradict each other",
-        ),
-        (
-            "a b",
-            "a,0,40,30,20,30\nb,0,40,30,20,30\n",
-            "Several videos need a folder for their rows",
-        ),
-        (
-            "a b -o out --overlay o.mp4",
-            "a,0,40,30,20,30\nb,0,40,30,20,30\n",
-            "--overlay is for one",
-        ),
-        ("a b -o out --init 1,2,9,9", "a,0,40,30,20,30\n", "Several videos take --keyframes alone"),
-        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "Two films have the name a"),
+        ("a b -o out", f"{BOTH}a,99,40,30,20,30\n", "keyframe 99 is outside of a, .* frames 0"),
+        ("a b -o out", "a,0,400,30,20,30\nb,0,40,30,20,30\n", "Keyframe 0 of a: .* outside"),
+        ("a b -o out", f"{BOTH}a,0,41,30,20,30\n", "frame 0 contradict each other"),
+        ("a b", BOTH, "Several films need a folder for their rows"),
+        ("a b -o out --overlay o.mp4", BOTH, "--overlay is for one film"),
+        ("a b -o out --init 1,2,9,9", BOTH, "targets of several films are in the file"),
+        ("a b -o out --at 3=1,2,9,9", BOTH, "targets of several films are in the file"),
+        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "a is a and ./b/../a; name one"),
     ],
 )
 def test_wrong_input_is_one_line_before_anything_is_computed(

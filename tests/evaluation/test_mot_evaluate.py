@@ -9,17 +9,26 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from arena import at_home
 from crowds import rows, write_crowd
+from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
-from motes.evaluation.adapters.mot import DetectorAdapter, FoundObject, SequenceInfo
+from motes.evaluation.adapters.mot import (
+    AssociationAdapter,
+    DetectorAdapter,
+    FoundObject,
+    SequenceInfo,
+    import_peers,
+)
 from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
@@ -199,6 +208,41 @@ def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", None)
     with pytest.raises(MissingDependencyError, match=r"motes\[peers\]"):
         mot_tracker_spec("trackers:sort")
+
+
+def test_an_older_package_does_not_have_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(SORTTracker=object))
+    monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace())
+    with pytest.raises(MissingDependencyError, match="newer versions of the package trackers"):
+        import_peers("trackers:botsort")
+
+
+def test_peers_that_measure_the_camera_get_frames_in_bgr(
+    crowd: MotSequence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    class Seeing:
+        def __init__(self, frame_rate: float) -> None:
+            pass
+
+        def reset(self) -> None:
+            pass
+
+        def update(self, given: SimpleNamespace, picture: NDArray[np.uint8]) -> SimpleNamespace:
+            seen.append(picture)
+            ids = np.zeros(len(given.xyxy), np.int64)
+            return SimpleNamespace(xyxy=given.xyxy, confidence=given.confidence, tracker_id=ids)
+
+    monkeypatch.setitem(sys.modules, "trackers", SimpleNamespace(BoTSORTTracker=Seeing))
+    monkeypatch.setitem(sys.modules, "supervision", SimpleNamespace(Detections=SimpleNamespace))
+    adapter = AssociationAdapter("trackers:botsort")
+    adapter.start(SequenceInfo("film", 1, 25.0, 64, 48))
+    pixels = np.zeros((48, 64, 3), np.uint8)
+    pixels[..., 0] = 200
+    answer = adapter.update(Frame(0, 0.0, pixels), [Detection(Box(5, 6, 20, 30), 0.5)])
+    assert answer.found == [FoundObject(1, Box(5, 6, 20, 30), 0.5)]
+    assert seen[0][0, 0].tolist() == [0, 0, 200]
 
 
 def test_a_detector_of_ones_own(crowd: MotSequence) -> None:

@@ -130,4 +130,4 @@ def test_how_sure_detections_are_is_judged_by_all_of_a_large_frame() -> None:
     scored = [Detection(Box(*box), -i) for i, box in enumerate(grid(count).tolist())]
     _, hits = births.with_scores(scored).update(0.0, scored, 0.2, Initiation())
     doubtful = [each is None for each in hits]
-    assert doubtful == [i >= 0.75 * count for i in range(count)]
+    assert doubtful == [i >= 0.9 * count for i in range(count)]

@@ -138,7 +138,7 @@ def test_identities_are_never_used_twice() -> None:
 def test_what_flickers_is_not_born() -> None:
     stage = Stage()
     for i in range(30):
-        assert stage.show([walker(0)] if i % 3 else [None]) == []
+        assert stage.show([walker(0)] if i % 2 else [None]) == []
     assert stage.scene.created == 0
 
 
@@ -164,10 +164,10 @@ def test_detections_that_make_no_object_say_why() -> None:
 
 def test_doubtful_detections_begin_nothing() -> None:
     stage = Stage()
-    for i in range(20):
+    for i in range(40):
         stage.index += 1
         stage.found = [Detection(walker(i), 9.0)]
-        if i >= 15:
+        if i >= 37:
             stage.found.append(Detection(Box(150, 70, 20, 20), 1.0))
         stage.scene.update(Frame(stage.index, stage.index / 25, GROUND))
     assert [each.outcome for each in stage.scene.detection_log] == [

@@ -113,7 +113,6 @@ def check(
 
 def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.correct_run import Work
     from motes.cli.progress import Progress
     from motes.core.track import Status
     from motes.correction.passes import run_pass
@@ -124,7 +123,7 @@ def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list
     part = table.tracks[first : last + 1]
     if part[-1].frame - part[0].frame + 1 != len(part):
         raise FormatError("Frames between these rows are missing; make rows of every frame.")
-    with Progress(Work(len(part))) as progress:
+    with Progress(len(part)) as progress:
 
         def counted() -> Iterator[object]:
             for frame in film.backward(part[-1].frame, part[0].frame):

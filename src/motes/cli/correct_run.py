@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from contextlib import nullcontext
 
 from motes.cli.progress import Progress
 from motes.core.frame import Frame
@@ -14,13 +13,6 @@ from motes.correction.correct import correct_stretch, partial, tracks_of
 from motes.correction.join import Stretch
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
-
-
-@dataclass(frozen=True, slots=True)
-class Work:
-    """The number of frames that both passes read, for the progress bar."""
-
-    frame_count: int
 
 
 class _Counted:
@@ -43,11 +35,6 @@ class _Counted:
             self._count()
 
 
-def work_of(parts: Sequence[Stretch]) -> int:
-    """Return the number of frames that the passes over stretches read."""
-    return sum((each.last - each.first + 1) * len(each.keys) for each in parts)
-
-
 def run_stretches(
     film: Film,
     parts: Sequence[Stretch],
@@ -56,22 +43,36 @@ def run_stretches(
     done: Callable[[Stretch, list[Track]], None],
     *,
     quiet: bool = False,
-    progress: AbstractContextManager[Progress] | None = None,
+    bar: Progress | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
 
-    Several films share a bar that is given as `progress`; otherwise there is a new one.
+    Parameters
+    ----------
+    film
+        The film.
+    parts
+        The stretches.
+    config, seed
+        The tracker.
+    done
+        Takes a stretch and its tracks.
+    quiet
+        Whether there is no progress bar.
+    bar
+        A bar that is shown already; by default one for these stretches.
 
     Returns
     -------
     The number of stretches that are done, and the interrupt that ended the run, or None.
     """
+    count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
-        with progress or Progress(Work(work_of(parts)), quiet=quiet) as bar:
+        with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
-                counted = _Counted(film, lambda state=state: bar.count(state))  # type: ignore[misc]
+                counted = _Counted(film, lambda state=state: progress.count(state))  # type: ignore[misc]
                 so_far.clear()
                 joined = correct_stretch(counted, each, config, seed, so_far)
                 with deferred():

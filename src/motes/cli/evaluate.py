@@ -40,7 +40,8 @@ Trackers:
                                 init(image, box) and update(image)
   "trax:COMMAND ARGUMENTS"      a program that speaks TraX
 Trackers of many objects:
-  trackers:sort, trackers:bytetrack
+  trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort,
+  trackers:cbiou, trackers:mcbyte
   module:factory                a Python callable; it returns an object with
                                 update(frame, detections)
   results=FOLDER                existing results: SEQUENCE.txt

@@ -36,7 +36,7 @@ File = Annotated[
     Parameter(
         group=KEYFRAMES,
         help="File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or "
-        "FIRST:LAST,absent.",
+        "FIRST:LAST,absent. With several films, a row begins with the name of its film.",
     ),
 ]
 
@@ -66,10 +66,11 @@ class KeyframeOptions:
     @property
     def given(self) -> bool:
         """Whether any of these options is used."""
-        return self.keyframes is not None or self.others()
+        return self.keyframes is not None or self.in_one_film
 
-    def others(self) -> bool:
-        """Return whether any of these options but --keyframes is used."""
+    @property
+    def in_one_film(self) -> bool:
+        """Whether an option names frames without their film."""
         return any((self.at, self.absent, self.from_ is not None, self.backward))
 
     def marks(self, source: str) -> Marks:

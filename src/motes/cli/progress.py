@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from motes.cli.messages import counted
 from motes.core.track import Status
@@ -18,27 +18,18 @@ EVENTS = 6
 """Most losses and recoveries that are listed."""
 
 
-class Counted(Protocol):
-    """What a bar is about; a `Source` is one."""
-
-    @property
-    def frame_count(self) -> int | None:
-        """The number of frames, None if it is not known."""
-        ...
-
-
 class Progress:
     """A progress bar on standard error; without a terminal it shows nothing.
 
     Parameters
     ----------
-    source
-        What it is about.
+    count
+        The number of frames; None if unknown.
     quiet
         Whether nothing is shown on a terminal either.
     """
 
-    def __init__(self, source: Counted, *, quiet: bool = False) -> None:
+    def __init__(self, count: int | None, *, quiet: bool = False) -> None:
         self._bar: Any = None
         if quiet or not sys.stderr.isatty():
             return
@@ -57,7 +48,6 @@ class Progress:
             transient=True,
             expand=True,
         )
-        count = source.frame_count
         self._task = self._bar.add_task(
             "", total=count, of="?" if count is None else count, rate=0.0, state=""
         )

@@ -17,7 +17,6 @@ from motes.cli.input_checks import (
     check_label,
     check_not_source,
     default_output,
-    is_pattern_of_films,
     point_out_leftovers,
     stem_of,
 )
@@ -136,32 +135,25 @@ def track(
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
-    if len(sources) > 1 or is_pattern_of_films(sources[0]):
-        if keys.keyframes is None:
-            others = " ".join(sources[1:]) or sources[0]
+    if keys.given:
+        single = (outputs.figures, outputs.masks, outputs.show, outputs.resume, fps_target)
+        if frames.stride != 1 or any(single) or units.units() is not None:
             raise ConfigError(
-                f"No option takes {others}; numbers of one option need commas, and several videos "
-                f"--keyframes."
+                "--stride, --scale, --ground, --figures, --masks, --show, --resume and "
+                "--fps-target are not for keyframes; omit them."
             )
-        if target.given() or keys.others() or outputs.figures or outputs.resume or fps_target:
-            raise ConfigError("Several videos take --keyframes alone, and no --figures, --resume.")
-        from motes.cli.track_films import films_of, track_films
-
         check_keyframe_error(outputs.keyframe_error)
-        return track_films(films_of(sources), keys, frames, outputs, config, values.seed)
+        return _track_keyframes(sources, keys, target, frames, outputs, config, values.seed)
+    if len(sources) > 1:
+        others = " ".join(sources[1:])
+        raise ConfigError(
+            f"No option takes {others}; numbers of one option need commas, and several videos "
+            f"--keyframes."
+        )
     (source,) = sources
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
-    if keys.given:
-        single = (outputs.figures, outputs.masks, outputs.resume, fps_target)
-        if frames.stride != 1 or any(single):
-            raise ConfigError(
-                "--stride, --figures, --masks, --resume and --fps-target are not for keyframes; "
-                "omit them."
-            )
-        region = target.region()
-        return _track_keyframes(source, keys, region, frames, outputs, config, values.seed)
     begin = target.begin(known)
     single = (outputs.figures, outputs.masks, outputs.resume, fps_target)
     if len(boxes) > 1 and any(single):
@@ -172,8 +164,8 @@ def track(
     if plane is not None and len(boxes) > 1:
         raise ConfigError("--scale, --ground and --lens are for one --init; omit them.")
     output = outputs.output
-    others = (outputs.overlay, outputs.figures, outputs.masks)
-    if output is None and not any(others):
+    besides = (outputs.overlay, outputs.figures, outputs.masks, outputs.show)
+    if output is None and not any(besides):
         output = default_output(source)
     if outputs.masks is None or outputs.masks.suffix != ".json":
         check_label(outputs.label, output, outputs.format)
@@ -200,17 +192,29 @@ def track(
 
 
 def _track_keyframes(
-    source: str,
+    sources: Sequence[str],
     keys: KeyframeOptions,
-    region: Sequence[float] | None,
+    target: TargetOptions,
     frames: FrameOptions,
     outputs: TrackOutputs,
     config: TrackerConfig,
     seed: int,
 ) -> int:
-    """Track an object between keyframes, or backward."""
+    """Track an object between keyframes, or backward; or one in each of several films."""
+    from motes.cli.track_films import films_of, marks_of_films, track_films
     from motes.cli.track_keyframes import open_film, track_keyframes
 
+    films = films_of(sources)
+    region = target.region()
+    if len(films) > 1:
+        if keys.keyframes is None or keys.in_one_film or region is not None:
+            raise ConfigError(
+                "The targets of several films are in the file of --keyframes; omit other targets."
+            )
+        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
+        each = marks_of_films(films, keys.keyframes)
+        return track_films(each, frames, outputs, config, seed)
+    (source,) = films
     marks = keys.marks(source)
     if region is None and not any(mark for _, mark in marks):
         raise ConfigError(
@@ -220,7 +224,6 @@ def _track_keyframes(
     if output is None and outputs.overlay is None:
         output = default_output(source)
     check_label(outputs.label, output, outputs.format)
-    check_keyframe_error(outputs.keyframe_error)
     where = Path(output) if output else None
     check_not_source(source, where, outputs.overlay)
     point_out_leftovers(where, outputs.overlay)
@@ -238,6 +241,7 @@ def _track_several(
     seed: int,
 ) -> int:
     """Track the objects in several boxes of the first frame."""
+    from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
     from motes.cli.watch_outputs import Overlay, objects_output
     from motes.mot.analytics.events import Regions
@@ -249,6 +253,8 @@ def _track_several(
         if outputs.overlay is not None:
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
+        if outputs.show:
+            opened.append(show_scene(Regions()))
         if output is not None:
             opened.append(
                 objects_output(
@@ -302,6 +308,10 @@ def _track_one(
             opened.append(masks_output(outputs.masks, film, outputs.label, overwrite=anew))
         if names or units is not None:
             steps = measured(units or PIXELS, steps)
+        if outputs.show:
+            from motes.cli.show import show_track
+
+            opened.append(show_track())
         if output is not None and rows:
             opened.append(
                 Rows(

@@ -6,7 +6,7 @@ import contextlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,9 +15,11 @@ from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.keyframe_options import KeyframeOptions, Marks
 from motes.cli.messages import counted
+from motes.cli.options import OutputOptions
+from motes.cli.progress import Progress
 from motes.cli.track_loop import Step
 from motes.cli.track_outputs import AsObjects, Output, Overlay, Rows
-from motes.cli.watch_outputs import format_of, objects_output, row_form
+from motes.cli.watch_outputs import format_of, objects_output
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -30,12 +32,6 @@ from motes.correction.keyframes import check_keyframes, keyframes
 from motes.output.track_rows import CORRECTED, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
-
-if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
-    from motes.cli.options import OutputOptions
-    from motes.cli.progress import Progress
 
 
 class Hindsight(NamedTuple):
@@ -58,7 +54,6 @@ def track_keyframes(
     seed: int,
     output: str | None,
     outputs: OutputOptions,
-    progress: AbstractContextManager[Progress] | None = None,
 ) -> int:
     """Track a target between keyframes, and write its rows.
 
@@ -76,33 +71,79 @@ def track_keyframes(
         The tracker.
     output, outputs
         Where the results go.
-    progress
-        The bar of several films; by default this film has one.
     """
     if region is not None:
         marks = [(_frame_of_init(film, options), region), *marks]
     keys = keyframes(marks)
     check_keyframes(keys, film.name, film.frames, film.width, film.height)
-    history, path = History.begin(film, config, seed, [*keys.items()]), None
     opened: list[Output] = []
     if outputs.overlay is not None:
         opened.append(Overlay(outputs.overlay, film, 1, overwrite=outputs.overwrite))
     if output is not None:
-        form = format_of(output, outputs.format)
-        rows = row_form(form)
-        if rows:
-            opened.append(Rows(output, rows, overwrite=outputs.overwrite, columns=CORRECTED))
-        else:
-            inner = objects_output(
-                output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
-                keyframe_error=outputs.keyframe_error,
-            )  # fmt: skip
-            opened.append(AsObjects(inner))
-        if rows and output != "-":
-            path = history_path(Path(output))
-            check_writable(path, outputs.overwrite)
+        opened.append(rows_output(output, film, outputs))
+    path = None if output is None else history_of(output, outputs)
+    history = History.begin(film, config, seed, [*keys.items()])
+    pictures = outputs.overlay is not None
+    run = write_stretches(film, history, opened, pictures=pictures, quiet=output == "-")
+    if path is not None and run.states:
+        history.unfinished_with(run.left).save(path)
+    if run.states or run.interrupted is None:
+        summarize([str(run)], film, opened, run.interrupted)
+    return interrupts.code(run.interrupted) if run.interrupted else DONE
 
-    parts, written = stretches(film.frames, keys), Counter[Status]()
+
+class Run(NamedTuple):
+    """A run over a film.
+
+    Attributes
+    ----------
+    keys
+        Number of keyframes.
+    states
+        Number of frames of each status.
+    left
+        The stretches that are not finished.
+    interrupted
+        The interrupt that ended the run, or None.
+    """
+
+    keys: int
+    states: Counter[Status]
+    left: list[tuple[int, int]]
+    interrupted: KeyboardInterrupt | None
+
+    def __str__(self) -> str:
+        counts = [f"{status} in {number}" for status, number in self.states.most_common()]
+        return ", ".join(
+            [counted(self.states.total(), "frame"), counted(self.keys, "keyframe"), *counts]
+        )
+
+
+def write_stretches(
+    film: Film,
+    history: History,
+    opened: Sequence[Output],
+    *,
+    pictures: bool = False,
+    quiet: bool = False,
+    bar: Progress | None = None,
+) -> Run:
+    """Track a target between its keyframes, and write its frames in order.
+
+    Parameters
+    ----------
+    film
+        The film.
+    history
+        The keyframes and the tracker.
+    opened
+        The outputs; they are closed at the end.
+    pictures
+        Whether an output needs the pixels of the frames.
+    quiet, bar
+        As in `run_stretches`.
+    """
+    parts, states = stretches(film.frames, history.keys), Counter[Status]()
     following = film.frames.start
     with contextlib.ExitStack() as stack:
         for each in opened:
@@ -111,23 +152,45 @@ def track_keyframes(
         def write(stretch: Stretch, tracks: list[Track]) -> None:
             nonlocal following
             new = [track for track in tracks if track.frame >= following]
-            for step in _steps(film, new, pictures=outputs.overlay is not None):
+            for step in _steps(film, new, pictures=pictures):
                 for each in opened:
                     each.write(step)
-                written[step.status] += 1
+                states[step.status] += 1
             following = stretch.last + 1
 
         done, interrupted = run_stretches(
-            film, parts, config, seed, write, quiet=output == "-", progress=progress
+            film, parts, history.tracker, history.seed, write, quiet=quiet, bar=bar
         )
     left = [(part.first, part.last) for part in parts[done:]]
-    if path is not None and written:
-        history.unfinished_with(left).save(path)
-    parts_of_line = [counted(sum(written.values()), "frame"), counted(len(keys), "keyframe")]
-    parts_of_line += [f"{status} in {number}" for status, number in written.most_common()]
-    if written or interrupted is None:
-        summarize([", ".join(parts_of_line)], film, opened, interrupted)
-    return interrupts.code(interrupted) if interrupted else DONE
+    return Run(len(history.keys), states, left, interrupted)
+
+
+def rows_output(output: str, film: Film, outputs: OutputOptions) -> Output:
+    """Return the output of rows or of another format."""
+    form = format_of(output, outputs.format)
+    if form == "csv" or form == "jsonl":
+        return Rows(output, form, overwrite=outputs.overwrite, columns=CORRECTED)
+    return AsObjects(
+        objects_output(
+            output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
+            keyframe_error=outputs.keyframe_error,
+        )
+    )  # fmt: skip
+
+
+def history_of(output: str, outputs: OutputOptions) -> Path | None:
+    """Return the path of the history of rows in a file; None for other outputs.
+
+    Raises
+    ------
+    FormatError
+        If it exists and must not be overwritten.
+    """
+    if output == "-" or format_of(output, outputs.format) not in ("csv", "jsonl"):
+        return None
+    path = history_path(Path(output))
+    check_writable(path, outputs.overwrite)
+    return path
 
 
 def _frame_of_init(film: Film, options: KeyframeOptions) -> int:

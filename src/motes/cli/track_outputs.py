@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +14,7 @@ from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.output.journal import FrameRow, ObjectRow
-from motes.output.overlay import draw
+from motes.output.painters import TrackPainter
 from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.writer import VideoWriter
@@ -23,10 +22,6 @@ from motes.video.writer import VideoWriter
 if TYPE_CHECKING:
     from motes.video.film import Film
     from motes.video.sources import Source
-
-TRAIL = 50
-"""Frames of the trail in the overlay."""
-NOWHERE = (float("nan"), float("nan"))
 
 
 class Output(Protocol):
@@ -119,22 +114,12 @@ class Overlay:
     def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
-        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
+        self._painter = TrackPainter()
         self._start: float | None = None
 
     def write(self, step: Step) -> None:
         """Add a picture."""
-        pixels = step.frame.pixels
-        if step.info is not None:
-            track = step.info.track
-            self._trail.append(track.ellipse[:2] if step.status is Status.TRACKING else NOWHERE)
-            pixels = draw(
-                pixels,
-                track,
-                particles=step.info.ellipses,
-                weights=step.info.weights,
-                trail=self._trail,
-            )
+        pixels = self._painter.painted(step.frame, step.info)()
         if self._start is None:
             self._start = step.frame.time
         self._writer.write(pixels, step.frame.time - self._start)

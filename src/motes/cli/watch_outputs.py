@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +30,7 @@ from motes.output.journal import (
     journal_of,
     object_rows,
 )
-from motes.output.scene_overlay import Point, draw_scene
+from motes.output.painters import ScenePainter
 from motes.output.track_rows import Form as RowForm
 from motes.output.track_rows import check_not_deleted, check_writable
 from motes.video.writer import VideoWriter
@@ -44,8 +43,6 @@ STREAMED = ("csv", "jsonl", "mot")
 """Formats that grow row by row; all others are made at the end."""
 LABEL = "object"
 """Default class of the objects."""
-TRAIL = 50
-"""Frames of the trails in the overlay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -357,27 +354,12 @@ class Overlay:
     ) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
-        self._places = places
-        self._trails: dict[int, deque[Point]] = {}
-        self._totals: Counter[str] = Counter()
+        self._painter = ScenePainter(places)
         self._start: float | None = None
 
     def write(self, moment: FrameResult) -> None:
         """Add a picture."""
-        here = {each.identity for each in moment.tracks}
-        self._trails = {
-            identity: trail for identity, trail in self._trails.items() if identity in here
-        }
-        for each in moment.tracks:
-            trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append(each.track.ellipse[:2])
-        for event in moment.events:
-            if event.event in ("crosses", "enters", "leaves"):
-                self._totals[f"{event.place} {event.direction or event.event}"] += 1
-        minutes, seconds = divmod(int(moment.frame.time), 60)
-        totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
-        caption = [f"{minutes}:{seconds:02}", *totals]
-        pixels = draw_scene(moment.frame.pixels, moment.tracks, self._trails, self._places, caption)
+        pixels = self._painter.painted(moment.frame, moment.tracks, moment.events)()
         if self._start is None:
             self._start = moment.frame.time
         self._writer.write(pixels, moment.frame.time - self._start)

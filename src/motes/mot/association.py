@@ -23,8 +23,8 @@ class Association(Config, frozen=True):
     Attributes
     ----------
     overlap
-        Least intersection over union of a visible object and its detection. A larger value demands
-        more overlap.
+        Least intersection over union of a visible object and its detection, as in SORT (Bewley et
+        al., ICIP 2016). A larger value demands more overlap.
     distance
         Largest distance in appearance between an occluded object's model and its detection, at the
         edge of the gate. With a larger value more detections are accepted.
@@ -41,7 +41,7 @@ class Association(Config, frozen=True):
         them. With a larger value fewer detections count as merged.
     """
 
-    overlap: Share = 0.2
+    overlap: Share = 0.3
     distance: Share = 0.45
     appearance: NonNegative = 0.5
     gate_radius: NonNegative = 1.5

@@ -1,4 +1,8 @@
-"""What may become an object: detections that are confirmed in several frames in a row."""
+"""What may become an object: a detection that others confirm.
+
+A detection with a low score begins nothing, but it confirms what a surer one has begun: Zhang et
+al., ByteTrack, ECCV 2022, use such detections for known objects.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +33,8 @@ class TrackInitiation(msgspec.Struct, frozen=True):
     Attributes
     ----------
     candidates
-        The tentative tracks that the last frame confirmed.
+        The tentative tracks: those that the last frame confirmed, and those that it did not, but
+        that may still be confirmed.
     scores
         The latest scores of detections, oldest first.
     created
@@ -60,7 +65,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
             Least intersection over union of a detection with the one before.
         config
             Detections with `min_hits` hits become objects, and are no candidates any more. A
-            detection with one of the lowest scores has None for hits.
+            detection with one of the lowest scores that confirms nothing has None for hits.
         """
         before = self.candidates
         boxes = as_rows(each.box for each in free)
@@ -70,10 +75,16 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         history = {j: before[i] for i, j in same}
         least = np.quantile(self.scores, config.min_score_quantile) if free else 0.0
         hits = [
-            None if each.score < least else (*history.get(j, ()), (time, each.box))
+            (*history.get(j, ()), (time, each.box)) if each.score >= least or j in history else None
             for j, each in enumerate(free)
         ]
         sure = [each for each in hits if each is not None]
-        tentative = tuple(each for each in sure if len(each) < config.min_hits)
+        confirmed = {i for i, _ in same}
+        waiting = [
+            each
+            for i, each in enumerate(before)
+            if i not in confirmed and len(each) > 1 and time - each[-1][0] <= config.max_gap
+        ]
+        tentative = [each for each in sure if len(each) < config.min_hits]
         created = self.created + len(sure) - len(tentative)
-        return replace(self, candidates=tentative, created=created), hits
+        return replace(self, candidates=(*waiting, *tentative), created=created), hits

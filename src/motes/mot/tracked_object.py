@@ -344,9 +344,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     def _moved(self, state: FilterState, old: Ellipse, new: Ellipse) -> FilterState:
         """Return a state with the particles moved and scaled as one ellipse to another, at rest."""
         motion = self.tracker.motion
-        ellipses = motion.ellipses(state.states).copy()
-        ellipses[:, :2] += np.array(new[:2]) - old[:2]
-        ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
+        ellipses = motion.ellipses(state.states) * (1.0, 1.0, new.a / old.a, new.b / old.b, 1.0)
+        ellipses += (new.x - old.x, new.y - old.y, 0.0, 0.0, 0.0)
         return replace(state, states=motion.initial(ellipses))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from PIL import Image, ImageFont
 
 Color = tuple[int, int, int]
+Draw = Callable[[], NDArray[np.uint8]]
+"""Draws a picture, RGB uint8 (H, W, 3), when it is called."""
 
 # The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 COLORS: dict[Status, Color] = {
@@ -75,7 +78,9 @@ def draw(
 
     image = Image.fromarray(as_rgb(pixels))
     if track.status is Status.ABSENT:  # there is no ellipse to draw
-        _draw_label(image, label or f"{track.frame}  {track.status}", 0.0, COLORS[Status.ABSENT])
+        if label != "":
+            text = label or f"{track.frame}  {track.status}"
+            _draw_label(image, text, 0.0, COLORS[Status.ABSENT])
         return np.array(image)
     line = max(1.0, min(image.size) / 240)
     dots, alpha = _dots(particles, weights)

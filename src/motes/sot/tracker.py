@@ -344,7 +344,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 5
+FORMAT = 6
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

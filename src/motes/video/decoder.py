@@ -118,6 +118,7 @@ class Decoder:
         # This format sends JPEG images without times; their times of arrival are used.
         self._untimed = remote and kind == "mpjpeg"
         self._camera = format_name is not None or kind in LIVE_FORMATS
+        self._in_pieces = kind == "hls"  # of some seconds each, which arrive at once
         self._unknown_length = remote and self._container.size <= 0
         self._read_error: av.FFmpegError | None = None
         self.fps = None if self._untimed else _rate(self._stream)
@@ -198,6 +199,12 @@ class Decoder:
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
         return not self.live or (not self._camera and self._pace.recorded)
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures certainly arrive in real time, so that old ones may be left out."""
+        decided = self._camera or self._pace.settled
+        return self.live and not self._in_pieces and not self.recorded and decided
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order; count errors in `report`.

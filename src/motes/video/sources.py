@@ -11,15 +11,16 @@ import itertools
 import os
 import re
 import sys
+import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Protocol, Self
-from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
@@ -59,6 +60,11 @@ class Reader(Protocol):
     @property
     def live(self) -> bool:
         """Whether pictures arrive in real time, without an end."""
+        ...
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures come at the pace of the scene."""
         ...
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
@@ -125,6 +131,7 @@ class Source:
         for index, (moment, _, load) in enumerate(timed(pictures, self.fps, self.report)):
             if index < start or (index - start) % stride:
                 continue
+            arrived = time.monotonic() if self.live else None
             pixels = load()
             height, width, _ = pixels.shape
             size = size or (width, height)
@@ -133,7 +140,7 @@ class Source:
                     f"Frame {index} of {self.name} has {width}x{height} pixels, those before "
                     f"{size[0]}x{size[1]}; split or rescale it so that all have one size."
                 )
-            yield Frame(index, moment, pixels)
+            yield Frame(index, moment, pixels, arrived=arrived)
 
     def __iter__(self) -> Self:
         return self
@@ -152,6 +159,11 @@ class Source:
         self._frames = iter(())
         self._pictures.close()
         self._reader.close()
+
+    @property
+    def realtime(self) -> bool:
+        """Whether frames certainly arrive in real time, so that old ones may be left out."""
+        return self._reader.realtime
 
     def file_of(self, index: int) -> str | None:
         """Return the path of a frame's image file in the folder of all images; None for a video."""
@@ -192,6 +204,7 @@ def open_source(
     end: int | None = None,
     stride: int = 1,
     on_drop: Callable[[str], None] | None = None,
+    patience: float | None = None,
 ) -> Source:
     """Open a source of frames and read up to its first chosen frame.
 
@@ -216,6 +229,9 @@ def open_source(
         JPEGs and HLS, unless they give a duration; and any address that gives neither a duration
         nor a length, unless it sends faster than real time (see `motes.video.pace`): then it is a
         recording, with an end.
+    patience
+        Seconds for which such a source is tried again, before its end is an error after all; by
+        default without end.
 
     Returns
     -------
@@ -242,7 +258,9 @@ def open_source(
         raise ConfigError(f"end is {end}; no source has so many frames, leave it out for all.")
     if end is not None and end <= start:
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
-    name, reader = find_reader(str(source), on_drop)
+    if patience is not None and not patience >= 0:
+        raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
+    name, reader = find_reader(str(source), on_drop, patience)
     return Source(name, reader, start, end, stride)
 
 
@@ -281,20 +299,22 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
         return pixels_of(image)
 
 
-def find_reader(source: str, on_drop: Callable[[str], None] | None = None) -> tuple[str, Reader]:
+def find_reader(
+    source: str, on_drop: Callable[[str], None] | None = None, patience: float | None = None
+) -> tuple[str, Reader]:
     """Return a source's name for messages, and its reader."""
     if source.isdecimal():
         name = f"camera {source}"
-        return name, _persistent(partial(camera, int(source)), name, on_drop)
+        return name, _persistent(partial(camera, int(source)), name, on_drop, patience)
     if url := _URL.match(source):
         if not is_remote(source):
             raise SourceError(f"{url[1]}:// is not known; use http, https, rtsp or rtsps.")
-        name = _without_password(source)
+        name = without_password(source)
         # TCP, because UDP loses packets at a firewall or on a full link.
         options = {"rtsp_transport": "tcp"} if url[1].lower().startswith("rtsp") else {}
         advice = "check the address and the network."
         connect = partial(Decoder, source, name, advice, options=options, remote=True)
-        return name, _persistent(connect, name, on_drop)
+        return name, _persistent(connect, name, on_drop, patience)
     if os.path.isdir(source):
         return source, _Images(source, _folder(source))
     if not os.path.exists(source):
@@ -312,13 +332,16 @@ def find_reader(source: str, on_drop: Callable[[str], None] | None = None) -> tu
 
 
 def _persistent(
-    connect: Callable[[], Decoder], name: str, on_drop: Callable[[str], None] | None
+    connect: Callable[[], Decoder],
+    name: str,
+    on_drop: Callable[[str], None] | None,
+    patience: float | None,
 ) -> Reader:
     """Open a camera or an address; with `on_drop`, a live one is opened again when it drops."""
     decoder = connect()
     if on_drop is None or not decoder.live:
         return decoder
-    return Persistent(connect, decoder, name, on_drop)
+    return Persistent(connect, decoder, name, on_drop, patience)
 
 
 def _folder(path: str) -> list[str]:
@@ -326,11 +349,6 @@ def _folder(path: str) -> list[str]:
         return [os.path.join(path, name) for name in os.listdir(path)]
     except OSError as error:
         raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
-
-
-def _without_password(url: str) -> str:
-    parts = urlsplit(url)
-    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
 
 
 def _natural(name: str) -> list[tuple[int, int | str]]:
@@ -344,7 +362,7 @@ class _Images:
     fps: float | None = 1 / FRAME_INTERVAL
     duration: float | None
     count: int | None
-    live = False
+    live = realtime = False
 
     def __init__(self, name: str, paths: list[str]) -> None:
         self._paths = sorted(

@@ -39,13 +39,45 @@ def test_a_frame_without_confirmation_ends_a_candidate() -> None:
     assert len(state.candidates) == 1
 
 
+def test_a_candidate_with_two_detections_outlives_a_short_gap() -> None:
+    """At 25 frames a second, it has not been seen for 0.12 s after three frames."""
+    short = replace(config(), initiation=Initiation(min_hits=3, max_gap=0.15))
+    found = [Detection(PLACE)]
+    for missing, begins in ((3, True), (4, False)):
+        state = TrackInitiation().with_scores(found)
+        for index, there in enumerate([found, found, *[[]] * missing]):
+            _, state, _ = initiate(0, state, there, picture(index), short)
+        begun, state, _ = initiate(0, state, found, picture(2 + missing), short)
+        assert bool(begun) is begins
+        assert len(state.candidates) == (not begins)
+
+
+def test_candidates_are_confirmed_at_any_distance_between_looks() -> None:
+    never = replace(config(), initiation=Initiation(min_hits=2, max_gap=0.0))
+    found = [Detection(PLACE)]
+    _, state, _ = initiate(0, TrackInitiation().with_scores(found), found, picture(0), never)
+    assert initiate(0, state, found, picture(50), never)[0]
+
+
 def test_the_lowest_scores_begin_nothing() -> None:
+    quarter = replace(TWICE, initiation=Initiation(min_hits=2, min_score_quantile=0.25))
     found = [Detection(Box(10 + 30 * i, 30, 20, 40), float(i)) for i in range(5)]
     state = TrackInitiation().with_scores(found)
-    _, state, log = initiate(0, state, found, picture(0), TWICE)
+    _, state, log = initiate(0, state, found, picture(0), quarter)
     doubtful = [each.detection for each in log if each.outcome is DetectionOutcome.DOUBTFUL]
     assert doubtful == found[:1]  # a quarter lies below the second
     assert len(state.candidates) == 4
+
+
+def test_a_low_score_confirms_an_object_that_a_surer_one_has_begun() -> None:
+    others = [Detection(Box(100 + 30 * i, 30, 20, 40), 5.0) for i in range(5)]
+    sure, doubtful = Detection(PLACE, 5.0), Detection(PLACE, 0.0)
+    for first, begins in ((sure, True), (doubtful, False)):
+        state = TrackInitiation().with_scores([*others, first])
+        _, state, _ = initiate(0, state, [first], picture(0), TWICE)
+        state = state.with_scores([*others, doubtful])
+        begun, *_ = initiate(0, state, [doubtful], picture(1), TWICE)
+        assert bool(begun) is begins
 
 
 def test_random_numbers_depend_on_seed_and_identity_alone() -> None:

@@ -1,4 +1,4 @@
-"""Adapters for trackers of many objects: the scene, SORT and ByteTrack, callables, saved results.
+"""Adapters for trackers of many objects: the scene, the package trackers, callables, saved results.
 
 `registry.mot_tracker_spec` finds them by name. All get the same detections and give boxes with
 identities, 0-based.
@@ -29,8 +29,17 @@ from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.video.sources import open_source
 
-PEERS = {"trackers:sort": "SORTTracker", "trackers:bytetrack": "ByteTrackTracker"}
+PEERS = {
+    "trackers:sort": "SORTTracker",
+    "trackers:bytetrack": "ByteTrackTracker",
+    "trackers:ocsort": "OCSORTTracker",
+    "trackers:botsort": "BoTSORTTracker",
+    "trackers:cbiou": "CBIoUTracker",
+    "trackers:mcbyte": "McByteTracker",
+}
 """Names, and the classes of the package `trackers`."""
+SEEING = {"trackers:botsort", "trackers:mcbyte"}
+"""Those that measure the camera's motion in the frames."""
 SCENE = "motes:scene"
 """Name of the scene of motes."""
 BACKGROUND = "background"
@@ -92,14 +101,14 @@ class MotTrackerAdapter(Protocol):
 
 
 class AssociationAdapter:
-    """SORT or ByteTrack of the package `trackers`, with the default values of the package."""
+    """A tracker of the package `trackers`, with the default values of the package."""
 
     def __init__(self, name: str) -> None:
         self._name = name
 
     def start(self, info: SequenceInfo) -> None:
         """Make a tracker for the frame rate."""
-        self._supervision, trackers = import_peers()
+        self._supervision, trackers = import_peers(self._name)
         self._tracker = getattr(trackers, PEERS[self._name])(frame_rate=info.rate)
         self._tracker.reset()  # the class counts identities for all its instances
 
@@ -112,8 +121,9 @@ class AssociationAdapter:
             confidence=np.array([found.score for found in detections], np.float64),
             class_id=np.zeros(len(boxes), np.int64),
         )
+        seen = [np.ascontiguousarray(frame.pixels[:, :, ::-1])] if self._name in SEEING else []
         start = time.perf_counter()
-        answer = self._tracker.update(given)
+        answer = self._tracker.update(given, *seen)
         seconds = time.perf_counter() - start
         corners, scores = answer.xyxy.tolist(), np.asarray(answer.confidence, np.float64).tolist()
         return MotAnswer(
@@ -211,21 +221,26 @@ def prepare(detector: PreparedDetector, source: str | Path, rate: float) -> None
         detector.prepare(Frame(each.index, each.index / rate, each.pixels) for each in film)
 
 
-def import_peers() -> tuple[Any, Any]:
-    """Return the modules supervision and trackers.
+def import_peers(name: str) -> tuple[Any, Any]:
+    """Return the modules supervision and trackers, for a tracker of `PEERS`.
 
     Raises
     ------
     MissingDependencyError
-        If one of them is not installed.
+        If one of them is not installed, or an older one that does not have the tracker.
     """
     try:
         import supervision
         import trackers
     except ImportError:
         raise MissingDependencyError(
-            "SORT and ByteTrack need the package trackers; install it: pip install 'motes[peers]'."
+            f"{name} needs the package trackers; install it: pip install 'motes[peers]'."
         ) from None
+    if not hasattr(trackers, PEERS[name]):
+        raise MissingDependencyError(
+            f"{name} is in newer versions of the package trackers; install trackers 2.6 in an "
+            f"environment of its own, as it brings another OpenCV."
+        )
     return supervision, trackers
 
 

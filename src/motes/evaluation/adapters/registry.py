@@ -24,7 +24,7 @@ A name of a tracker of many objects is one of these:
 | name | meaning |
 |---|---|
 | `motes:scene` | the `Scene` of motes, with its default values |
-| `trackers:sort`, `trackers:bytetrack` | a tracker of the package `trackers` |
+| `trackers:sort` … | a tracker of the package `trackers` (`mot.PEERS`) |
 | `results=FOLDER` | saved results, a file SEQUENCE.txt for each sequence |
 | `module:factory` | a Python callable |
 
@@ -160,7 +160,7 @@ def mot_tracker_spec(name: str) -> TrackerSpec:
     if name == mot.SCENE:
         return TrackerSpec(name, to_toml(scene_config()), True, partial(mot.SceneAdapter))
     if name in mot.PEERS:
-        mot.import_peers()
+        mot.import_peers(name)
         version = f"trackers {metadata.version('trackers')}"
         return TrackerSpec(name, version, False, partial(mot.AssociationAdapter, name))
     if name.startswith("results="):
