@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import itertools
 import math
 import os
@@ -110,14 +109,6 @@ def default_output(source: str) -> str:
     stem = stem_of(source)
     log(f"Writing {stem}.csv; choose another name with -o.")
     return f"{stem}.csv"
-
-
-def is_pattern_of_films(source: str) -> bool:
-    """Return whether a name is a pattern of films; one of images is a film itself."""
-    from motes.video.sources import IMAGE_ENDINGS
-
-    found = glob.glob(source) if glob.has_magic(source) else []
-    return any(Path(name).suffix.lower() not in IMAGE_ENDINGS for name in found)
 
 
 def stem_of(source: str) -> str:

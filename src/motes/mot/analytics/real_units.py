@@ -28,7 +28,7 @@ from motes.mot.analytics.lens import Lens
 STEP = 1e-3
 """Half the difference of the derivatives, in pixels and radians."""
 LEAST_POINTS = 3
-"""Places that a speed needs: two leave nothing to see their scatter by."""
+"""Places that a speed needs, even if they take longer: two leave nothing to see scatter by."""
 
 
 class GroundPlace(NamedTuple):
@@ -106,7 +106,7 @@ class GroundMotion:
             self._past.clear()
             return None
         self._past.append((track.time, *found))
-        while track.time - self._past[0][0] > SPEED_OVER:
+        while len(self._past) > LEAST_POINTS and track.time - self._past[0][0] > SPEED_OVER:
             self._past.popleft()
         place, covariance = found
         x_std, y_std = np.sqrt(covariance.diagonal()).tolist()
@@ -156,10 +156,10 @@ def speed_of(past: Sequence[tuple[float, Floats, Floats]]) -> tuple[float, float
         float((place - design @ line) @ weight @ (place - design @ line))
         for (design, weight), (_, place, _) in zip(weights, past, strict=True)
     )
-    covariance = inverse[2:, 2:] * max(1.0, scatter / (2 * len(past) - 4))
+    spread: Floats = inverse[2:, 2:] * max(1.0, scatter / (2 * len(past) - 4))
     velocity = line[2:]
     speed = float(np.hypot(*velocity))
-    if speed * speed <= np.trace(covariance):  # the direction is not known
-        return speed, math.sqrt(float(np.trace(covariance)) / 2)
+    if speed * speed <= np.trace(spread):  # the direction is not known
+        return speed, math.sqrt(float(np.trace(spread)) / 2)
     along = velocity / speed
-    return speed, math.sqrt(float(along @ covariance @ along))
+    return speed, math.sqrt(float(along @ spread @ along))
