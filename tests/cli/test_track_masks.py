@@ -19,17 +19,17 @@ Go = Callable[[str], tuple[int, str]]
 SIZE = (120, 160)
 
 
-def shape(x: float) -> np.ndarray:  # type: ignore[type-arg]
+def shape(x: float) -> np.ndarray:
     """Return the mask of a cross, which no ellipse fits."""
     v, u = np.mgrid[: SIZE[0], : SIZE[1]] - np.array([60, x])[:, None, None]
-    cross: np.ndarray = (np.minimum(abs(u), abs(v)) <= 7) & (np.maximum(abs(u), abs(v)) <= 20)  # type: ignore[type-arg]
+    cross: np.ndarray = (np.minimum(abs(u), abs(v)) <= 7) & (np.maximum(abs(u), abs(v)) <= 20)
     return cross
 
 
-def picture(x: float, seed: int) -> np.ndarray:  # type: ignore[type-arg]
+def picture(x: float, seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     colors = np.where(shape(x)[..., None], (200, 60, 40), (60, 90, 150))
-    noisy: np.ndarray = np.clip(colors + rng.normal(0, 12, colors.shape), 0, 255)  # type: ignore[type-arg]
+    noisy: np.ndarray = np.clip(colors + rng.normal(0, 12, colors.shape), 0, 255)
     return noisy.astype(np.uint8)
 
 
@@ -48,7 +48,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     return run
 
 
-def overlap(mask: np.ndarray, x: float) -> float:  # type: ignore[type-arg]
+def overlap(mask: np.ndarray, x: float) -> float:
     return float((mask & shape(x)).sum() / (mask | shape(x)).sum())
 
 

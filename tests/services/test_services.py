@@ -53,7 +53,9 @@ class Context:
 
 def test_cvats_serverless_function_follows_shapes() -> None:
     """CVAT sends each picture with the last shapes and states, to any worker."""
-    film, states, shapes = frames(6), [], []
+    film = frames(6)
+    states: list[str] = []
+    shapes: list[list[float]] = []
     for i, (pixels, truth) in enumerate(film):
         if not i:
             shapes = [cvat.corners_of(truth)]

@@ -136,8 +136,8 @@ def track(
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     if keys.given:
-        single = (outputs.figures, outputs.masks, outputs.show, outputs.resume, fps_target)
-        if frames.stride != 1 or any(single) or units.units() is not None:
+        others = (outputs.figures, outputs.masks, outputs.show, outputs.resume, fps_target)
+        if frames.stride != 1 or any(others) or units.units() is not None:
             raise ConfigError(
                 "--stride, --scale, --ground, --figures, --masks, --show, --resume and "
                 "--fps-target are not for keyframes; omit them."
@@ -145,10 +145,9 @@ def track(
         check_keyframe_error(outputs.keyframe_error)
         return _track_keyframes(sources, keys, target, frames, outputs, config, values.seed)
     if len(sources) > 1:
-        others = " ".join(sources[1:])
         raise ConfigError(
-            f"No option takes {others}; numbers of one option need commas, and several videos "
-            f"--keyframes."
+            f"No option takes {' '.join(sources[1:])}; numbers of one option need commas, and "
+            f"several videos --keyframes."
         )
     (source,) = sources
     if outputs.resume and fps_target is not None:

@@ -46,6 +46,7 @@ def init_context(context: Any) -> None:
 
 def handler(context: Any, event: Any) -> Any:
     """Answer a request of CVAT; Nuclio calls it."""
+    body: dict[str, Any]
     try:
         body, status = respond(event.body), 200
     except MotesError as error:

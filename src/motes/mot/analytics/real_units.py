@@ -108,10 +108,9 @@ class GroundMotion:
         self._past.append((track.time, *found))
         while len(self._past) > LEAST_POINTS and track.time - self._past[0][0] > SPEED_OVER:
             self._past.popleft()
-        place, covariance = found
-        x_std, y_std = np.sqrt(covariance.diagonal()).tolist()
+        (x, y), (x_std, y_std) = found[0].tolist(), np.sqrt(found[1].diagonal()).tolist()
         speed = speed_of(self._past) if len(self._past) >= LEAST_POINTS else (math.nan, math.nan)
-        return GroundPlace(*place.tolist(), x_std, y_std, *speed)
+        return GroundPlace(x, y, x_std, y_std, *speed)
 
 
 def place_of(units: RealUnits, track: Track) -> tuple[Floats, Floats] | None:
@@ -156,7 +155,7 @@ def speed_of(past: Sequence[tuple[float, Floats, Floats]]) -> tuple[float, float
         float((place - design @ line) @ weight @ (place - design @ line))
         for (design, weight), (_, place, _) in zip(weights, past, strict=True)
     )
-    spread: Floats = inverse[2:, 2:] * max(1.0, scatter / (2 * len(past) - 4))
+    spread = np.asarray(inverse[2:, 2:] * max(1.0, scatter / (2 * len(past) - 4)), np.float64)
     velocity = line[2:]
     speed = float(np.hypot(*velocity))
     if speed * speed <= np.trace(spread):  # the direction is not known
