@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse
 from motes.core.types import Bytes, Floats
-from motes.cues.color_posterior import BORDER, CORE_FRACTION, SURROUNDINGS
+from motes.cues.color_posterior import SURROUNDINGS
 
 LEVELS = 16
 """Levels of each color: each bin of a target of a thousand pixels has some."""
@@ -22,7 +22,13 @@ LEARNING_RATE = 0.04
 """Share of a frame in the histograms, as in `cues.color_posterior`."""
 REACH = float(np.sqrt(2))
 """A mask ends at this multiple of the half-axes: the ellipse around the ellipse's own rectangle."""
-SMOOTHING = 0.04
+SOFTNESS = 0.15
+"""Width of the border on which the prior falls, in half-axes: half the strips of Staple's border.
+
+The boxes around masks of four sequences have an IoU of 0.74 with the truth where it is 0.3, 0.77
+where it is 0.15, and 0.76 where it is 0.1.
+"""
+SMOOTHING = 0.02
 """Standard deviation of the blur of the posterior, relative to the mean side of the target."""
 
 Mask = NDArray[np.bool_]
@@ -72,7 +78,7 @@ def window_of(pixels: Bytes, ellipse: Ellipse) -> Window | None:
 
 def updated(colors: Colors | None, window: Window) -> Colors:
     """Return the colors moved towards those of a window; those of the window if there are none."""
-    parts = window.radius <= CORE_FRACTION, (window.radius > 1) & (window.radius <= 2)
+    parts = window.radius <= 1, (window.radius > 1) & (window.radius <= 2)
     new = [np.bincount(window.bins[part], minlength=LEVELS**3).astype(float) for part in parts]
     shares = [counts / max(counts.sum(), 1.0) for counts in new]
     if colors is None:
@@ -88,7 +94,7 @@ def segmented(colors: Colors, window: Window, side: float) -> Mask:
     """Return the mask (H, W) of a target in a window; `side` is its mean side in pixels."""
     from scipy import ndimage
 
-    prior = 1 / (1 + np.exp((window.radius - 1) / BORDER))
+    prior = 1 / (1 + np.exp((window.radius - 1) / SOFTNESS))
     inside, outside = (each[window.bins] for each in colors)
     joint, other = inside * prior, outside * (1 - prior)
     total = joint + other
