@@ -26,6 +26,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -113,7 +114,7 @@ def events(times: str, seconds: str) -> None:
             with subprocess.Popen(
                 [sys.executable, "-m", "motes", *line], stderr=subprocess.DEVNULL
             ) as program:
-                wait_until(lambda lines=lines: lines.exists() and lines.stat().st_size)
+                wait_until(partial(_begun, lines))
                 time.sleep(rng.uniform(0, float(seconds)))
                 if number % 2:
                     broker.kill()
@@ -136,6 +137,11 @@ def events(times: str, seconds: str) -> None:
         ears.close()
     twice = len(texts) - len({json.loads(text)["id"] for text in texts})
     print(f"{len(expected)} events, {len(expected - heard)} lost, {twice} arrived twice")
+
+
+def _begun(path: Path) -> bool:
+    """Return whether something is in a file."""
+    return path.exists() and path.stat().st_size > 0
 
 
 def _key(source: str, event: dict[str, Any]) -> tuple[str, ...]:
