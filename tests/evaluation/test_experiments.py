@@ -600,7 +600,7 @@ def go(capfd: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
 
 
 def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
-    assert len(COMMANDS) == 20
+    assert len(COMMANDS) == 21
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
