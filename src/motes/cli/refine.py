@@ -114,21 +114,21 @@ def _refine(
     """Track what changes, and write rows and history."""
     from motes.cli.correct_run import run_stretches
     from motes.core.track import Track
-    from motes.correction.history import changed, history_path, kept
+    from motes.correction.history import history_path
     from motes.correction.join import Stretch
     from motes.correction.keyframes import check_keyframes
+    from motes.correction.refine import changed, kept
 
     before, after = history.keys, history.corrected(new)
     check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
     parts = changed(film.frames, before, after.keys, history.unfinished)
-    count = 0
+    made = set[int]()
 
     def replace(stretch: Stretch, tracks: list[Track]) -> None:
-        nonlocal count
         same = kept(stretch, before)
         found = [track for track in tracks if track.frame not in same]
         table.replace(found)
-        count += len(found)
+        made.update(track.frame for track in found)
 
     done, interrupted = run_stretches(film, parts, history.tracker, history.seed, replace)
     left = [(part.first, part.last) for part in parts[done:]]
@@ -136,7 +136,7 @@ def _refine(
     after.unfinished_with(left).save(history_path(goal))
     log(
         f"{interrupts.word(interrupted)}{counted(len(after.corrections[-1]), 'correction')}, "
-        f"{counted(count, 'row')} of {len(table.frames)} made anew; wrote {goal}."
+        f"{counted(len(made), 'row')} of {len(table.frames)} made anew; wrote {goal}."
     )
     return interrupts.code(interrupted) if interrupted else DONE
 

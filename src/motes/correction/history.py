@@ -13,9 +13,7 @@ from motes.core.config import from_dict, to_dict
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
-from motes.correction.correct import stretches
-from motes.correction.join import Stretch
-from motes.correction.keyframes import Keyframes, keyframes
+from motes.correction.keyframes import keyframes
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
@@ -154,22 +152,3 @@ class History(msgspec.Struct, frozen=True):
 def history_path(rows: Path) -> Path:
     """Return the path of the history beside a file of rows."""
     return rows.with_name(rows.name + ENDING)
-
-
-def changed(
-    frames: range, old: Keyframes, new: Keyframes, unfinished: Iterable[tuple[int, int]] = ()
-) -> list[Stretch]:
-    """Return the stretches that new keyframes change, and those that are not finished."""
-    before = set(stretches(frames, old)) if old else set()
-    left = set(unfinished)
-    return [
-        each
-        for each in stretches(frames, new)
-        if each not in before or (each.first, each.last) in left
-    ]
-
-
-def kept(stretch: Stretch, old: Keyframes) -> set[int]:
-    """Return the keyframes at the ends of a stretch that were there before: their rows stay."""
-    ends = {stretch.first: stretch.begin, stretch.last: stretch.end}
-    return {frame for frame, mark in ends.items() if mark is not None and old.get(frame) == mark}

@@ -187,7 +187,8 @@ def fuse(
     confidence = overlap_probability(ellipses, variances, HALF)
     confidence = np.where(supported, follows.probability, confidence)
     confidence[lost] = passes[0].confidence[lost]
-    confidence[[*keys]] = 1.0
+    for i, key in keys.items():  # as the user has marked it
+        ellipses[i], variances[i], confidence[i] = key, 0.0, 1.0
     ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan
     claims = np.array([each.tracking for each in passes])
     outlier = (claims & ~used).any(axis=0) & ~absent
