@@ -604,7 +604,7 @@ def test_the_list(capfd: pytest.CaptureFixture[str]) -> None:
     code, out, error = go(capfd, "")
     assert (code, error) == (0, "")
     assert [line.split()[0] for line in out.splitlines()] == COMMANDS
-    papers = (" et al., ", " Ng and Delp, ", "Zhao and Pei, ", "Hard films", "a camera that moves")
+    papers = (" et al., ", " Ng and Delp, ", "Zhao and Pei, ", "Hard films", "Effort of annotation")
     assert all(any(paper in line for paper in papers) for line in out.splitlines())
     assert max(map(len, out.splitlines())) <= 80
     assert go(capfd, "--list") == (code, out, error)
