@@ -121,6 +121,10 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         The center of its first detection.
     moved
         Whether a detection was ever farther from there than its mean half-axis.
+    own, shared
+        Since it began, numbers of its detections, and of those that it shared with others.
+    fragment
+        Whether it turned out to be a part of another object. It ends with this frame.
     """
 
     identity: int
@@ -141,6 +145,9 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     votes: dict[str, int] = {}
     origin: tuple[float, float] = (0.0, 0.0)
     moved: bool = False
+    own: int = 0
+    shared: int = 0
+    fragment: bool = False
 
     @classmethod
     def begin(
@@ -242,7 +249,9 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         """Let the time without a detection stand still: the detector did not look at this frame."""
         return replace(self, last_time=self.last_time + dt)
 
-    def detect(self, box: Box, time: float, smoothing: float = 0.0) -> Self:
+    def detect(
+        self, box: Box, time: float, smoothing: float = 0.0, *, shared: bool = False
+    ) -> Self:
         """Put it where it is detected; it keeps a share of its old size, the smoothing."""
         found, old = ellipse_from_box(self.tracker, box), self.predicted
         a = smoothing * old.a + (1 - smoothing) * found.a
@@ -264,6 +273,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             detected=True,
             occluded_by=None,
             moved=moved,
+            own=self.own + (not shared),
+            shared=self.shared + shared,
         )
 
     def vote(self, label: str | None) -> Self:
