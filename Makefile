@@ -6,13 +6,8 @@ BIN := $(VENV)/bin
 READY := $(VENV)/ready
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
-# What `make accuracy` measures, and on what: sequences in OTB's layout.
+# Real films: SEQUENCES in OTB's layout, and others. See docs/results.md for their names in commands.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
-TRACKERS := maggio maggio:C maggio:O-FOH maggio:O-ROH maggio:C+O-SS-FOH maggio:C+O-SS-ROH \
-	maggio:C+O-A-FOH maggio:C+O-A-ROH maggio:C+O-A&SS-FOH \
-	ng_delp ng_delp:color ng_delp:edges \
-	nummiaro nummiaro:adaptive mean_shift mean_shift:kalman \
-	cv2:csrt cv2:kcf cv2:mil cv2:mosse cv2:medianflow cv2:camshift
 
 # What `make bench` scales and follows, and files of trained networks: NANO=BACKBONE,HEAD VIT=NETWORK.
 FILM := $(dir $(DATA))video/sam2_cups.mp4
@@ -25,7 +20,10 @@ SECONDS := 60
 KILLS := 200
 SEED := 0
 
-.PHONY: ready demo check test coverage lint docs gallery bench accuracy fuzz kills clean
+# Which tables `make results` makes; all by default.
+ONLY :=
+
+.PHONY: ready demo check test coverage lint docs gallery bench results fuzz kills clean
 
 demo: ready
 	$(BIN)/motes demo --out demo --overwrite
@@ -65,9 +63,10 @@ bench: ready
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
-accuracy: ready
-	$(BIN)/motes evaluate $(DATA) --first-pixel 'seg-*=0' --out accuracy --resume \
-		$(foreach tracker,$(TRACKERS),--tracker '$(tracker)')
+# The measured tables of docs/, the shortest first. What has been measured is in results/: a run that
+# was stopped goes on. All take more than ten hours; docs/results.md has the time of each.
+results: ready
+	$(BIN)/python docs/generate/results.py $(ONLY)
 
 fuzz: ready
 	PYTHONPATH=tests $(BIN)/python -m fuzzing --seconds $(SECONDS) --seed $(SEED)
@@ -94,4 +93,4 @@ $(KERNELS): $(SOURCES)
 	touch $@
 
 clean:
-	rm -rf $(VENV) build demo accuracy bench fuzz site src/motes/kernels/*.so
+	rm -rf $(VENV) build demo results bench fuzz site src/motes/kernels/*.so

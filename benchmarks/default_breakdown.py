@@ -30,16 +30,16 @@ from motes.sot.discriminative.tracker import Discriminative
 
 FRAMES, ROUNDS = 31, 10
 PARTS = {
-    "place: window sampled": (Grid, "cut"),
+    "place: window sampled": (Grid, "sample_window"),
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
     "place: color posterior": (Posterior, "integral"),
-    "place: particles, certainty": (Localizer, "look"),
+    "place: particles, certainty": (Localizer, "localize"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
     "size: weighed": (Discriminative, "_sized"),
-    "learn: filter": (Correlation, "taught"),
-    "learn: colors": (Posterior, "taught"),
-    "learn: size": (ScaleFilter, "taught"),
+    "learn: filter": (Correlation, "updated"),
+    "learn: colors": (Posterior, "updated"),
+    "learn: size": (ScaleFilter, "updated"),
     "report: mean, covariance": (Discriminative, "_report"),
     "rest: Python between all these": (Discriminative, "step"),
 }

@@ -2,16 +2,17 @@
 
     python benchmarks/scene.py
 
-Twenty rendered targets at 640x480 that circle around their places. They are detected from the
-truth, so that all of them are there, but `BackgroundDetector` looks at each frame as well and takes
-its time. Milliseconds are the processor's, those of all threads together; frames a second are of
-the clock, from a frame in memory to what is said of it, in a process that has one core or two, with
-detection in turn with tracking or ahead of it. Then tracking alone, of as many targets as there is
-room for in larger frames. Medians of `RUNS` processes.
+Twenty rendered targets at 640x480 that circle around their places, and a hundred smaller ones. They
+are detected from the truth, so that all of them are there, but `BackgroundDetector` looks at each
+frame as well and takes its time. Milliseconds are the processor's, those of all threads together;
+frames a second are of the clock, from a frame in memory to what is said of it, in a process that
+has one core or two, with detection in turn with tracking or ahead of it. Then tracking alone, of as
+many targets as there is room for in larger frames. Medians of `RUNS` processes.
 """
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
 import os
 import time
@@ -25,7 +26,9 @@ from motes.evaluation import synthetic
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
 
-SIZE, TARGET, OBJECTS = (640, 480), (60, 80), 20
+SIZE, TARGET = (640, 480), (60, 80)
+TARGETS = {20: TARGET, 104: (24, 38)}
+"""Number of objects in a frame, and their size."""
 SIZES = SIZE, (1280, 720), (1920, 1080)
 LAPS = 8
 WARM = 40
@@ -36,9 +39,9 @@ RUNS = 3
 class Film:
     """The rendered frames again and again, and the detector that takes its time over them."""
 
-    def __init__(self) -> None:
-        clip = synthetic.crowd(SIZE, TARGET)
-        assert len(clip.targets) == OBJECTS
+    def __init__(self, objects: int) -> None:
+        clip = synthetic.crowd(SIZE, TARGETS[objects])
+        assert len(clip.targets) == objects
         self._pictures = [frame.pixels for frame, _ in clip]
         self._truths = [[Detection(truth.ellipse.box) for truth in truths] for _, truths in clip]
         self._background = BackgroundDetector()
@@ -53,9 +56,9 @@ class Film:
         return self._truths[frame.index % len(self._truths)]
 
 
-def cost() -> tuple[float, float]:
+def cost(objects: int) -> tuple[float, float]:
     """Return the milliseconds of the processor that detection and tracking take of a frame."""
-    film, found, spent = Film(), list[Detection](), []
+    film, found, spent = Film(objects), list[Detection](), []
     scene = Scene(lambda _: found)
     for frame in film:
         start = time.process_time()
@@ -63,18 +66,18 @@ def cost() -> tuple[float, float]:
         between = time.process_time()
         said = scene.update(frame)
         spent.append((between - start, time.process_time() - between))
-    assert len(said) == OBJECTS
+    assert len(said) == objects
     detection, tracking = np.median(spent[WARM:], axis=0) * 1000
     return float(detection), float(tracking)
 
 
-def rate(cores: int, ahead: bool) -> float:
+def rate(objects: int, cores: int, ahead: bool) -> float:
     """Return frames a second on so many cores."""
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:cores])  # before OpenCV's threads
-    film = Film()
+    film = Film(objects)
     for frame, said in Scene(film.detect).watch(film, ahead=ahead):
         if frame.index == WARM:
-            assert len(said) == OBJECTS
+            assert len(said) == objects
             start = time.perf_counter()
     return (frame.index - WARM) / (time.perf_counter() - start)
 
@@ -99,18 +102,19 @@ def main() -> None:
     """Print three tables."""
     context = multiprocessing.get_context("spawn")
     with context.Pool(1, maxtasksperchild=1) as pool:
-        costs = np.median([pool.apply(cost) for _ in range(RUNS)], axis=0).tolist()
-        print("| part | ms of processor |\n|---|---|")
-        for name, spent in zip(("detection", "tracking"), costs, strict=True):
-            print(f"| {name} | {spent:.1f} |")
-        print(f"| both | {sum(costs):.1f} |")
-        print("\n| cores | in turn, frames/s | ahead, frames/s |\n|---|---|---|")
-        for cores in (1, 2):
+        print("| objects | detection, ms of processor | tracking | both |\n|---|---|---|---|")
+        for objects in TARGETS:
+            costs = [pool.apply(cost, (objects,)) for _ in range(RUNS)]
+            detection, followed = np.median(costs, axis=0).tolist()
+            both = detection + followed
+            print(f"| {objects} | {detection:.1f} | {followed:.1f} | {both:.1f} |")
+        print("\n| objects | cores | in turn, frames/s | ahead, frames/s |\n|---|---|---|---|")
+        for objects, cores in itertools.product(TARGETS, (1, 2)):
             rates = [
-                float(np.median([pool.apply(rate, (cores, ahead)) for _ in range(RUNS)]))
+                float(np.median([pool.apply(rate, (objects, cores, ahead)) for _ in range(RUNS)]))
                 for ahead in (False, True)
             ]
-            print(f"| {cores} | {rates[0]:.0f} | {rates[1]:.0f} |")
+            print(f"| {objects} | {cores} | {rates[0]:.0f} | {rates[1]:.0f} |")
         print("\n| objects | tracking, ms of processor | for each |\n|---|---|---|")
         for size in SIZES:
             runs = [pool.apply(tracking, (size,)) for _ in range(RUNS)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,11 @@ from hypothesis import settings
 # A busy machine is no failure.
 settings.register_profile("motes", deadline=None, derandomize=True)
 settings.load_profile("motes")
+
+# A shell starts its background jobs with SIGINT ignored, and so would the programs be that tests
+# interrupt.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -69,3 +69,9 @@ def test_instructions_are_counted(
     monkeypatch.setenv("PATH", "")
     with pytest.raises(SystemExit, match="valgrind is not installed"):
         script.main(12)
+
+
+def test_the_parts_of_the_default_tracker_are_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(SCRIPTS)
+    script: Any = importlib.import_module("default_breakdown")
+    assert all(callable(getattr(owner, name)) for owner, name in script.PARTS.values())

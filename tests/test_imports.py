@@ -22,6 +22,8 @@ ORDER = [
     {"sot"},
     {"mot", "testing"},
     {"output"},
+    {"correction"},
+    {"formats"},
     {"evaluation"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},

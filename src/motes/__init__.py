@@ -34,6 +34,10 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.core.frame import Frame as Frame
     from motes.core.geometry import Box as Box, Ellipse as Ellipse
     from motes.core.track import Status as Status, Track as Track
+    from motes.correction.correct import correct as correct, smooth as smooth
+    from motes.correction.keyframes import read_keyframes as read_keyframes
+    from motes.correction.refine import refine as refine
+    from motes.correction.suspects import Doubt as Doubt, doubts as doubts
     from motes.mot.analytics.events import (
         Event as Event,
         EventCounter as EventCounter,
@@ -107,6 +111,10 @@ _NAMES = {
     "core.frame": "Frame",
     "core.geometry": "Box Ellipse",
     "core.track": "Status Track",
+    "correction.correct": "correct smooth",
+    "correction.keyframes": "read_keyframes",
+    "correction.refine": "refine",
+    "correction.suspects": "Doubt doubts",
     "mot.analytics.events": "Event EventCounter Line Regions Zone",
     "mot.analytics.ground_plane": "Ground",
     "mot.detection.adapters": "as_detections from_supervision",

@@ -258,7 +258,7 @@ def test_histogram_then_search(go: Go) -> None:
     assert (code, "wrote h.json" in error) == (0, True)
     Path("at.toml").write_text("[[place]]\nbox = [20, 10, 120, 100]\n")
     assert go("histogram FILM --init BOX -o h.json")[0] == 5
-    line = "track FILM --histogram h.json --at at.toml -o r.csv --overwrite"
+    line = "track FILM --histogram h.json --places at.toml -o r.csv --overwrite"
     code, _, error = go(line)  # the bins are the file's
     assert (code, "found at frame" in error) == (0, True)
     rows = table("r.csv")
@@ -388,7 +388,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
             2,
             "min is 9, and max is 3",
         ),
-        ("track FILM --init BOX --at a.toml", 2, "belong to --histogram"),
+        ("track FILM --init BOX --places a.toml", 2, "belong to --histogram"),
         ("track FILM --init 1,2,3", 2, "--init takes x,y,width,height"),
         ("track FILM --init a,b,c,d", 2, "got 'a,b,c,d'"),
         ("track FILM --ellipse 1,2,3,4", 2, "--ellipse takes x,y,a,b,theta"),
@@ -419,14 +419,14 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --seed -1", 2, "--seed is -1; give 0 or more"),
         ("track FILM --init BOX --seed one", 2, "--seed.*See motes track --help"),
         ("track FILM --init 30 40 20 20", 2, "No option takes 40 20 20; numbers .*need commas"),
-        ("track FILM again.mp4", 2, "No option takes again.mp4; see motes track --help"),
+        ("track FILM again.mp4", 2, "No option takes again.mp4; .* several videos --keyframes"),
         ("track FILM --init BOX --stride 0", 2, "stride is 0; give 1"),
         ("track FILM --init BOX --start 99", 3, "choose a smaller start"),
         ("track FILM --init BOX --detect feet", 2, 'Choose from: "face"'),
         (
             "track FILM --init BOX -o r.text",
             2,
-            "in none of .txt, .csv, .jsonl, .json, .xml; rename",
+            "in none of .csv, .jsonl, .parquet, .txt, .json, .xml, .yolo; rename",
         ),
         ("track FILM --init BOX -o none/r.csv", 5, "There is no folder none for r.csv; make it"),
         ("track FILM --init BOX --overlay o.avi", 2, "does not end like a video; use"),
@@ -443,9 +443,9 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ),
         ("track FILM --histogram none.json", 3, "Cannot read the histogram none.json"),
         ("track FILM --histogram bad.toml", 3, "bad.toml is not a histogram file"),
-        ("track FILM --histogram h.json --at none.toml", 3, "none.toml cannot be read"),
+        ("track FILM --histogram h.json --places none.toml", 3, "none.toml cannot be read"),
         (
-            "track FILM --histogram h.json --at bad.toml",
+            "track FILM --histogram h.json --places bad.toml",
             2,
             "bad.toml: Config has no key 'particle'",
         ),

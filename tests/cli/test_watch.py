@@ -19,7 +19,7 @@ from PIL import Image
 from motes import open_source
 from motes.cli import main
 from motes.cli.watch_counting import table
-from motes.cli.watch_outputs import COLUMNS
+from motes.formats.rows import OBJECT_COLUMNS as COLUMNS
 from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.video.writer import VideoWriter
@@ -149,7 +149,7 @@ def test_detections_of_a_file_and_default_output(go: Go) -> None:
         ("-o r.csv", 2, "no source"),
         ("FILM --config nothing.toml", 3, "nothing.toml"),
         ("FILM --preset mean_shift", 2, "particle filters"),
-        ("FILM -o r.text", 2, ".txt, .csv, .jsonl, .json, .xml"),
+        ("FILM -o r.text", 2, ".csv, .jsonl, .parquet, .txt, .json"),
         ("FILM -o - --events -", 2, "give one of them a file"),
         ("FILM -o FILM", 2, "cannot be an output"),
         ("FILM --detector nothing.txt", 3, "nothing.txt cannot be read"),

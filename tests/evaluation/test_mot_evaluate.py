@@ -31,12 +31,12 @@ from motes.evaluation.adapters.mot import (
 )
 from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.mot_scores import COLUMNS, MotEvaluation, MotOutcome, write_results
 from motes.evaluation.protocols.mot import MotPass, Tracks, load_tracks, save_tracks
 from motes.evaluation.protocols.sot import Start
 from motes.evaluation.report.write_mot import details, overall, per_sequence, write_report
 from motes.evaluation.runner import Pass, plan, run, unfinished
+from motes.formats.mot_files import Rows
 from motes.mot.detection.background import BackgroundDetector
 
 MODULE = '''
@@ -534,7 +534,7 @@ def test_what_does_not_count_is_left_out() -> None:
     """A sign, and a static person that the tracker follows."""
     others = rows((1, 2, 90, 6, 20, 30, 0, 1), (1, 3, 50, 6, 20, 30, 1, 7))
     there = film("film", 1)
-    columns = ("frames", "ids", "boxes", "scores", "classes")
+    columns = ("frames", "ids", "boxes", "scores", "classes", "visibilities")
     parts = [[getattr(part, name) for name in columns] for part in (there.truth, others)]
     whole = Rows(*(np.concatenate(pair) for pair in zip(*parts, strict=True)))
     assert outcome("a", there, 1).scores["boxes"] == 1

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from crowds import assert_equal, combined, from_files, perturbed, rows, theirs, trackeval
 from motes.evaluation.datasets.distractors import DISTRACTORS, evaluated_rows
-from motes.evaluation.datasets.mot_files import Rows, read_rows, write_rows
 from motes.evaluation.metrics.mot import Tally, tally
+from motes.formats.mot_files import Rows, read_rows, write_rows
 
 SEQUENCES = ("TUD-Campus", "TUD-Stadtmitte", "PETS09-S2L1-first200")
 

@@ -11,8 +11,8 @@ from crowds import rows
 from evaluations import pictures
 from motes.core.errors import FormatError, SourceError
 from motes.evaluation.datasets.mot import MotSequence, has_mot_sequences, load_mot_dataset
-from motes.evaluation.datasets.mot_files import Kind, Rows, read_rows, write_rows
 from motes.evaluation.synthetic.clips import still
+from motes.formats.mot_files import Kind, Rows, read_rows, write_rows
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 

@@ -18,8 +18,8 @@ import arena
 from motes import Tracker, open_source
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.geometry import Ellipse
-from motes.evaluation.datasets.regions import ABSENT, Region, read_mask, read_regions
 from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
+from motes.formats.regions import ABSENT, Region, read_mask, read_regions
 from motes.output.track_rows import TrackWriter
 
 NAN = [math.nan] * 4

@@ -20,9 +20,9 @@ from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.evaluation import synthetic
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.mot_files import Rows
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
+from motes.formats.mot_files import Rows
 from motes.mot.scene import Scene
 
 
@@ -37,9 +37,13 @@ def counted(
 ) -> tuple[Result, list[list[float]]]:
     """Return the last result, and there, followed and detected of every frame."""
     finder = detector or zhao_pei_figure9.default_detector(each)
-    *_, result = zhao_pei_figure9.figure9(each, lambda seed: Scene(finder), 0, each.frames)
+    steps = zhao_pei_figure9.figure9(each, lambda seed: Scene(finder), "it", 0, each.frames)
+    *_, result = steps
     assert result.share == 1
-    (table,) = result.tables.values()
+    table, all_frames = result.tables.values()
+    (row,) = all_frames.rows
+    assert [cell.text for cell in row[:3]] == [each.name, "it", str(each.frames)]
+    assert row[3:] == table.foot[0][1:]
     assert table.head[1:4] == ("present", "followed", "detected accurately")
     return result, [[cell.value or 0.0 for cell in row[1:4]] for row in table.rows]
 
@@ -47,7 +51,7 @@ def counted(
 def test_objects_are_followed_from_their_third_frame_on(tmp_path: Path) -> None:
     result, counts = counted(crowd(tmp_path))
     assert counts == [[2, 0, 0]] * 2 + [[2, 2, 2]] * 10
-    (table,) = result.tables.values()
+    table = result.tables[""]
     assert [row[0].value for row in table.rows] == list(range(12))
     assert [row[4].text for row in table.rows] == ["0.000"] * 2 + ["1.000"] * 10
     assert [cell.text for cell in table.foot[0]] == ["all", "24", "20", "20", "0.833"]
@@ -148,10 +152,13 @@ def test_many_objects_on_the_command_line(
     line = ["experiment", "zhao-figure9", str(folder), "--out", str(out)]
     assert main(line) == 0, capfd.readouterr().err
     assert sorted(path.name for path in out.iterdir()) == [
-        f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")
+        "zhao-figure9-all.csv",
+        *(f"zhao-figure9.{ending}" for ending in ("csv", "md", "png")),
     ]
     table = list(csv.DictReader((out / "zhao-figure9.csv").read_text().splitlines()))
     assert [row["ratio"] for row in table] == ["0"] * 2 + ["1"] * 10 + ["0.833333"]
+    (row,) = csv.DictReader((out / "zhao-figure9-all.csv").read_text().splitlines())
+    assert (row["found by"], row["ratio"]) == ("det.txt", "0.833333")
     assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
     assert main([*line, "--overwrite", "--preset", "nummiaro", "--seed", "3"]) == 0
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from motes.core.frame import Frame
 from motes.evaluation.datasets.distractors import evaluated_rows
-from motes.evaluation.datasets.mot_files import Kind, read_rows
 from motes.evaluation.metrics.mot import tally
+from motes.formats.mot_files import Kind, read_rows
 from motes.mot.detection.pretrained import RecordedDetections
 
 from .outcomes import READ, REFUSED, check_finite, outcome, put

@@ -10,7 +10,6 @@ import numpy as np
 from motes.core.geometry import Box, Ellipse
 from motes.evaluation.adapters.registry import tracker_spec
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import read_rows
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.mot_scores import MotOutcome
 from motes.evaluation.protocols.mot import Tracks, save_tracks
@@ -19,6 +18,7 @@ from motes.evaluation.protocols.trace import TrackerOutput, save_trace
 from motes.evaluation.run_folder import RECORD, Record, prepare
 from motes.evaluation.runner import Job, Pass
 from motes.evaluation.scores import Outcome, PassResult
+from motes.formats.mot_files import read_rows
 
 from . import detections
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

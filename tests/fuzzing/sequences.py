@@ -11,9 +11,9 @@ from PIL import Image
 
 from motes.core.errors import MotesError
 from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
-from motes.evaluation.datasets.regions import read_mask
 from motes.evaluation.datasets.sot import Problem, Sequence, load_dataset
 from motes.evaluation.report.reference import Reference
+from motes.formats.regions import read_mask
 
 from . import detections, track_rows
 from .outcomes import READ, REFUSED, check_finite, check_message, outcome, put, scratch

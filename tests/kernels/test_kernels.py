@@ -16,7 +16,14 @@ from motes import kernels
 from motes.cues.hog import DERIVATIVE, SMOOTH
 from motes.cues.sampling import sunflower
 from motes.cues.search_window import sectors
-from motes.kernels.structures import ColorBins, ColorTarget, Grid, Reading
+from motes.kernels.structures import (
+    ColorBins,
+    ColorTarget,
+    Grid,
+    LightLimits,
+    MixtureLearning,
+    Reading,
+)
 from oracles import mosaic
 
 STUBS = sorted(Path(kernels.__file__).parent.glob("*.pyi"))
@@ -75,6 +82,18 @@ def calls(compiled: Any) -> dict[str, Any]:
     compiled.fourier_ridge.teach(spectra, spectra[0], 0.3, learned, power)
     response = found["response"] = np.empty_like(spectra[0])
     compiled.fourier_ridge.correlate(learned, power, spectra, response)
+    planes, sums = np.moveaxis(PIXELS, 2, 0).copy(), np.empty((3, 60, 80), np.uint16)
+    compiled.planes.window_sums(planes, sums)
+    parts, numbers = 3 * compiled.mixture.MODES, compiled.mixture.FIELDS * compiled.mixture.PART
+    model = found["mixture"] = np.zeros((60, parts, numbers), np.float32)
+    for shift in (0, 1, 0, 2):
+        how = MixtureLearning(0.3, 0.05, 9.0, 15.0, 4.0, 75.0)
+        compiled.mixture.learn(model, np.roll(planes, shift, axis=2), how)
+    mask, lit = np.empty((2, 60, 80), np.uint8)
+    compiled.mixture.foreground(model, np.roll(planes, 7, axis=1), 0.9, 16.0, mask)
+    limits = LightLimits(0.5, 1.25, 12.0, 20.0)
+    compiled.illumination.without_light(mask, sums, sums[:, ::-1].copy(), limits, lit)
+    found["mask"], found["light"] = mask, lit
     return found
 
 

@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from backgrounds import METHODS, NO_CV2
+from backgrounds import METHODS, NEEDS_CV2, NO_CV2
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -105,7 +105,7 @@ def found(mask: NDArray[np.uint8], least: int = 20, **changes: Any) -> list[Box]
     return blobs(mask, least=least / mask.size, **{**usual, **changes})
 
 
-@pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=METHODS[0].marks)])
+@pytest.mark.parametrize("opencv", [False, pytest.param(True, marks=NEEDS_CV2)])
 def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not opencv:
         monkeypatch.setitem(sys.modules, "cv2", None)
@@ -125,11 +125,7 @@ def test_blobs_by_hand(opencv: bool, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_without_opencv_the_default_needs_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
-    for make in (
-        lambda: BackgroundDetector("mog2"),
-        lambda: BackgroundDetector("knn"),
-        PeopleDetector,
-    ):
+    for make in (lambda: BackgroundDetector("knn"), PeopleDetector):
         with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[opencv\]'"):
             make()
     rng, detector = np.random.default_rng(0), BackgroundDetector()

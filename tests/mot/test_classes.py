@@ -17,6 +17,8 @@ from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.core.track import Status
+from motes.formats.registry import format_for
+from motes.formats.registry import write as write_format
 from motes.mot.analytics.events import EventCounter, Line, Regions
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.in_process import DetectorProcess
@@ -25,7 +27,6 @@ from motes.mot.scene import Scene
 from motes.mot.scene_config import DetectionSelection, SceneConfig
 from motes.mot.stages.suppress_duplicates import suppress_duplicates
 from motes.mot.tracked_object import SceneTrack
-from motes.output.documents import write_document
 from motes.output.journal import FrameRow, Header, Journal, JournalWriter, object_rows
 from scene_objects import RED, config, picture, visible
 from sightings import seen
@@ -161,7 +162,7 @@ def test_documents_have_the_last_class_of_each_object(ending: str, tmp_path: Pat
         writer.add(FrameRow(index, index / 4, object_rows(tracks)))
     writer.close()
     document = tmp_path / f"out.{ending}"
-    write_document(document, Journal(path))
+    write_format(document, format_for(document.name), Journal(path))
     text = document.read_text()
     if ending == "json":
         found = json.loads(text)

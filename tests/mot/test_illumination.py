@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from motes.kernels.structures import LightLimits
 from motes.mot.detection.illumination import (
     Background,
     with_enclosed,
     without_light,
     without_tremble,
 )
+from motes.mot.detection.planes import planes_of
 
 Picture = NDArray[np.uint8]
 PATCH = slice(20, 60), slice(30, 70)
@@ -29,10 +31,8 @@ def kept(pixels: Picture, shadow: float = 0.5, highlight: float = 1.25) -> float
     """Return the share of the patch that counts as an object."""
     mask = np.zeros((80, 100), np.uint8)
     mask[PATCH] = 1
-    left = without_light(
-        mask, pixels, Background(wall(), 4.0), shadow=shadow, highlight=highlight, tint=12,
-        texture=6,
-    )  # fmt: skip
+    limits = LightLimits(shadow, highlight, tint=12, texture=6)
+    left = without_light(mask, planes_of(pixels), Background(planes_of(wall()), 4.0), limits)
     return float(left[PATCH].mean())
 
 
@@ -68,12 +68,12 @@ def test_a_color_that_changes_by_itself_is_no_light() -> None:
 
 
 def test_a_tremble_of_a_pixel_is_no_foreground() -> None:
-    background = Background(wall(), 4.0)
+    background = Background(planes_of(wall()), 4.0)
     everywhere = np.ones((80, 100), np.uint8)
     shaken = np.roll(wall(), (1, 1), axis=(0, 1))
-    assert without_tremble(everywhere, shaken, background).sum() == 0
+    assert without_tremble(everywhere, planes_of(shaken), background).sum() == 0
     shaken[30:40, 40:50] = 20
-    assert without_tremble(everywhere, shaken, background).sum() == 100
+    assert without_tremble(everywhere, planes_of(shaken), background).sum() == 100
 
 
 def test_what_an_outline_encloses_is_no_shadow() -> None:

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from motes.cli.watch_outputs import COLUMNS as OBJECT_COLUMNS
 from motes.cli.watch_outputs import FrameResult, objects_output
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
+from motes.formats.rows import OBJECT_COLUMNS
 from motes.mot.tracked_object import SceneTrack
 from motes.output.read_rows import read_track
 from motes.output.track_rows import COLUMNS, TrackWriter

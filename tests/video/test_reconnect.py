@@ -6,6 +6,7 @@ import contextlib
 import io
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,8 +17,8 @@ from PIL import Image
 
 from clips import clip, picture
 from motes.cli import main
-from motes.core.errors import SourceError
-from motes.video import decoder, pace, reconnect
+from motes.core.errors import ConfigError, SourceError
+from motes.video import decoder, newest, pace, reconnect
 from motes.video.live import Live, open_watched
 from motes.video.pace import Pace
 from motes.video.sources import open_source
@@ -112,6 +113,33 @@ def test_a_stream_that_stalls_is_opened_again(monkeypatch: pytest.MonkeyPatch) -
     assert np.diff(times).max() > 0.4  # as long as it was away
 
 
+def test_a_camera_that_stays_away_is_an_error_after_all() -> None:
+    def once(connection: socket.socket, number: int) -> None:
+        if number == 0:
+            jpegs(connection, number)
+
+    said: list[str] = []
+    with server(once) as url:
+        with open_source(url, on_drop=said.append, patience=0.1) as source:
+            with pytest.raises(SourceError, match=r"has not come back for 0\.1 s; check it"):
+                list(source)
+            assert source.report.decoded == 10
+        with pytest.raises(ConfigError, match="patience is -1"):
+            open_source(url, on_drop=said.append, patience=-1)
+    assert len(said) == 1
+
+
+def test_frames_of_a_live_source_have_their_arrival(tmp_path: Path) -> None:
+    before = time.monotonic()
+    with server(jpegs) as url, open_source(url, end=8) as source:
+        arrivals = [frame.arrived or 0 for frame in source]
+        assert source.realtime
+    assert before < arrivals[0] <= arrivals[-1] < time.monotonic()
+    with open_source(clip(tmp_path / "a.ts", 3)) as source:
+        assert {frame.arrived for frame in source} == {None}
+        assert not source.realtime
+
+
 def test_a_pause_ends_when_nobody_waits_any_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reconnect, "FIRST_PAUSE", 1000.0)
     with server(jpegs) as url, open_source(url, on_drop=lambda line: source.stop()) as source:
@@ -164,8 +192,9 @@ def test_a_rig_lets_a_finished_file_end_too(tmp_path: Path) -> None:
 
 
 def test_motes_watch_goes_on_after_a_drop(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(newest, "LONGEST_WAIT", 1000.0)  # its pictures come all at once
     rows = tmp_path / "r.csv"
     with server(jpegs) as url:
         main(["watch", url, "--end", "25", "-o", str(rows), "--detector", "gaussian"])

@@ -37,6 +37,9 @@ app = App(
 app.command(
     "motes.cli.track:app", name="track", help="Track one object, or several, through a video."
 )
+app.command("motes.cli.refine:app", name="refine", help="Correct rows; track only what changes.")
+app.command("motes.cli.smooth:app", name="smooth", help="Smooth rows, and bridge gaps.")
+app.command("motes.cli.check:app", name="check", help="List doubtful frames of rows.")
 app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
 app.command(
     "motes.cli.convert:app", name="convert", help="Make the document of a run that was killed."

@@ -1,66 +1,192 @@
-"""`motes convert`: make a document of the rows that a killed run has left."""
+"""`motes convert`: tracks, annotations and truth from one format into another."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App, Group, Parameter
+from msgspec.structs import replace
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source
+from motes.cli.input_checks import check_keyframe_error, check_not_source
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, Overwrite
-from motes.core.errors import FormatError
+from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite
+from motes.core.errors import ConfigError, FormatError, SourceError
+
+if TYPE_CHECKING:
+    from motes.formats.recording import FilmFacts, Recorded
 
 app = App(name="convert", help_format="plaintext")
+FILM = Group("Film, as far as the file does not hold it", sort_key=2)
+FORMS = Group("Formats", sort_key=1)
 
 
 @app.default
 def convert(
-    rows: Path,
+    rows: Path | None = None,
+    target: Path | None = None,
     /,
     *,
     output: Annotated[
-        Path,
-        Parameter(
-            name=["--output", "-o"],
-            group=OUTPUT,
-            help="File to make: a document, .json (COCO) or .xml (CVAT), or rows, .csv, .jsonl "
-            "or .txt (MOTChallenge).",
-        ),
-    ],
+        Path | None,
+        Parameter(name=["--output", "-o"], group=OUTPUT, help="File to make, as the second name."),
+    ] = None,
+    from_: Annotated[
+        str | None,
+        Parameter(name="--from", group=FORMS, help="Format to read. [default: by content]"),
+    ] = None,
+    to: Annotated[
+        str | None,
+        Parameter(name="--to", group=FORMS, help="Format to write. [default: by name]"),
+    ] = None,
+    list_: Annotated[
+        bool, FLAG, Parameter(name="--list", group=FORMS, help="List the formats and exit.")
+    ] = False,
+    video: Annotated[
+        str | None,
+        Parameter(group=FILM, help="The film: for its size, its number of frames and its rate."),
+    ] = None,
+    size: Annotated[
+        str | None, Parameter(group=FILM, help="Width and height of the film, as 640x480.")
+    ] = None,
+    fps: Annotated[float | None, Parameter(group=FILM, help="Frames per second.")] = None,
+    frames: Annotated[int | None, Parameter(group=FILM, help="Number of frames.")] = None,
+    label: Annotated[
+        str, Parameter(group=OUTPUT, help="Class of the objects that have none in the first file.")
+    ] = "object",
+    identity: Annotated[
+        int | None, Parameter(group=OUTPUT, help="Take only the object with this identity.")
+    ] = None,
+    keyframe_error: KeyframeError = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Make a document, or another file, of the rows of a run that could not finish it.
+    """Convert tracks, annotations or truth from one format into another.
 
-    motes track and motes watch with -o NAME.json or NAME.xml write the objects of each frame into
-    NAME.json.rows.jsonl or NAME.xml.rows.jsonl first. This file stays if the run is killed or the
-    disk is full. This command makes the document of it. It does not change the file.
+    The formats are recognized, by the content of the first file and the name of the second. What
+    the second format cannot hold is printed. docs/formats.md describes the formats.
+
+    The rows that a killed run of motes track or motes watch has left, in NAME.json.rows.jsonl, are
+    one of the formats: this command makes the document of them.
 
     Parameters
     ----------
     rows
-        A file whose name ends in .rows.jsonl.
+        The file or folder to read.
+    target
+        The file or folder to make.
     """
-    from motes.cli.watch_outputs import Rows, form_of
-    from motes.output.documents import is_document, write_document
-    from motes.output.journal import Journal
-    from motes.output.track_rows import check_writable
+    from motes.cli.watch_outputs import check_place, format_of
+    from motes.formats import registry
+    from motes.formats.recording import aspects
 
-    check_not_source(str(rows), output)
-    journal = Journal(rows)
-    if is_document(output.name):
-        check_writable(output, overwrite)
-        try:
-            write_document(output, journal)
-        except OSError as error:
-            raise FormatError(
-                f"{output} cannot be written: {error.strerror}; make room, or choose another place."
-            ) from error
-    else:
-        with Rows(str(output), form_of(str(output)), overwrite) as lines:
-            for picture in journal:
-                lines.add(picture)
-    log(f"wrote {output} with the {sum(1 for _ in journal)} frames in {rows}.")
+    if list_:
+        print("\n".join(_table()))
+        return DONE
+    target = output or target
+    if rows is None or target is None:
+        raise ConfigError("Two names are needed, as in motes convert rows.csv tracks.xml.")
+    check_keyframe_error(keyframe_error)
+    check_not_source(str(rows), target)
+    source = from_ or registry.recognized(rows)
+    form = format_of(str(target), to)
+    facts = _facts(video, size, fps, frames, label)
+    recorded = _checked(registry.read(rows, source, facts), rows, facts)
+    if identity is not None:
+        recorded = _only(recorded, identity, rows)
+    check_place(str(target), form, overwrite)
+    try:
+        registry.write(target, form, recorded, keyframe_error)
+    except OSError as error:
+        raise FormatError(
+            f"{target} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from error
+    count = sum(1 for _ in recorded)
+    log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
+    lost = registry.lost(aspects(recorded), source, form)
+    if lost:
+        log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
     return DONE
+
+
+def _table() -> list[str]:
+    """Return a line for each format."""
+    from motes.formats.registry import FORMATS
+
+    lines = [f"{'format':15}{'from':6}{'to':4}{'endings':32}content"]
+    for name, each in FORMATS.items():
+        read, written = ("yes" if way else "" for way in (each.read, each.write))
+        lines.append(f"{name:15}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
+    return lines
+
+
+def _facts(
+    video: str | None, size: str | None, fps: float | None, frames: int | None, label: str
+) -> FilmFacts:
+    """Return what the options say of the film; each comes before what the film itself says."""
+    from motes.formats.recording import FilmFacts
+
+    if fps is not None and not 0 < fps < float("inf"):
+        raise ConfigError(f"--fps is {fps:g}; give a number of frames per second.")
+    if frames is not None and frames < 1:
+        raise ConfigError(f"--frames is {frames}; give 1 or more.")
+    width, height = _sides(size)
+    name = "unknown"
+    if video is not None:
+        from motes.video.sources import open_source
+
+        with open_source(video) as film:
+            name, fps, frames = film.name, fps or film.fps, frames or film.frame_count
+            width, height = (width, height) if size else (film.width, film.height)
+    return FilmFacts(source=name, width=width, height=height, frames=frames, fps=fps, label=label)
+
+
+def _sides(size: str | None) -> tuple[int, int]:
+    if size is None:
+        return 0, 0
+    width, _, height = size.lower().partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise ConfigError(f"--size is {size!r}; give width and height as 640x480.")
+    return int(width), int(height)
+
+
+def _checked(recorded: Recorded, rows: Path, facts: FilmFacts) -> Recorded:
+    """Return the objects with the size of the film, checked against it.
+
+    Raises
+    ------
+    SourceError
+        If the objects are of another film, by its size or its number of frames.
+    """
+    from motes.formats.recording import Recording
+
+    head = recorded.head
+    if facts.width and head.width and (head.width, head.height) != (facts.width, facts.height):
+        raise SourceError(
+            f"{rows} is of a film of {head.width}x{head.height} pixels, not of {facts.width}x"
+            f"{facts.height}; give the film that it belongs to."
+        )
+    last = max((row.frame for row in recorded if row.objects), default=0)
+    if facts.frames is not None and last >= facts.frames:
+        raise SourceError(
+            f"{rows} has objects in frame {last}, but the film has {facts.frames} frames; give the "
+            f"film that it belongs to."
+        )
+    if facts.width and not head.width:
+        head = replace(head, width=facts.width, height=facts.height)
+        return Recording(head, list(recorded))
+    return recorded
+
+
+def _only(recorded: Recorded, identity: int, rows: Path) -> Recorded:
+    """Return only the object with an identity; raise a ConfigError if there is none."""
+    from motes.formats.recording import Recording
+
+    kept = [
+        replace(row, objects=tuple(each for each in row.objects if each.identity == identity))
+        for row in recorded
+    ]
+    if not any(row.objects for row in kept):
+        known = sorted({each.identity for row in recorded for each in row.objects})
+        raise ConfigError(f"{rows} has no object {identity}; it has {str(known[:20])[1:-1]}.")
+    return Recording(recorded.head, kept)

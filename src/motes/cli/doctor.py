@@ -17,6 +17,8 @@ CORE = ("numpy", "scipy", "PIL", "msgspec", "rich")
 OPTIONAL = {
     "cv2": "opencv",
     "dlib": "faces",
+    "onnxruntime": "onnx",
+    "paho.mqtt": "mqtt",
     "matplotlib": "report",
     "trackers": "peers",
 }

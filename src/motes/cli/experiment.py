@@ -9,7 +9,9 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
+from motes.cli.experiment_camera import moving_camera
 from motes.cli.experiment_dials import dials
+from motes.cli.experiment_effort import effort
 from motes.cli.experiment_maggio import (
     maggio_figure3,
     maggio_figure5,
@@ -19,8 +21,8 @@ from motes.cli.experiment_maggio import (
 )
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
+from motes.cli.experiment_occlusions import occlusions, real_occlusions
 from motes.cli.experiment_zhao_pei import (
-    occlusions,
     zhao_detections,
     zhao_figure2,
     zhao_figure9,
@@ -48,7 +50,10 @@ for _experiment in (
     zhao_team,
     zhao_detections,
     occlusions,
+    real_occlusions,
+    moving_camera,
     dials,
+    effort,
 ):
     app.command(_experiment)
 

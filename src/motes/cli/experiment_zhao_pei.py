@@ -11,16 +11,11 @@ from cyclopts import Parameter
 
 from motes.cli.experiment_inputs import Clips, films_of, on_clips, refuse_none
 from motes.cli.experiment_output import ResultOptions, announce, show
-from motes.cli.experiment_scenes import (
-    Full,
-    RenderedDetector,
-    rendered_scene_factory,
-    scene_factory,
-)
-from motes.cli.input_checks import check_counts, numbers_of, read_text
+from motes.cli.experiment_scenes import Full, scene_factory
+from motes.cli.input_checks import numbers_of, read_text
 from motes.cli.load_config import error_context
-from motes.cli.options import HYPHEN, REPEATED, RUN, FirstPixel, ObjectPreset, Seed, Seeds
-from motes.core.errors import ConfigError, SourceError
+from motes.cli.options import HYPHEN, RUN, FirstPixel, ObjectPreset, Seed, Seeds
+from motes.core.errors import SourceError
 
 FIGURE9_FRAMES = 300
 """Number of frames of figure 9 without --full."""
@@ -86,7 +81,7 @@ def zhao_figure9(
     sequence
         A folder with frames and ground truth as for motes evaluate, of many objects or of one.
     """
-    output = results.output("zhao-figure9", plot=True)
+    output = results.output("zhao-figure9", "", "all", plot=True)
 
     from motes.core.seed import checked_seed
     from motes.evaluation.datasets.mot import has_mot_sequences, load_mot_dataset
@@ -110,14 +105,15 @@ def zhao_figure9(
     if len(crowds) > 1:
         raise SourceError(f"{sequence} has {len(crowds)} sequences; give the folder of one.")
     (crowd,) = crowds
-    if detector is None and like is None:
+    found_by = " ".join(text for text in (like and f"--like {like}", detector) if text)
+    if not found_by:
+        found_by = "background" if crowd.detections is None else "det.txt"
         scene = scene_factory(lambda: zhao_pei_figure9.default_detector(crowd), preset)
     frames = crowd.frames if full else min(crowd.frames, FIGURE9_FRAMES)
     expected = zhao_pei_figure9.expected(crowd, scene, frames)
     announce(expected, full or frames == crowd.frames)
-    return show(
-        zhao_pei_figure9.figure9(crowd, scene, seed, frames), output, problems, expected.seconds
-    )
+    steps = zhao_pei_figure9.figure9(crowd, scene, found_by, seed, frames)
+    return show(steps, output, problems, expected.seconds)
 
 
 def zhao_figure10(
@@ -211,55 +207,3 @@ def zhao_detections(
     refuse_none(sequences, crowds, problems)
     steps = zhao_pei_detections.detections(crowds, lambda: named_detector(detector))
     return show(steps, output, problems)
-
-
-def occlusions(
-    *,
-    hidden: Annotated[
-        list[int] | None,
-        REPEATED,
-        Parameter(
-            help="Length of an occlusion in frames; may be repeated. The default is 15; with "
-            "--full, it is 5, 15, 30, 45 and 60."
-        ),
-    ] = None,
-    objects: Annotated[
-        list[int] | None,
-        REPEATED,
-        Parameter(
-            help="Number of objects; may be repeated. The default is 2 and 10; with --full, it is "
-            "2, 10 and 50."
-        ),
-    ] = None,
-    least: Annotated[
-        int | None,
-        Parameter(
-            group=RUN,
-            help="Least number of occlusions of each kind. The default is 2; with --full, it is "
-            "10.",
-        ),
-    ] = None,
-    detector: RenderedDetector = None,
-    preset: ObjectPreset = "nummiaro:adaptive",
-    full: Full = False,
-    results: ResultOptions = ResultOptions(),
-) -> int:
-    """Zhao and Pei, section 3: identities through full occlusions."""
-    lengths = hidden or ([5, 15, 30, 45, 60] if full else [15])
-    counts = objects or ([2, 10, 50] if full else [2, 10])
-    least = (10 if full else 2) if least is None else least
-    check_counts(least=least)
-    if min(lengths) < 5:
-        raise ConfigError(f"--hidden is {min(lengths)}; give 5 or more.")
-    for count in counts:
-        if count != 2 and (count < 10 or count % 10):
-            raise ConfigError(f"--objects is {count}; give 2 or a multiple of 10.")
-    output = results.output("occlusions", "lengths", "short")
-    scene = rendered_scene_factory(detector, preset)
-
-    from motes.evaluation.papers import occlusions as experiment
-
-    kinds = experiment.kinds_of(lengths, counts)
-    expected = experiment.expected(kinds, least, scene)
-    announce(expected, full)
-    return show(experiment.occlusions(kinds, least, scene), output, (), expected.seconds)

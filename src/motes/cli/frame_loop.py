@@ -12,6 +12,8 @@ from motes.cli.progress import Progress
 from motes.core import interrupts
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
+from motes.video.film import Film
+from motes.video.newest import Newest
 from motes.video.prefetch import prefetch
 from motes.video.sources import Source
 
@@ -39,13 +41,15 @@ def run(
     note: Callable[[T], str],
     *,
     quiet: bool = False,
+    progress: AbstractContextManager[Progress] | None = None,
 ) -> KeyboardInterrupt | None:
     """Write the result of each frame into all outputs, and close them.
 
     Parameters
     ----------
     film
-        The frames; a thread decodes them ahead.
+        The frames; a thread decodes them ahead, and leaves out those of a live source that the
+        steps are too slow for.
     outputs
         The outputs; all of them are opened here, before the first frame.
     steps
@@ -54,6 +58,8 @@ def run(
         Counts a result that is written; returns the state of the run, for the progress bar.
     quiet
         Whether there is no progress bar.
+    progress
+        A progress bar that several runs share; by default one of the film.
 
     Returns
     -------
@@ -63,21 +69,21 @@ def run(
     try:
         with (
             contextlib.ExitStack() as opened,
-            prefetch(film) as frames,
+            Newest(film) if film.live else prefetch(film) as frames,
             contextlib.ExitStack() as reading,
         ):
             reading.callback(film.stop)
             for output in outputs:
                 opened.enter_context(output)
-            making = opened.enter_context(contextlib.closing(steps(frames)))
-            with Progress(film, quiet=quiet) as progress:
+            making = opened.enter_context(contextlib.closing(steps(iter(frames))))
+            with progress or Progress(film.frame_count, quiet=quiet) as bar:
                 try:
                     for step in making:
                         with deferred():
                             for output in outputs:
                                 output.write(step)
                             state = note(step)
-                        progress.count(state)
+                        bar.count(state)
                         check()
                 except KeyboardInterrupt as interrupt:
                     interrupted = interrupt
@@ -88,7 +94,7 @@ def run(
 
 def summarize(
     parts: Sequence[str],
-    film: Source,
+    film: Source | Film,
     outputs: Sequence[Sink[T]],
     interrupted: KeyboardInterrupt | None,
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import re
 import sys
@@ -133,7 +134,7 @@ def point_out_leftovers(*outputs: Path | None) -> None:
             log(f"{left} is an unfinished {path}, of a run that was killed or still goes on.")
 
 
-def check_label(label: str | None, output: str | None) -> None:
+def check_label(label: str | None, output: str | None, form: str | None = None) -> None:
     """Check the class of the objects in an output.
 
     Raises
@@ -141,16 +142,22 @@ def check_label(label: str | None, output: str | None) -> None:
     ConfigError
         If the name is empty or unprintable, or the output has no classes.
     """
-    from motes.output.documents import is_document
+    from motes.cli.watch_outputs import is_document
 
     if label is None:
         return
-    if output is None or not is_document(output):
+    if output is None or not is_document(output, form):
         raise ConfigError(
-            "--label is for documents, which end in .json or .xml; rows have no class: omit it."
+            "--label is for documents, as .json or .xml; rows have no class: omit it."
         )
     if not (label.strip() and label.isprintable()):
         raise ConfigError(f"--label is {label!r}; give a name of printable letters.")
+
+
+def check_keyframe_error(error: float | None) -> None:
+    """Raise a ConfigError unless --keyframe-error is a number of pixels."""
+    if error is not None and not 0 <= error < math.inf:
+        raise ConfigError(f"--keyframe-error is {error:g}; give a number of pixels, 0 or more.")
 
 
 def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:

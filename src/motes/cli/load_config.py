@@ -81,7 +81,7 @@ def watch_config(
     detector, like
         The values of --detector and --like; with both, the configuration is that of --like.
     selection
-        The keys that --classes and --least set.
+        The keys that --classes, --least and --camera set.
     settings
         Options that are keys of the configuration.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Group, Parameter
 
 from motes.cli.messages import log
+from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
@@ -81,6 +82,14 @@ ConfigFile = Annotated[
     Path | None,
     Parameter(group=CONFIGURATION, help="TOML file whose values replace those of the preset."),
 ]
+KeyframeError = Annotated[
+    float | None,
+    Parameter(
+        group=OUTPUT,
+        help="For CVAT and Label Studio, and for keyframes: largest deviation of the boxes that "
+        "they interpolate between keyframes, in pixels; 0 makes each frame one. [default: 1]",
+    ),
+]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 
 
@@ -92,12 +101,28 @@ class FrameOptions:
     start: Annotated[int, Parameter(help="First frame.")] = 0
     end: Annotated[int | None, Parameter(help="Stop before this frame.")] = None
     stride: Annotated[int, Parameter(help="Read every n-th frame.")] = 1
+    reconnect: Annotated[
+        float | None,
+        Parameter(
+            help="Seconds for which a live source that broke is opened again, with growing pauses; "
+            "then the run ends with an error. By default without end."
+        ),
+    ] = None
 
     def open(self, source: str) -> "Source":
         """Return the frames of a source; raise a SourceError if it cannot be read."""
         from motes.video.sources import open_source
 
-        return open_source(source, start=self.start, end=self.end, stride=self.stride, on_drop=log)
+        if self.reconnect is not None and not self.reconnect >= 0:
+            raise ConfigError(f"--reconnect is {self.reconnect:g}; give seconds, 0 or more.")
+        return open_source(
+            source,
+            start=self.start,
+            end=self.end,
+            stride=self.stride,
+            on_drop=log,
+            patience=self.reconnect,
+        )
 
 
 @Parameter(name="*", group=OUTPUT)
@@ -111,9 +136,14 @@ class OutputOptions:
         Parameter(
             name=["--output", "-o"],
             help="Rows of each frame: a .csv, .jsonl or .txt (MOTChallenge) file, or - for "
-            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT).",
+            "standard output; or a document for annotation tools: .json (COCO) or .xml (CVAT). "
+            "motes convert --list has all formats.",
         ),
     ] = None
+    format: Annotated[str | None, Parameter(help="Format of --output, whatever its ending is.")] = (
+        None
+    )
+    keyframe_error: KeyframeError = None
     label: Annotated[
         str | None,
         Parameter(help="Class of the objects in a .json or .xml document. [default: object]"),
@@ -121,6 +151,14 @@ class OutputOptions:
     overlay: Annotated[
         Path | None, Parameter(help="Video with the tracks drawn: .mp4, .mkv, .mov or .m4v.")
     ] = None
+    show: Annotated[
+        bool,
+        FLAG,
+        Parameter(
+            help="Show the tracks while they are made: in a window if OpenCV has one, else on a "
+            "page for a browser on this computer, whose address is printed."
+        ),
+    ] = False
     overwrite: Overwrite = False
 
 

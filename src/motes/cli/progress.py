@@ -11,7 +11,6 @@ from motes.core.track import Status
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Step
-    from motes.video.sources import Source
 
 INTERVAL = 0.1
 """Seconds between updates of the progress bar."""
@@ -20,9 +19,17 @@ EVENTS = 6
 
 
 class Progress:
-    """A progress bar on standard error; without a terminal it shows nothing."""
+    """A progress bar on standard error; without a terminal it shows nothing.
 
-    def __init__(self, source: Source, *, quiet: bool = False) -> None:
+    Parameters
+    ----------
+    count
+        The number of frames; None if unknown.
+    quiet
+        Whether nothing is shown on a terminal either.
+    """
+
+    def __init__(self, count: int | None, *, quiet: bool = False) -> None:
         self._bar: Any = None
         if quiet or not sys.stderr.isatty():
             return
@@ -41,7 +48,6 @@ class Progress:
             transient=True,
             expand=True,
         )
-        count = source.frame_count
         self._task = self._bar.add_task(
             "", total=count, of="?" if count is None else count, rate=0.0, state=""
         )

@@ -7,17 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.input_checks import (
+    check_keyframe_error,
     check_label,
     check_not_source,
     default_output,
     point_out_leftovers,
 )
+from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import (
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from motes.cli.track_loop import Begin
     from motes.cli.track_outputs import Output
     from motes.cli.watch_outputs import Output as ObjectsOutput
+    from motes.output.track_rows import Form
     from motes.sot.presets import TrackerConfig
     from motes.sot.tracker import Tracker
     from motes.video.sources import Source
@@ -56,10 +59,6 @@ app = App(
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    format: Annotated[
-        Literal["csv", "jsonl"] | None,
-        Parameter(help="Form of the rows, whatever the ending of --output is."),
-    ] = None
     figures: Annotated[Path | None, Parameter(help="Folder for the figures of the papers.")] = None
     resume: Annotated[
         bool,
@@ -74,10 +73,9 @@ class TrackOutputs(OutputOptions):
 
 @app.default
 def track(
-    source: str | None = None,
-    /,
-    *,
+    *sources: str,
     target: TargetOptions = TargetOptions(),
+    keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
@@ -92,7 +90,7 @@ def track(
     ] = None,
     **settings: Settings,
 ) -> int:
-    """Track one object, or several, through a video.
+    """Track one object, or several, through a video; or one through each of several videos.
 
     The result has a row for each frame: the target's position, the confidence, and the status
     (searching, tracking or lost). With several objects it has a row for each object: its box and
@@ -101,10 +99,13 @@ def track(
     Without -o, --overlay and --figures the rows go to standard output; if that is a terminal, they
     go to a file named after the source.
 
+    With several videos and --keyframes, -o is a folder, which gets the rows of each video.
+
     Parameters
     ----------
-    source
-        A video, an image, a folder or pattern of images, the number of a camera, or an address.
+    sources
+        A video, an image, a folder or pattern of images, the number of a camera, or an address. Or
+        several of them, or a pattern of videos, with --keyframes.
     """
     known = target.known()
     preset = preset or default_preset(known is not None or fps_target is not None)
@@ -114,10 +115,26 @@ def track(
 
         print(to_toml(config), end="")
         return DONE
-    if source is None:
+    if not sources:
         raise ConfigError("There is no source; name a video, as in motes track film.mp4 --init …")
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
+    if keys.given:
+        pictures = outputs.figures is not None or outputs.show
+        if frames.stride != 1 or pictures or outputs.resume or fps_target is not None:
+            raise ConfigError(
+                "--stride, --figures, --show, --resume and --fps-target are not for keyframes; "
+                "omit them."
+            )
+        check_keyframe_error(outputs.keyframe_error)
+        return _track_keyframes(sources, keys, target, frames, outputs, config, values.seed)
+    if len(sources) > 1:
+        others = " ".join(sources[1:])
+        raise ConfigError(
+            f"No option takes {others}; numbers of one option need commas, and several videos "
+            f"--keyframes."
+        )
+    (source,) = sources
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
@@ -125,21 +142,67 @@ def track(
     if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
         raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
     output = outputs.output
-    if output is None and outputs.overlay is None and outputs.figures is None:
+    pictures = outputs.overlay is not None or outputs.figures is not None or outputs.show
+    if output is None and not pictures:
         output = default_output(source)
-    check_label(outputs.label, output if outputs.format is None else None)
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
     where = Path(output) if output else None
     check_not_source(source, where, outputs.overlay, outputs.figures)
     point_out_leftovers(where, outputs.overlay)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
     if len(boxes) > 1:
+        if output is not None:
+            from motes.cli.watch_outputs import check_several
+
+            check_several(output, outputs.format)
         return _track_several(source, boxes, frames, output, outputs, config, values.seed)
 
     from motes.sot.tracker import Tracker
 
     tracker = Tracker(config, values.seed, fps_target)
     return _track_one(source, tracker, begin, frames, output, outputs)
+
+
+def _track_keyframes(
+    sources: Sequence[str],
+    keys: KeyframeOptions,
+    target: TargetOptions,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    config: TrackerConfig,
+    seed: int,
+) -> int:
+    """Track an object between keyframes, or backward; or one in each of several films."""
+    from motes.cli.track_films import films_of, marks_of_films, track_films
+    from motes.cli.track_keyframes import open_film, track_keyframes
+
+    films = films_of(sources)
+    region = target.region()
+    if len(films) > 1:
+        if keys.keyframes is None or keys.in_one_film or region is not None:
+            raise ConfigError(
+                "The targets of several films are in the file of --keyframes; omit other targets."
+            )
+        check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
+        each = marks_of_films(films, keys.keyframes)
+        return track_films(each, frames, outputs, config, seed)
+    (source,) = films
+    marks = keys.marks(source)
+    if region is None and not any(mark for _, mark in marks):
+        raise ConfigError(
+            "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
+        )
+    output = outputs.output
+    if output is None and outputs.overlay is None:
+        output = default_output(source)
+    check_label(outputs.label, output, outputs.format)
+    where = Path(output) if output else None
+    check_not_source(source, where, outputs.overlay)
+    point_out_leftovers(where, outputs.overlay)
+    film = open_film(source, frames.start, frames.end, keys)
+    return track_keyframes(film, keys, region, marks, config, seed, output, outputs)
 
 
 def _track_several(
@@ -152,6 +215,7 @@ def _track_several(
     seed: int,
 ) -> int:
     """Track the objects in several boxes of the first frame."""
+    from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
     from motes.cli.watch_outputs import Overlay, objects_output
     from motes.mot.analytics.events import Regions
@@ -163,9 +227,15 @@ def _track_several(
         if outputs.overlay is not None:
             stride = frames.stride
             opened.append(Overlay(outputs.overlay, film, stride, Regions(), overwrite=overwrite))
+        if outputs.show:
+            opened.append(show_scene(Regions()))
         if output is not None:
-            form, label = outputs.format, outputs.label
-            opened.append(objects_output(output, film, overwrite=overwrite, form=form, label=label))
+            opened.append(
+                objects_output(
+                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
+                    keyframe_error=outputs.keyframe_error,
+                )
+            )  # fmt: skip
         return track_several(film, Trackers(config, seed), boxes, opened)
 
 
@@ -179,10 +249,11 @@ def _track_one(
 ) -> int:
     """Track one object."""
     from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
-    from motes.output.track_rows import FORMS
+    from motes.cli.watch_outputs import format_of, objects_output
 
-    form, resume = outputs.format, outputs.resume
-    rows = output == "-" or form is not None or Path(output or "").suffix.lower() in FORMS
+    resume = outputs.resume
+    form = None if output is None else format_of(output, outputs.format)
+    rows: Form | None = form if form == "csv" or form == "jsonl" else None
     if resume and not rows:
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     anew = outputs.overwrite or resume
@@ -194,10 +265,18 @@ def _track_one(
             opened.append(Overlay(outputs.overlay, film, frames.stride, overwrite=anew))
         if outputs.figures is not None:
             opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
+        if outputs.show:
+            from motes.cli.show import show_track
+
+            opened.append(show_track())
         if output is not None and rows:
-            opened.append(Rows(output, form, overwrite=outputs.overwrite, resume=resume))
+            opened.append(Rows(output, rows, overwrite=outputs.overwrite, resume=resume))
         elif output is not None:
-            opened.append(AsObjects(output, film, outputs.label, overwrite=outputs.overwrite))
+            inner = objects_output(
+                output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
+                keyframe_error=outputs.keyframe_error,
+            )  # fmt: skip
+            opened.append(AsObjects(inner))
         return _run(film, tracker, begin, opened, quiet=output == "-")
 
 

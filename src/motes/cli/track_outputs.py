@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections import deque
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from motes.cli.track_loop import Companion, Step
-from motes.cli.watch_outputs import FrameResult, film_state, objects_output
+from motes.cli.watch_outputs import ObjectsOutput, film_state
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
-from motes.mot.tracked_object import SceneTrack
-from motes.output.overlay import draw
-from motes.output.track_rows import Form, TrackWriter, check_writable
+from motes.output.journal import FrameRow, ObjectRow
+from motes.output.painters import TrackPainter
+from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
-
-TRAIL = 50
-"""Frames of the trail in the overlay."""
-NOWHERE = (float("nan"), float("nan"))
 
 
 class Output(Protocol):
@@ -52,9 +49,17 @@ class Output(Protocol):
 class Rows:
     """Rows in a file or on standard output; checks on construction that they can be written."""
 
-    def __init__(self, path: str, form: Form | None, *, overwrite: bool, resume: bool) -> None:
+    def __init__(
+        self,
+        path: str,
+        form: Form | None,
+        *,
+        overwrite: bool,
+        resume: bool = False,
+        columns: Sequence[str] = COLUMNS,
+    ) -> None:
         self._name, self._resume, self._complete = path, resume, False
-        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume)
+        self._writer = TrackWriter(path, form, overwrite=overwrite, resume=resume, columns=columns)
 
     def write(self, step: Step) -> None:
         """Add a row."""
@@ -79,15 +84,16 @@ class Rows:
 
 
 class AsObjects:
-    """The target as one of several objects, in a form that only they have."""
+    """The target as one of several objects, in a format that only they have."""
 
-    def __init__(self, path: str, film: Source, label: str | None, *, overwrite: bool) -> None:
-        self._inner = objects_output(path, film, overwrite=overwrite, label=label)
+    def __init__(self, inner: ObjectsOutput) -> None:
+        self._inner = inner
 
     def write(self, step: Step) -> None:
         """Add a frame."""
-        tracks = [SceneTrack(1, step.track)] if step.track else []
-        self._inner.write(FrameResult(step.frame, tracks, ()))
+        there = step.track is not None and step.track.status is not Status.ABSENT
+        objects = (ObjectRow.of_target(step.track),) if step.track and there else ()
+        self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
 
     @property
     def result(self) -> str | None:
@@ -105,25 +111,15 @@ class AsObjects:
 class Overlay:
     """An annotated video; checks on construction that it can be written."""
 
-    def __init__(self, path: Path, source: Source, stride: int, *, overwrite: bool) -> None:
+    def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
-        self._trail: deque[tuple[float, float]] = deque(maxlen=TRAIL)
+        self._painter = TrackPainter()
         self._start: float | None = None
 
     def write(self, step: Step) -> None:
         """Add a picture."""
-        pixels = step.frame.pixels
-        if step.info is not None:
-            track = step.info.track
-            self._trail.append(track.ellipse[:2] if step.status is Status.TRACKING else NOWHERE)
-            pixels = draw(
-                pixels,
-                track,
-                particles=step.info.ellipses,
-                weights=step.info.weights,
-                trail=self._trail,
-            )
+        pixels = self._painter.painted(step.frame, step.info)()
         if self._start is None:
             self._start = step.frame.time
         self._writer.write(pixels, step.frame.time - self._start)

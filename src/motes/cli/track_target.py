@@ -42,7 +42,7 @@ class TargetOptions:
         Path | None,
         Parameter(help="With --detect face: a detector that motes faces train has written."),
     ] = None
-    at: Annotated[
+    places: Annotated[
         Path | None,
         Parameter(
             help="With --histogram: where the target may appear, a TOML file with [[place]], each "
@@ -53,6 +53,16 @@ class TargetOptions:
         Path | None, Parameter(help="With --histogram: a picture without the target.")
     ] = None
 
+    def given(self) -> list[str]:
+        """Return the options that are given and name a target."""
+        ways = {
+            "--init": self.init,
+            "--ellipse": self.ellipse,
+            "--histogram": self.histogram,
+            "--detect": self.detect,
+        }
+        return [flag for flag, value in ways.items() if value]
+
     def boxes(self) -> list[list[float]]:
         """Return the boxes of --init; raise a ConfigError for a text that is none."""
         return [numbers_of("--init", text, "x,y,width,height") for text in self.init or []]
@@ -60,6 +70,24 @@ class TargetOptions:
     def known(self) -> Target | None:
         """Return the target of --histogram; raise a SourceError if it cannot be read."""
         return None if self.histogram is None else load_target(self.histogram)
+
+    def region(self) -> list[float] | None:
+        """Return the numbers of one --init or of --ellipse, for a target with keyframes.
+
+        Raises
+        ------
+        ConfigError
+            If the target is given in another way, or there are several.
+        """
+        others = (self.histogram, self.detect, self.face_model, self.places, self.background)
+        if any(other is not None for other in others):
+            raise ConfigError("Keyframes go with --init or --ellipse; omit other targets.")
+        boxes = self.boxes()
+        if len(boxes) + (self.ellipse is not None) > 1:
+            raise ConfigError("Keyframes are of one object; give one --init or --ellipse.")
+        if self.ellipse is not None:
+            return numbers_of("--ellipse", self.ellipse, "x,y,a,b,theta")
+        return boxes[0] if boxes else None
 
     def begin(self, known: Target | None) -> Begin:
         """Return how tracking begins.
@@ -90,8 +118,10 @@ class TargetOptions:
             )
         if len(given) > 1:
             raise ConfigError(f"{' and '.join(given)} contradict each other; give one of them.")
-        if known is None and (self.at or self.background):
-            raise ConfigError("--at and --background belong to --histogram; give it, or omit them.")
+        if known is None and (self.places or self.background):
+            raise ConfigError(
+                "--places and --background belong to --histogram; give it, or omit them."
+            )
         if self.detect is None and self.face_model:
             raise ConfigError("--face-model belongs to --detect face; give it, or omit it.")
 
@@ -115,10 +145,10 @@ class TargetOptions:
         from motes.video.sources import read_image
 
         places: tuple[Place, ...] = ()
-        if self.at is not None:
-            read_text(self.at)  # a file that is missing is an error of its own
-            with error_context(self.at):
-                places = load_places(self.at)
+        if self.places is not None:
+            read_text(self.places)  # a file that is missing is an error of its own
+            with error_context(self.places):
+                places = load_places(self.places)
         return on_target(
             known, places, None if self.background is None else read_image(self.background)
         )

@@ -6,12 +6,13 @@ import contextlib
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Group, Parameter
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.input_checks import (
+    check_keyframe_error,
     check_label,
     check_not_source,
     default_output,
@@ -23,6 +24,7 @@ from motes.cli.options import (
     FLAG,
     HYPHEN,
     OUTPUT,
+    REPEATED,
     ConfigOptions,
     FrameOptions,
     ObjectPreset,
@@ -50,6 +52,8 @@ app = App(
     help_format="plaintext",
 )
 PRESET = "nummiaro:adaptive"
+QUEUE = "motes-events.sqlite"
+"""Default file in which events wait."""
 
 
 @Parameter(name="*", group=Group("Objects", sort_key=1))
@@ -63,7 +67,7 @@ class ObjectOptions:
             accepts_keys=False,
             help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
             "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
-            "the MOTChallenge. The default is mog2, or gaussian if OpenCV is not installed.",
+            "the MOTChallenge. The default is mog2.",
         ),
     ] = None
     classes: Annotated[
@@ -73,18 +77,26 @@ class ObjectOptions:
     least: Annotated[
         float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
     ] = None
+    camera: Annotated[
+        Literal["still", "moving"] | None,
+        Parameter(
+            help="Whether the camera is still, as by default, or moves: its motion is then part of "
+            "all predictions, and the background moves along."
+        ),
+    ] = None
     own_process: Annotated[
         bool, FLAG, Parameter(help="Run the detector in a process of its own.")
     ] = False
 
     def selection(self) -> dict[str, Any]:
-        """Return the keys of the configuration that --classes and --least set."""
+        """Return the keys of the configuration that --classes, --least and --camera set."""
         keys: dict[str, Any] = {}
         if self.classes is not None:
             keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
         if self.least is not None:
             keys["least"] = self.least
-        return {"detections": keys} if keys else {}
+        moves = {} if self.camera is None else {"camera": self.camera}
+        return {"detections": keys, **moves} if keys else moves
 
     like: Annotated[
         str | None,
@@ -110,11 +122,29 @@ class WatchOutputs(OutputOptions):
     """The outputs of `motes watch`."""
 
     events: Annotated[
-        str | None,
+        list[str] | None,
+        REPEATED,
         HYPHEN,
         Parameter(
-            help="Events as they happen, as JSON Lines: a file, or - for standard output. An "
-            "object appears, disappears, crosses, enters, stays or leaves.",
+            help="Events as they happen: a file of JSON Lines, - for standard output, an https:// "
+            "address that they are posted to, or mqtt://HOST/TOPIC. An object appears, "
+            "disappears, crosses, enters, stays or leaves. May be repeated.",
+        ),
+    ] = None
+    queue: Annotated[
+        Path | None,
+        Parameter(
+            help="File in which events wait until a server or broker has confirmed them, also "
+            f"after the run. [default: {QUEUE}]"
+        ),
+    ] = None
+    home_assistant: Annotated[
+        bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
+    ] = False
+    metrics: Annotated[
+        str | None,
+        Parameter(
+            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
         ),
     ] = None
     slit: Annotated[
@@ -130,6 +160,18 @@ class WatchOutputs(OutputOptions):
     paths: Annotated[
         Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
     ] = None
+
+    def destinations(self) -> tuple[list[str], list[str]]:
+        """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
+        from motes.cli.sent_events import is_sent
+
+        events = self.events or []
+        sent = [name for name in events if is_sent(name)]
+        if self.queue is not None and not sent:
+            raise ConfigError("--queue is for events that are sent; give --events an address.")
+        if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
+            raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
+        return [name for name in events if not is_sent(name)], sent
 
 
 @app.default
@@ -179,23 +221,32 @@ def watch(
         return DONE
     if source is None:
         raise ConfigError("There is no source; name a video, as in motes watch street.mp4.")
-    output, events, overlay = outputs.output, outputs.events, outputs.overlay
+    output, overlay = outputs.output, outputs.overlay
+    written, sent = outputs.destinations()
     pictures = [path for path in (outputs.slit, outputs.heatmap, outputs.paths) if path is not None]
-    if output is None and overlay is None and events is None and not pictures:
+    live = outputs.show or outputs.metrics is not None
+    if output is None and overlay is None and not (written or sent or pictures or live):
         output = default_output(source)
-    if output == events == "-":
+    if output == "-" and "-" in written:
         raise ConfigError("Rows and events would mix on standard output; give one of them a file.")
-    from motes.output.documents import is_document
+    from motes.cli.watch_outputs import check_several, is_document
     from motes.output.journal import journal_of
 
-    check_label(outputs.label, output)
-    files = [Path(name) for name in (output, events) if name is not None and name != "-"]
-    if output is not None and is_document(output):
+    check_label(outputs.label, output, outputs.format)
+    check_keyframe_error(outputs.keyframe_error)
+    files = [Path(name) for name in (output, *written) if name is not None and name != "-"]
+    if output is not None and is_document(output, outputs.format):
         files.append(journal_of(output))
     files += pictures
-    check_not_source(source, overlay, *files)
+    queue = outputs.queue or Path(QUEUE)
+    check_not_source(source, overlay, *files, *([queue] if sent else []))
+    if output is not None:
+        check_several(output, outputs.format)
     point_out_leftovers(overlay, *files)
 
+    from motes.cli.metrics_page import MetricsPage, place_of
+    from motes.cli.sent_events import SentEvents
+    from motes.cli.show import show_scene
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
@@ -208,6 +259,11 @@ def watch(
 
     overwrite = outputs.overwrite
     counter = EventCounter(where)
+    place = None if outputs.metrics is None else place_of(outputs.metrics)
+    sending = None
+    if sent:
+        announce = outputs.home_assistant
+        sending = SentEvents(sent, queue, source, where, announce=announce)
     with contextlib.ExitStack() as running:
         if objects.like is not None and objects.detector is not None:
             if objects.own_process:
@@ -219,6 +275,7 @@ def watch(
         else:
             detector = config.detector.detector()
         check_classes(detector, config.detections.classes)
+        detector = config.for_camera(detector)
         if isinstance(detector, PreparedDetector) and is_recorded(source):
             with frames.open(source) as film:
                 detector.prepare(film)
@@ -227,8 +284,13 @@ def watch(
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
-        if events is not None:
-            opened.append(Events(events, overwrite))
+        opened += [Events(name, overwrite) for name in written]
+        if sending is not None:
+            opened.append(sending)
+        if outputs.show:
+            opened.append(show_scene(where))
+        if place is not None:
+            opened.append(MetricsPage(place, film, scene, sending))
         if outputs.slit is not None:
             opened.append(Slits(outputs.slit, where, overwrite=overwrite))
         if outputs.heatmap is not None:
@@ -236,7 +298,12 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
-            opened.append(objects_output(output, film, overwrite=overwrite, label=outputs.label))
+            opened.append(
+                objects_output(
+                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
+                    keyframe_error=outputs.keyframe_error,
+                )
+            )  # fmt: skip
         return _run(film, scene, counter, opened)
 
 

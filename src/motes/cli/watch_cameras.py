@@ -6,20 +6,20 @@ import contextlib
 from collections.abc import Mapping
 from pathlib import Path
 
-import msgspec
-
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
 from motes.cli.load_config import error_context, load_target
 from motes.cli.messages import counted, log
-from motes.cli.watch_outputs import COLUMNS, Lines, csv_line
+from motes.cli.watch_outputs import Lines
 from motes.core import interrupts
 from motes.core.errors import ConfigError, SourceError
 from motes.core.interrupts import check, deferred
+from motes.formats.rows import OBJECT_COLUMNS, object_line
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
+from motes.output.track_rows import Form
 
 
 class RigRows(Lines):
@@ -30,11 +30,12 @@ class RigRows(Lines):
         if ending not in (".csv", ".jsonl"):
             raise ConfigError(f"{name} ends neither in .csv nor in .jsonl; rename it.")
         super().__init__(name, overwrite)
-        self._csv, self._columns = ending == ".csv", ("camera", *COLUMNS)
+        self._form: Form = "csv" if ending == ".csv" else "jsonl"
+        self._columns = ("camera", *OBJECT_COLUMNS)
 
     def begin(self) -> None:
         """Write the header."""
-        if self._csv:
+        if self._form == "csv":
             self.put([",".join(self._columns)])
 
     def write(self, report: CameraReport, identities: Mapping[int, int]) -> None:
@@ -48,11 +49,7 @@ class RigRows(Lines):
                 *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
                 identities.get(each.occluded_by or 0), each.label,
             ]  # fmt: skip
-            if self._csv:
-                lines.append(csv_line(values))
-            else:
-                pairs = dict(zip(self._columns, values, strict=True))
-                lines.append(msgspec.json.encode(pairs).decode())
+            lines.append(object_line(self._form, self._columns, values))
         self.put(lines)
 
 

@@ -5,52 +5,44 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Literal, Protocol, Self
+from typing import TYPE_CHECKING, BinaryIO, Protocol, Self
 
-import msgspec
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.core.track import Status
+from motes.formats.mot import result_line
+from motes.formats.recording import visible
+from motes.formats.registry import format_for, named
+from motes.formats.registry import write as write_format
+from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.mot.analytics.events import Event, Regions
 from motes.mot.tracked_object import SceneTrack
-from motes.output.documents import DOCUMENTS, is_document, write_document
 from motes.output.journal import (
     FrameRow,
     Header,
     Journal,
     JournalWriter,
-    ObjectRow,
     journal_of,
     object_rows,
 )
-from motes.output.scene_overlay import Point, draw_scene
+from motes.output.painters import ScenePainter
+from motes.output.track_rows import Form as RowForm
 from motes.output.track_rows import check_not_deleted, check_writable
 from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
-Form = Literal["mot", "csv", "jsonl"]
-FORMS: dict[str, Form] = {".txt": "mot", ".csv": "csv", ".jsonl": "jsonl"}
-"""Forms of rows, by the ending of the file; other endings are those of `DOCUMENTS`."""
+STREAMED = ("csv", "jsonl", "mot")
+"""Formats that grow row by row; all others are made at the end."""
 LABEL = "object"
 """Default class of the objects."""
-COLUMNS = (
-    "frame", "time", "identity", "x", "y", "width", "height", "confidence", "status", "occluded_by",
-    "class",
-)  # fmt: skip
-MOT_CLASSES = {
-    "pedestrian": 1, "person": 1, "car": 3, "bicycle": 4, "motorbike": 5, "motorcycle": 5,
-}  # fmt: skip
-"""Numbers of classes in the MOTChallenge (Milan et al., MOT16, 2016, table 3)."""
-TRAIL = 50
-"""Frames of the trails in the overlay."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,41 +130,63 @@ class Lines:
 
 
 def objects_output(
-    name: str, film: Source, *, overwrite: bool, form: Form | None = None, label: str | None = None
-) -> Output:
-    """Return the output of all objects of each frame, in the form of the name's ending.
+    name: str,
+    film: Source | Film,
+    *,
+    overwrite: bool,
+    form: str | None = None,
+    label: str | None = None,
+    keyframe_error: float | None = None,
+) -> ObjectsOutput:
+    """Return the output of all objects of each frame, in a format or that of the name's ending.
 
     Raises
     ------
     ConfigError
-        If the ending is unknown and no form of rows is given.
+        If the ending is unknown and no format is given.
     FormatError
         If a file exists and must not be overwritten, or cannot be made.
     """
-    if form is None and is_document(name):
-        return Annotations(name, film, label or LABEL, overwrite)
-    return Rows(name, form or form_of(name), overwrite)
+    form = format_of(name, form)
+    if form in STREAMED:
+        return Rows(name, form, overwrite)
+    return Document(name, form, film, label or LABEL, overwrite, keyframe_error)
 
 
-def form_of(name: str) -> Form:
-    """Return the form of rows of a name's ending; raise a ConfigError for another ending."""
-    ending = ".csv" if name == "-" else Path(name).suffix.lower()
-    if ending not in FORMS:
-        raise ConfigError(f"{name} ends in none of {', '.join([*FORMS, *DOCUMENTS])}; rename it.")
-    return FORMS[ending]
+def format_of(name: str, form: str | None = None) -> str:
+    """Return the name of an output's format: `form` if given, else that of the name's ending.
+
+    Raises
+    ------
+    ConfigError
+        If the ending or the format is unknown, or the format cannot be written.
+    """
+    if form is None:
+        return "csv" if name == "-" else format_for(name)
+    if named(form).write is None:
+        raise ConfigError(f"Files of the format {form} cannot be written; give another one.")
+    if name == "-" and form not in STREAMED:
+        raise ConfigError(f"{form} is made at the end of a run; give it a file, not -.")
+    return form
+
+
+def is_document(name: str, form: str | None = None) -> bool:
+    """Return whether an output is made at the end of a run."""
+    forms = [form] if form is not None else _usual_format(name)
+    return any(each not in STREAMED for each in forms)
+
+
+def check_several(name: str, form: str | None) -> None:
+    """Raise a ConfigError if an output's format holds one object, but there may be several."""
+    form = format_of(name, form)
+    if named(form).single:
+        raise ConfigError(f"{form} holds one object, and there may be several; choose another.")
 
 
 class Rows(Lines):
-    """A row for each object in each frame.
+    """A row for each object in each frame, in one of the formats `STREAMED`."""
 
-    - CSV and JSON Lines have rows of all objects, with `COLUMNS`.
-    - The form of the MOTChallenge has rows of visible objects: frame, identity, x, y, width,
-      height, confidence, class, visibility 1, -1. Frames and pixels count from 1. The class is 1
-      for an object without one, and -1 for one that is none of `MOT_CLASSES`. An occluded object
-      has no row, as the form cannot mark a predicted box, and scores would count it.
-    """
-
-    def __init__(self, name: str, form: Form, overwrite: bool) -> None:
+    def __init__(self, name: str, form: str, overwrite: bool) -> None:
         super().__init__(name, overwrite)
         self._form = form
         self._begun = False
@@ -184,54 +198,38 @@ class Rows(Lines):
     def add(self, picture: FrameRow) -> None:
         """Add a frame's rows."""
         if self._form == "csv" and not self._begun:
-            self.put([",".join(COLUMNS)])
+            self.put([",".join(OBJECT_COLUMNS)])
         self._begun = True
         if self._form == "mot":
-            seen = [each for each in picture.objects if each.status is Status.TRACKING]
-            self.put([_mot(picture, each) for each in seen])
+            self.put([result_line(picture.frame, each) for each in visible(picture)])
         else:
-            self.put([_row(picture, each, self._form) for each in picture.objects])
+            form: RowForm = "csv" if self._form == "csv" else "jsonl"
+            self.put(
+                [
+                    object_line(form, OBJECT_COLUMNS, object_values(picture, each))
+                    for each in picture.objects
+                ]
+            )
 
 
-def _mot(picture: FrameRow, each: ObjectRow) -> str:
-    x, y, width, height = each.box
-    box = f"{x + 1:.2f},{y + 1:.2f},{width:.2f},{height:.2f}"
-    label = 1 if each.label is None else MOT_CLASSES.get(each.label.lower(), -1)
-    return f"{picture.frame + 1},{each.identity},{box},{each.confidence:.4f},{label},1,-1"
-
-
-def csv_line(values: Sequence[object]) -> str:
-    """Return values as a line of CSV: None is empty, and a text that needs quotes has them."""
-    return ",".join(map(_csv_field, values))
-
-
-def _csv_field(value: object) -> str:
-    text = "" if value is None else str(value)
-    if not any(mark in text for mark in ',"\r\n'):
-        return text
-    return '"' + text.replace('"', '""') + '"'
-
-
-def _row(picture: FrameRow, each: ObjectRow, form: Form) -> str:
-    values = [
-        picture.frame, round(picture.time, 6), each.identity,
-        *(round(value, 3) for value in each.box), round(each.confidence, 5), each.status,
-        each.occluded_by, each.label,
-    ]  # fmt: skip
-    if form == "csv":
-        return csv_line(values)
-    return msgspec.json.encode(dict(zip(COLUMNS, values, strict=True))).decode()
-
-
-class Annotations:
-    """A document for annotation tools, made at the end, also of an interrupted run.
+class Document:
+    """A file of a format that is made at the end, also of an interrupted run.
 
     Until then a journal beside it holds the rows; it stays if the document cannot be made.
     """
 
-    def __init__(self, name: str, film: Source, label: str, overwrite: bool) -> None:
-        check_writable(name, overwrite)
-        self.path, self.rows = Path(name), journal_of(name)
+    def __init__(
+        self,
+        name: str,
+        form: str,
+        film: Source | Film,
+        label: str,
+        overwrite: bool,
+        keyframe_error: float | None,
+    ) -> None:
+        check_place(name, form, overwrite)
+        self.path, self.rows, self._form = Path(name), journal_of(name), form
+        self._keyframe_error = keyframe_error
         if os.path.lexists(self.rows):
             raise FormatError(
                 f"{self.rows} exists: rows of a run that was killed, or still goes on. Make its "
@@ -243,15 +241,16 @@ class Annotations:
 
     def write(self, moment: FrameResult) -> None:
         """Add a frame's objects to the journal."""
-        frame = moment.frame
-        file = self._film.file_of(frame.index)
-        objects = object_rows(moment.tracks)
+        self.add(FrameRow(moment.frame.index, moment.frame.time, object_rows(moment.tracks)))
+
+    def add(self, picture: FrameRow) -> None:
+        """Add the rows of a frame to the journal, with the name of the frame's image."""
+        film, file = self._film, self._film.file_of(picture.frame)
         try:
             if self._journal is None:
-                head = Header(_text(self._film.name), frame.width, frame.height, self._label)
+                head = Header(_text(film.name), film.width, film.height, self._label)
                 self._journal = JournalWriter(self.rows, head)
-            name = None if file is None else _text(file)
-            self._journal.add(FrameRow(frame.index, frame.time, objects, name))
+            self._journal.add(replace(picture, file=None if file is None else _text(file)))
         except OSError as error:
             self._failed = True
             raise self._failure(error) from error
@@ -265,7 +264,10 @@ class Annotations:
 
     @property
     def _remedy(self) -> str:
-        return f"motes convert {shlex.quote(str(self.rows))} -o {shlex.quote(str(self.path))}"
+        words = ["motes", "convert", str(self.rows), "-o", str(self.path)]
+        if self._form not in _usual_format(str(self.path)):
+            words += ["--to", self._form]
+        return shlex.join(words)
 
     def _failure(self, error: OSError) -> FormatError:
         advice = "make room, or choose another place."
@@ -283,16 +285,44 @@ class Annotations:
         if self._failed:
             return
         try:
-            write_document(self.path, Journal(self.rows))
+            write_format(self.path, self._form, Journal(self.rows), self._keyframe_error)
         except OSError as error:
             raise self._failure(error) from error
         self._done = True
         self.rows.unlink(missing_ok=True)
 
 
+def check_place(name: str, form: str, overwrite: bool) -> None:
+    """Check that a file, or a folder, of a format can be made.
+
+    Raises
+    ------
+    FormatError
+        If it exists and must not be overwritten, or the folder above is missing or protected.
+    """
+    if not named(form).folder:
+        check_writable(name, overwrite)
+    elif os.path.isdir(name) and os.listdir(name) and not overwrite:
+        raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
+    elif not os.path.isdir(name):
+        check_writable(name)
+
+
+def _usual_format(name: str) -> list[str]:
+    """Return the format that a name's ending chooses, in a list; none if there is no such one."""
+    try:
+        return [format_for(name)]
+    except ConfigError:
+        return []
+
+
 def _text(name: str) -> str:
     """Return the name of a file with escapes for bytes that are no text."""
     return name.encode(errors="backslashreplace").decode()
+
+
+ObjectsOutput = Rows | Document
+"""An output of the objects of each frame; it also takes rows that are made already."""
 
 
 class Events(Lines):
@@ -318,27 +348,12 @@ class Overlay:
     ) -> None:
         check_writable(path, overwrite)
         self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
-        self._places = places
-        self._trails: dict[int, deque[Point]] = {}
-        self._totals: Counter[str] = Counter()
+        self._painter = ScenePainter(places)
         self._start: float | None = None
 
     def write(self, moment: FrameResult) -> None:
         """Add a picture."""
-        here = {each.identity for each in moment.tracks}
-        self._trails = {
-            identity: trail for identity, trail in self._trails.items() if identity in here
-        }
-        for each in moment.tracks:
-            trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append(each.track.ellipse[:2])
-        for event in moment.events:
-            if event.event in ("crosses", "enters", "leaves"):
-                self._totals[f"{event.place} {event.direction or event.event}"] += 1
-        minutes, seconds = divmod(int(moment.frame.time), 60)
-        totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
-        caption = [f"{minutes}:{seconds:02}", *totals]
-        pixels = draw_scene(moment.frame.pixels, moment.tracks, self._trails, self._places, caption)
+        pixels = self._painter.painted(moment.frame, moment.tracks, moment.events)()
         if self._start is None:
             self._start = moment.frame.time
         self._writer.write(pixels, moment.frame.time - self._start)

@@ -24,7 +24,8 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
     not change them while a tracker works on the frame. `cache` holds features that cues have
-    computed from them, each under its own key.
+    computed from them, each under its own key. `arrived` is the reading of `time.monotonic` when a
+    live source sent the picture, else None.
 
     Raises
     ------
@@ -36,6 +37,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     time: float
     pixels: Bytes
     cache: dict[Hashable, Any] = msgspec.field(default_factory=dict)
+    arrived: float | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.index, WHOLE):

@@ -23,6 +23,10 @@ class Status(StrEnum):
     """The target is hidden; the ellipse is its predicted place. Only a `Scene` reports it."""
     LOST = "lost"
     """This frame ended the tracking; from the next one on the target is searched for."""
+    INTERPOLATED = "interpolated"
+    """Not seen, but between frames in which it was: a smoother has bridged them."""
+    ABSENT = "absent"
+    """A user has marked the target as absent; there is no ellipse."""
 
 
 class Track(msgspec.Struct, frozen=True, eq=False):
@@ -45,6 +49,9 @@ class Track(msgspec.Struct, frozen=True, eq=False):
         Distance between the target model and the estimate's region, 0 (same) to 1.
     effective_sample_size
         1 to the number of particles.
+    outlier
+        Whether a tracker reported a place in this frame that other frames contradict. It is known
+        in hindsight only: see `motes.smooth` and `motes.correct`.
     """
 
     frame: int
@@ -55,6 +62,7 @@ class Track(msgspec.Struct, frozen=True, eq=False):
     status: Status
     distance: float
     effective_sample_size: float
+    outlier: bool = False
 
     @property
     def box(self) -> Box:

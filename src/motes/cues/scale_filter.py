@@ -108,6 +108,19 @@ class ScaleFilter(Config, frozen=True):
         out: Singles = np.roll(fft.irfft(learned, self.count), self.count // 2)
         return out
 
+    def between(self, values: Floats) -> float:
+        """Return the factor at the maximum of values (count,), by a parabola through its neighbors.
+
+        Without a neighbor to either side it is the factor of the largest value.
+        """
+        best = int(np.argmax(values))
+        if not 0 < best < len(values) - 1:
+            return float(self.factors[best])
+        low, high, higher = values[best - 1 : best + 2].tolist()
+        curvature = low - 2 * high + higher
+        shift = (low - higher) / (2 * curvature) if curvature else 0.0
+        return float(self.factors[best] * self.step**shift)
+
     def updated(self, model: ScaleModel, spectra: Spectra, rate: float) -> ScaleModel:
         """Return the filter moved by a share `rate` towards a target, given by its spectra."""
         label = gaussian(half_frequencies(self.count), self.sharpness)

@@ -6,18 +6,19 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 from motes.core.errors import SourceError
 from motes.evaluation import runner
 from motes.evaluation.adapters.registry import TrackerSpec
+from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Problem
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.runner import Pass
-from motes.evaluation.scores import Outcome
+from motes.evaluation.scores import E
 
 
-class Finished(NamedTuple):
+class Finished(NamedTuple, Generic[E]):
     """The results after a job.
 
     Attributes
@@ -30,15 +31,26 @@ class Finished(NamedTuple):
         Number of finished jobs, as text.
     """
 
-    outcomes: list[Outcome]
+    outcomes: list[E]
     problems: list[Problem]
     progress: str
 
 
 def finished_passes(
-    entries: Sequence[TrackerSpec], films: Sequence[Film], seeds: int, workers: int
-) -> Iterator[Finished]:
+    kind: type[E],
+    entries: Sequence[TrackerSpec],
+    films: Sequence[Film] | Sequence[MotSequence],
+    seeds: int,
+    workers: int,
+) -> Iterator[Finished[E]]:
     """Run trackers over sequences in worker processes and yield the results after each job.
+
+    Parameters
+    ----------
+    kind
+        `Outcome` for sequences of one object, `MotOutcome` for those of many.
+    entries, films, seeds, workers
+        The trackers, the sequences, and the numbers of seeds and of processes.
 
     Raises
     ------
@@ -48,14 +60,14 @@ def finished_passes(
     jobs, unreadable = runner.plan(entries, films, ["ope"], seeds)
     if not jobs:
         raise SourceError(f"No sequence can be used. {unreadable[0].where}: {unreadable[0].what}")
-    outcomes: list[Outcome] = []
+    outcomes: list[E] = []
     with TemporaryDirectory(prefix="motes-") as folder:
         out, errors, done = Path(folder), dict[Pass, str](), 0
         with contextlib.closing(runner.run(jobs, out, workers, runner.TIME_LIMIT)) as steps:
             for job, failed in steps:
                 if failed is not None:
                     errors |= failed
-                    outcomes += Outcome.of(job, out, errors)
+                    outcomes += kind.of(job, out, errors)
                     done += 1
                     progress = f"{done} of {len(jobs)} jobs, last {job.name}"
                     yield Finished(outcomes, unreadable, progress)

@@ -34,13 +34,21 @@ if TYPE_CHECKING:
         color,
         color_filter,
         color_posterior,
+        components,
         fourier_ridge,
+        fusion,
+        ghosts,
         gradients,
         histograms,
         hog,
+        illumination,
+        mixture,
+        outlines,
         particles,
+        planes,
         sampling,
         search_window,
+        selective_update,
         sobel,
         structure_tensor,
     )
@@ -51,13 +59,21 @@ else:
     color = _compiled.color
     color_filter = _compiled.color_filter
     color_posterior = _compiled.color_posterior
+    components = _compiled.components
     fourier_ridge = _compiled.fourier_ridge
+    fusion = _compiled.fusion
+    ghosts = _compiled.ghosts
     gradients = _compiled.gradients
     histograms = _compiled.histograms
     hog = _compiled.hog
+    illumination = _compiled.illumination
+    mixture = _compiled.mixture
+    outlines = _compiled.outlines
     particles = _compiled.particles
+    planes = _compiled.planes
     sampling = _compiled.sampling
     search_window = _compiled.search_window
+    selective_update = _compiled.selective_update
     sobel = _compiled.sobel
     structure_tensor = _compiled.structure_tensor
 
@@ -67,13 +83,21 @@ __all__ = [
     "color",
     "color_filter",
     "color_posterior",
+    "components",
     "fourier_ridge",
+    "fusion",
+    "ghosts",
     "gradients",
     "histograms",
     "hog",
+    "illumination",
+    "mixture",
+    "outlines",
     "particles",
+    "planes",
     "sampling",
     "search_window",
+    "selective_update",
     "sobel",
     "structure_tensor",
 ]

@@ -200,19 +200,24 @@ inline PyObject* object_of(const std::vector<float>& values) {
 }
 
 // Makes an array of values that a kernel has found.
-inline PyObject* array_of(const double* values, int axes, const npy_intp* shape) {
-    PyObject* array = PyArray_SimpleNew(axes, shape, NPY_DOUBLE);
+template <typename T>
+PyObject* array_of(const T* values, int axes, const npy_intp* shape) {
+    static_assert(std::is_same_v<T, double> || std::is_same_v<T, Index>);
+    const int type = std::is_same_v<T, double> ? NPY_DOUBLE : NPY_INTP;
+    PyObject* array = PyArray_SimpleNew(axes, shape, type);
     if (array != nullptr) {
         auto* made = reinterpret_cast<PyArrayObject*>(array);
-        std::copy_n(values, PyArray_SIZE(made), static_cast<double*>(PyArray_DATA(made)));
+        std::copy_n(values, PyArray_SIZE(made), static_cast<T*>(PyArray_DATA(made)));
     }
     return array;
 }
-inline PyObject* object_of(const Scratch<double>& values) {
+template <typename T>
+PyObject* object_of(const Scratch<T>& values) {
     const npy_intp shape[] = {npy_intp(values.size())};
     return array_of(values.begin(), 1, shape);
 }
-inline PyObject* object_of(const ScratchPlane<double>& values) {
+template <typename T>
+PyObject* object_of(const ScratchPlane<T>& values) {
     const npy_intp shape[] = {npy_intp(values.rows()), npy_intp(values.columns())};
     return array_of(values.begin(), 2, shape);
 }

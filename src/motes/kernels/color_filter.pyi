@@ -1,5 +1,17 @@
 from motes.kernels.structures import Bytes, ColorTarget, Floats, Noise, Pair
 
+Observation = tuple[
+    Floats,
+    Floats,
+    Floats,
+    bool,
+    tuple[float, float, float, float, float],
+    Floats,
+    float,
+    int,
+    float,
+]
+
 def step(
     picture: Bytes,
     before: Floats,
@@ -12,15 +24,11 @@ def step(
     target: ColorTarget,
     likelihood: tuple[float, float],
     threshold: float,
-) -> tuple[
-    Floats,
-    Floats,
-    Floats,
-    Floats,
-    bool,
-    tuple[float, float, float, float, float],
-    Floats,
-    float,
-    int,
-    float,
-]: ...
+) -> tuple[Floats, *Observation]: ...
+def observe(
+    picture: Bytes,
+    states: Floats,
+    target: ColorTarget,
+    likelihood: tuple[float, float],
+    threshold: float,
+) -> Observation: ...

@@ -6,13 +6,21 @@
 #include "color.hpp"
 #include "color_filter.hpp"
 #include "color_posterior.hpp"
+#include "components.hpp"
 #include "fourier_ridge.hpp"
+#include "fusion.hpp"
+#include "ghosts.hpp"
 #include "gradients.hpp"
 #include "histograms.hpp"
 #include "hog.hpp"
+#include "illumination.hpp"
+#include "mixture.hpp"
+#include "outlines.hpp"
 #include "particles.hpp"
+#include "planes.hpp"
 #include "sampling.hpp"
 #include "search_window.hpp"
+#include "selective_update.hpp"
 #include "sobel.hpp"
 #include "structure_tensor.hpp"
 
@@ -36,6 +44,12 @@ template <> struct Reader<search_window::Place>
     : TupleReader<search_window::Place, double, double, double, double, double> {};
 template <> struct Reader<color_posterior::Box>
     : TupleReader<color_posterior::Box, double, double, double, double> {};
+template <> struct Reader<illumination::Limits>
+    : TupleReader<illumination::Limits, double, double, double, double> {};
+template <> struct Reader<mixture::Learning>
+    : TupleReader<mixture::Learning, double, double, double, double, double, double> {};
+template <> struct Reader<selective_update::Limits>
+    : TupleReader<selective_update::Limits, double, double> {};
 // clang-format on
 
 using Keys = Row<const std::uint32_t>;
@@ -63,14 +77,21 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<color::histograms>("histograms"), unlocked<color::distances>("distances"),
                 unlocked<color::mean_shift>("mean_shift"), brief<to_bins>("to_bins")},
                {{"RGB", color::RGB}, {"HSV", color::HSV}, {"HSV_V", color::HSV_V}}) &&
-           add(extension, "color_filter", {unlocked<color_filter::step>("step")}) &&
+           add(extension, "color_filter",
+               {unlocked<color_filter::step>("step"),
+                unlocked<color_filter::observe>("observe")}) &&
            add(extension, "color_posterior",
                {unlocked<color_posterior::add_colors>("add_colors"),
                 unlocked<color_posterior::color_integral>("color_integral")}) &&
+           add(extension, "components",
+               {unlocked<components::label>("label"),
+                unlocked<components::fill_holes>("fill_holes")}) &&
            add(extension, "fourier_ridge",
                {unlocked<fourier_ridge::correlate>("correlate"),
                 unlocked<fourier_ridge::pad>("pad"), unlocked<fourier_ridge::center>("center"),
                 unlocked<fourier_ridge::teach>("teach")}) &&
+           add(extension, "fusion", {brief<fusion::log_determinants>("log_determinants")}) &&
+           add(extension, "ghosts", {unlocked<ghosts::outline_gradients>("outline_gradients")}) &&
            add(extension, "gradients", {brief<gradients::turns>("turns")}) &&
            add(extension, "histograms",
                {brief<histograms::bhattacharyya>("bhattacharyya"), brief<fill>("fill"),
@@ -80,12 +101,23 @@ inline bool add_kernels(PyObject* extension) {
                {unlocked<hog::gradients>("gradients"), unlocked<hog::histograms>("histograms"),
                 unlocked<hog::histograms_at>("histograms_at")},
                {{"BAND", hog::BAND}}) &&
+           add(extension, "illumination",
+               {unlocked<illumination::without_light>("without_light"),
+                unlocked<illumination::without_tremble>("without_tremble")}) &&
+           add(extension, "mixture",
+               {unlocked<mixture::foreground>("foreground"),
+                unlocked<mixture::learn_picture>("learn"), unlocked<mixture::means>("means")},
+               {{"MODES", mixture::MODES}, {"FIELDS", mixture::FIELDS}, {"PART", mixture::PART}}) &&
+           add(extension, "outlines", {brief<outlines::valleys>("valleys")}) &&
            add(extension, "particles",
                {brief<particles::walk>("walk"), brief<particles::ancestors>("ancestors"),
                 brief<particles::gaussian>("gaussian"), brief<particles::normalize>("normalize"),
                 brief<particles::combine>("combine"),
                 brief<particles::effective_sample_size>("effective_sample_size"),
                 brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
+           add(extension, "planes",
+               {unlocked<planes::expose>("expose"),
+                unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),
                 unlocked<sampling::values_within>("values_within"),
@@ -99,6 +131,7 @@ inline bool add_kernels(PyObject* extension) {
                 unlocked<search_window::cut_around>("cut_around"),
                 unlocked<search_window::cells_of_sizes>("cells_of_sizes"),
                 unlocked<search_window::gradient_cells>("gradient_cells")}) &&
+           add(extension, "selective_update", {unlocked<selective_update::update>("update")}) &&
            add(extension, "sobel",
                {unlocked<sobel::sobel>("sobel"), unlocked<sobel::histograms>("histograms"),
                 unlocked<sobel::histograms_at>("histograms_at")}) &&

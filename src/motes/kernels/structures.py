@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
+Sums = NDArray[np.uint16]
 Counts = NDArray[np.uint32]
 Singles = NDArray[np.float32]
 Floats = NDArray[np.float64]
@@ -106,3 +107,42 @@ class ColorTarget(NamedTuple):
     slots: Counts
     roots: Floats
     bins: ColorBins
+
+
+class LightLimits(NamedTuple):
+    """What another light may change; see `BackgroundConfig`."""
+
+    shadow: float
+    highlight: float
+    tint: float
+    texture: float
+
+
+class HoldLimits(NamedTuple):
+    """Seconds for which foreground is not learned; see `BackgroundConfig`."""
+
+    trial: float
+    patience: float
+
+
+class MixtureLearning(NamedTuple):
+    """How a mixture of Gaussians learns a picture.
+
+    Attributes
+    ----------
+    rate
+        Share of the picture in the model from then on.
+    prune
+        A mode whose weight is smaller than this share of `rate` is removed.
+    near
+        Squared distance up to which a color is one of a mode, in its variances.
+    first, least, most
+        Variance of a new mode, and limits of all.
+    """
+
+    rate: float
+    prune: float
+    near: float
+    first: float
+    least: float
+    most: float

@@ -121,10 +121,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         The center of its first detection.
     moved
         Whether a detection was ever farther from there than its mean half-axis.
-    own, shared
-        Since it began, numbers of its detections, and of those that it shared with others.
-    fragment
-        Whether it turned out to be a part of another object. It ends with this frame.
     """
 
     identity: int
@@ -145,9 +141,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     votes: dict[str, int] = {}
     origin: tuple[float, float] = (0.0, 0.0)
     moved: bool = False
-    own: int = 0
-    shared: int = 0
-    fragment: bool = False
 
     @classmethod
     def begin(
@@ -249,9 +242,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
         """Let the time without a detection stand still: the detector did not look at this frame."""
         return replace(self, last_time=self.last_time + dt)
 
-    def detect(
-        self, box: Box, time: float, smoothing: float = 0.0, *, shared: bool = False
-    ) -> Self:
+    def detect(self, box: Box, time: float, smoothing: float = 0.0) -> Self:
         """Put it where it is detected; it keeps a share of its old size, the smoothing."""
         found, old = ellipse_from_box(self.tracker, box), self.predicted
         a = smoothing * old.a + (1 - smoothing) * found.a
@@ -273,8 +264,6 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
             detected=True,
             occluded_by=None,
             moved=moved,
-            own=self.own + (not shared),
-            shared=self.shared + shared,
         )
 
     def vote(self, label: str | None) -> Self:
@@ -355,9 +344,8 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     def _moved(self, state: FilterState, old: Ellipse, new: Ellipse) -> FilterState:
         """Return a state with the particles moved and scaled as one ellipse to another, at rest."""
         motion = self.tracker.motion
-        ellipses = motion.ellipses(state.states).copy()
-        ellipses[:, :2] += np.array(new[:2]) - old[:2]
-        ellipses[:, 2:4] *= np.array(new[2:4]) / old[2:4]
+        ellipses = motion.ellipses(state.states) * (1.0, 1.0, new.a / old.a, new.b / old.b, 1.0)
+        ellipses += (new.x - old.x, new.y - old.y, 0.0, 0.0, 0.0)
         return replace(state, states=motion.initial(ellipses))
 
 

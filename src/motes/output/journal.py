@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Self
 
 import msgspec
+from msgspec.structs import replace
 
 from motes.core.errors import SourceError
 from motes.core.files import write_all
 from motes.core.geometry import Box, Ellipse
-from motes.core.track import Status
+from motes.core.track import Status, Track, finite
 from motes.mot.tracked_object import SceneTrack
 
 ENDING = ".rows.jsonl"
@@ -24,7 +25,17 @@ ENDING = ".rows.jsonl"
 
 
 class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
-    """An object in a frame, with fields of `SceneTrack` and its `Track`."""
+    """An object in a frame, with fields of `SceneTrack` and its `Track`.
+
+    Attributes
+    ----------
+    mask
+        Its pixels, in the compressed runs of COCO (`motes.formats.runs`); None without a mask.
+    more
+        Further columns of its row, by name, such as `distance`.
+    keyframe
+        Whether a user has drawn it, or would have to: a tool that interpolates needs this one.
+    """
 
     identity: int
     ellipse: Ellipse
@@ -32,6 +43,9 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
     status: Status
     occluded_by: int | None = None
     label: str | None = None
+    mask: str | None = None
+    more: dict[str, float | str | None] = {}
+    keyframe: bool = True
 
     @classmethod
     def of(cls, each: SceneTrack) -> Self:
@@ -46,6 +60,15 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
             each.occluded_by,
             each.label,
         )
+
+    @classmethod
+    def of_target(cls, track: Track) -> Self:
+        """Return the row of the one target of a tracker, with the identity 1."""
+        more = {
+            "distance": finite(track.distance),
+            "effective_sample_size": finite(track.effective_sample_size),
+        }
+        return replace(cls.of(SceneTrack(1, track)), more=more)
 
     @property
     def box(self) -> Box:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from PIL import Image, ImageFont
 
 Color = tuple[int, int, int]
+Draw = Callable[[], NDArray[np.uint8]]
+"""Draws a picture, RGB uint8 (H, W, 3), when it is called."""
 
 # The palette of Okabe and Ito, whose colors color-blind readers can distinguish.
 COLORS: dict[Status, Color] = {
@@ -24,6 +27,8 @@ COLORS: dict[Status, Color] = {
     Status.SEARCHING: (230, 159, 0),
     Status.OCCLUDED: (240, 228, 66),
     Status.LOST: (213, 94, 0),
+    Status.INTERPOLATED: (204, 121, 167),
+    Status.ABSENT: (160, 160, 160),
 }
 PARTICLE: Color = (255, 110, 205)
 CASING_COLOR: Color = (0, 0, 0)
@@ -72,6 +77,11 @@ def draw(
     from PIL import Image, ImageDraw
 
     image = Image.fromarray(as_rgb(pixels))
+    if track.status is Status.ABSENT:  # there is no ellipse to draw
+        if label != "":
+            text = label or f"{track.frame}  {track.status}"
+            _draw_label(image, text, 0.0, COLORS[Status.ABSENT])
+        return np.array(image)
     line = max(1.0, min(image.size) / 240)
     dots, alpha = _dots(particles, weights)
     path = _points(trail, "trail")

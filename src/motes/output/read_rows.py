@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError, MissingDependencyError
-from motes.output.track_rows import form_of
+from motes.output.track_rows import DEVIATIONS, form_of
 
-WHOLE = ("frame", "identity")
+WHOLE = ("frame", "identity", "outlier")
 """Columns of whole numbers."""
 TEXT = ("status", "camera", "class")
 """Columns of text."""
 NUMBERS = (
     "time", "x", "y", "a", "b", "theta", "width", "height", "confidence", "distance",
-    "effective_sample_size", "occluded_by",
+    "effective_sample_size", "occluded_by", *DEVIATIONS,
 )  # fmt: skip
 """Columns of floating-point numbers."""
 TYPES: dict[str, type] = {

@@ -11,8 +11,11 @@ import contextlib
 import math
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO, Literal, Self
+
+import numpy as np
 
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
@@ -35,6 +38,10 @@ COLUMNS = (
     "distance",
     "effective_sample_size",
 )
+DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
+"""Columns of standard deviations, in the order of an ellipse."""
+CORRECTED = (*COLUMNS, *DEVIATIONS, "outlier")
+"""The columns of tracks that are known in hindsight: smoothed or corrected ones."""
 
 
 def form_of(path: str | Path, form: Form | None = None) -> Form:
@@ -106,6 +113,8 @@ class TrackWriter:
     resume
         Whether an existing file is the beginning of these rows. Each existing row is compared with
         the new one; a last line that was cut off is completed.
+    columns
+        The columns: `COLUMNS`, or `CORRECTED` for tracks that are smoothed or corrected.
 
     Attributes
     ----------
@@ -132,7 +141,9 @@ class TrackWriter:
         *,
         overwrite: bool = False,
         resume: bool = False,
+        columns: Sequence[str] = COLUMNS,
     ) -> None:
+        self._columns = tuple(columns)
         self.form = form_of(path, form)
         self.rows = self.resumed = 0
         self._name = "Standard output" if str(path) == "-" else str(path)
@@ -157,24 +168,11 @@ class TrackWriter:
     def write(self, frame: int, time: float, track: Track | None) -> None:
         """Write the row of a frame: its index, its time in seconds, and its track or None."""
         if not self.rows and self.form == "csv":
-            self._put(",".join(COLUMNS), "its first line")
-        self._put(self._row(frame, time, track), f"the row of frame {frame}")
+            self._put(",".join(self._columns), "its first line")
+        line = line_of(self.form, self._columns, fields_of(frame, time, track, self._columns))
+        self._put(line, f"the row of frame {frame}")
         self.rows += 1
         self.resumed += self._old is not None
-
-    def _row(self, frame: int, time: float, track: Track | None) -> str:
-        fields = [str(frame), _number(time, 6)]
-        if track is None:
-            fields += ["", "", "", "", "", "", Status.SEARCHING, "", ""]
-        else:
-            x, y, a, b, theta = track.ellipse
-            fields += [_number(value, 3) for value in (x, y, a, b)]
-            fields += [_number(theta, 5), _number(track.confidence, 5), track.status]
-            fields += [_number(track.distance, 5), _number(track.effective_sample_size, 2)]
-        if self.form == "csv":
-            return ",".join(fields)
-        pairs = zip(COLUMNS, fields, strict=True)
-        return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
 
     def _put(self, text: str, what: str) -> None:
         """Compare a line with the existing one, or write it."""
@@ -264,6 +262,34 @@ class TrackWriter:
             self.close()
         else:
             self._release()
+
+
+def fields_of(
+    frame: int, time: float, track: Track | None, columns: Sequence[str] = COLUMNS
+) -> list[str]:
+    """Return the fields of a frame's row, as text; most are empty without a track."""
+    fields = {"frame": str(frame), "time": _number(time, 6), "status": str(Status.SEARCHING)}
+    if track is not None:
+        for name, value in zip(("x", "y", "a", "b"), track.ellipse, strict=False):
+            fields[name] = _number(value, 3)
+        fields["theta"] = _number(track.ellipse.theta, 5)
+        fields["confidence"] = _number(track.confidence, 5)
+        fields["status"] = str(track.status)
+        fields["distance"] = _number(track.distance, 5)
+        fields["effective_sample_size"] = _number(track.effective_sample_size, 2)
+    if track is not None and "outlier" in columns:
+        deviations = np.sqrt(track.covariance.diagonal()).tolist()
+        fields |= {n: _number(value, 5) for n, value in zip(DEVIATIONS, deviations, strict=True)}
+        fields["outlier"] = str(int(track.outlier))
+    return [fields.get(name, "") for name in columns]
+
+
+def line_of(form: Form, columns: Sequence[str], fields: Sequence[str]) -> str:
+    """Return the fields of a row as a line; an empty one is null in JSON."""
+    if form == "csv":
+        return ",".join(fields)
+    pairs = zip(columns, fields, strict=True)
+    return "{" + ", ".join(f'"{key}": {_json(key, text)}' for key, text in pairs) + "}"
 
 
 def _number(value: float, digits: int) -> str:

@@ -20,7 +20,7 @@ from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.cues.base import CUES, AdaptableCue, Cue
-from motes.cues.color import Color
+from motes.cues.color import Color, ColorModel
 from motes.cues.color_posterior import Posterior
 from motes.cues.correlation_filter import Correlation
 from motes.cues.edge_histogram import Edges
@@ -260,9 +260,8 @@ class ParticleFilter(
         n = self._count(state, max_particles)
         dt, first = min(frame.time - state.time, LONGEST_INTERVAL), state.reference_size
         if self.color_step is not None and not searching:
-            [model], [background] = state.models.values(), state.backgrounds.values()
-            least = self.presence.threshold(background)
             before = state.states, state.weights
+            model, least = self._color(state)
             seen = self.color_step(rng, frame, *before, n, dt, first, model, least)
             return self._judge(state, frame, seen)
         states, prior = state.states, state.weights.log
@@ -347,6 +346,8 @@ class ParticleFilter(
         self, state: FilterState, frame: Frame, states: Floats, prior: Floats
     ) -> Observation:
         """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
+        if self.color_step is not None:  # which resamples in every frame, so that no prior is left
+            return self.color_step.observe(frame, states, *self._color(state))
         ellipses = self.motion.ellipses(states)
         distances = self._distances(state.models, frame, ellipses)
         names = list(self.cues)
@@ -363,6 +364,11 @@ class ParticleFilter(
         appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
         found = estimate, covariance, distance, appearing, support
         return Observation(states, ellipses, weights, overall, shares, *found)
+
+    def _color(self, state: FilterState) -> tuple[ColorModel, float]:
+        """Return the model of the only cue, and the rho above which a particle appears."""
+        [model], [background] = state.models.values(), state.backgrounds.values()
+        return model, self.presence.threshold(background)
 
     def _judge(
         self, state: FilterState, frame: Frame, seen: Observation

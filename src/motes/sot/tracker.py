@@ -12,6 +12,7 @@ from typing import Any, Self
 
 import msgspec
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.config import from_dict, to_dict
@@ -51,6 +52,9 @@ class Tracker:
         Frames a second that the tracker should reach, without decoding. The tracker then has a
         budget (its own, or the default one), and within its range no more particles than time
         allows. This depends on the speed of the machine, so tracks are not reproducible.
+    backward
+        Whether frames come in reverse order, each before the last one. The algorithm sees the film
+        run backward; tracks have the times of their frames.
 
     Attributes
     ----------
@@ -66,6 +70,8 @@ class Tracker:
         config: str | TrackerConfig = "default",
         seed: int = 0,
         fps_target: float | None = None,
+        *,
+        backward: bool = False,
     ) -> None:
         self.config = preset(config) if isinstance(config, str) else config
         if not isinstance(self.config, Algorithm):
@@ -79,6 +85,7 @@ class Tracker:
             self._paced = self.config, pace
         self._algorithm: Algorithm[Any, StepInfo] = self.config
         self._seed = checked_seed(seed)
+        self._direction = -1 if backward else 1
         self._rng = np.random.Generator(np.random.PCG64(self._seed))
         self._state: Any = None
         self._frame: Frame | None = None
@@ -95,7 +102,7 @@ class Tracker:
         picture = _first(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
-        return self._take(picture, self._algorithm.init(self._rng, picture, ellipse))
+        return self._take(picture, self._algorithm.init(self._rng, self._seen(picture), ellipse))
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
@@ -108,7 +115,7 @@ class Tracker:
         self._started()
         picture = self.picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
-        return self._take(picture, self._algorithm.init(self._rng, picture, ellipse))
+        return self._take(picture, self._algorithm.init(self._rng, self._seen(picture), ellipse))
 
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
         """Start on the detection with the highest score in a frame; return None without one.
@@ -159,7 +166,7 @@ class Tracker:
         boxes = boxes_of(tuple(places), picture) if places else None
         empty = None if background is None else _first(background)
         self._restart()
-        begun = config.search(self._rng, picture, models, size, boxes, empty)
+        begun = config.search(self._rng, self._seen(picture), models, size, boxes, empty)
         return self._take(picture, begun)
 
     def expect(self, samples: Floats) -> None:
@@ -193,20 +200,22 @@ class Tracker:
                 f"Frame {picture.index} is {picture.width}x{picture.height}, the ones before were "
                 f"{last.width}x{last.height}; start anew with init."
             )
-        if not picture.time > last.time:
+        if not self._direction * (picture.time - last.time) > 0:
+            order = "after" if self._direction > 0 else "before"
             raise SourceError(
-                f"Frame {picture.index} at {picture.time:g} s does not come after {last.time:g} s; "
-                f"give frames in order, or start anew with init."
+                f"Frame {picture.index} at {picture.time:g} s does not come {order} {last.time:g} "
+                f"s; give frames in order, start anew with init, or see Tracker's backward."
             )
         expected, self._expected = self._expected, None
         if expected is not None and isinstance(self.config, ParticleFilter):
-            found = self.config.step(self._rng, state, picture, expected=expected)
+            found = self.config.step(self._rng, state, self._seen(picture), expected=expected)
             return self._take(picture, found)
         if self._paced is None:
-            return self._take(picture, self._algorithm.step(self._rng, state, picture))
+            return self._take(picture, self._algorithm.step(self._rng, state, self._seen(picture)))
         algorithm, pace = self._paced
         clock = time.perf_counter()
-        track = self._take(picture, algorithm.step(self._rng, state, picture, pace.max_particles))
+        stepped = algorithm.step(self._rng, state, self._seen(picture), pace.max_particles)
+        track = self._take(picture, stepped)
         pace.add(time.perf_counter() - clock, len(self.info.weights))
         return track
 
@@ -214,7 +223,7 @@ class Tracker:
         """Put the target at `region` of the last frame; the target model is kept."""
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
-        return self._take(last, self._algorithm.correct(state, last, ellipse))
+        return self._take(last, self._algorithm.correct(state, self._seen(last), ellipse))
 
     def save(self, path: str | Path) -> None:
         """Write all that the next call needs. After `load`, tracks continue to the last bit.
@@ -233,6 +242,8 @@ class Tracker:
             "frame": [last.index, last.time, last.pixels],
             "state": state,
         }
+        if self._direction < 0:
+            saved["backward"] = True
         try:
             write_whole(path, msgspec.msgpack.encode(saved, enc_hook=pack))
         except OSError as error:
@@ -253,6 +264,7 @@ class Tracker:
             if saved["motes"] != FORMAT:
                 raise FormatError(f"{path} was saved by another version of motes; save it anew.")
             tracker = cls(from_dict(saved["config"], Algorithm), saved["seed"])
+            tracker._direction = -1 if saved.get("backward") else 1
             tracker._continue(msgspec.convert(saved, _Saved, dec_hook=unpack))
         except OSError as error:
             raise FormatError(f"Cannot read the tracker {path}: {error.strerror}.") from None
@@ -274,7 +286,7 @@ class Tracker:
         frame = Frame(index, seconds, pixels)
         if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
             raise ValueError("the last frame is none")
-        self._state, self._frame = self._algorithm.check(state, frame), frame
+        self._state, self._frame = self._algorithm.check(state, self._seen(frame)), frame
 
     def __copy__(self) -> Self:
         """Return an independent tracker. States and frames never change, so both share them.
@@ -305,11 +317,21 @@ class Tracker:
         """Return an image as the frame after the last one; a `Frame` stays as it is."""
         if isinstance(frame, Frame) or self._frame is None:
             return _first(frame)
-        return Frame(self._frame.index + 1, self._frame.time + FRAME_INTERVAL, frame)
+        index = self._frame.index + self._direction
+        return Frame(index, self._frame.time + self._direction * FRAME_INTERVAL, frame)
+
+    def _seen(self, frame: Frame) -> Frame:
+        """Return a frame as the algorithm sees it: backward, times are negative and increase."""
+        if self._direction > 0:
+            return frame
+        return Frame(frame.index, -frame.time, frame.pixels, frame.cache)
 
     def _take(self, frame: Frame, result: tuple[Any, StepInfo]) -> Track:
         self._state, self.info = result
         self._frame = frame
+        if self._direction < 0:
+            track = replace(self.info.track, time=frame.time)
+            self.info = replace(self.info, track=track)  # type: ignore[type-var]
         return self.info.track
 
 
@@ -322,7 +344,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 5
+FORMAT = 6
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

@@ -50,7 +50,7 @@ class Animation:
         cannot be read.
     """
 
-    live = False
+    live = realtime = False
 
     def __init__(self, path: str) -> None:
         self._path = path

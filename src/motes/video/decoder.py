@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
 
-Stamped = tuple[float | None, Callable[[], NDArray[np.uint8]]]
+Load = Callable[[], NDArray[np.uint8]]
+Stamped = tuple[float | None, Load]
 """Time stamp in seconds, or None, and a function that returns the pixels."""
 
 MAX_BAD_PACKETS = 64
@@ -82,6 +83,8 @@ class Decoder:
         Estimated number of pictures, None if unknown.
     live
         Whether pictures may arrive in real time, without an end: the source gives no duration.
+    keys
+        The time stamps of the key pictures so far: those that need no others.
 
     Raises
     ------
@@ -109,11 +112,13 @@ class Decoder:
         self._reformatter = VideoReformatter()
         self._failures_in_row = 0
         self._reached = 0.0
+        self.keys: list[float] = []
 
         kind = self._container.format.name
         # This format sends JPEG images without times; their times of arrival are used.
         self._untimed = remote and kind == "mpjpeg"
         self._camera = format_name is not None or kind in LIVE_FORMATS
+        self._in_pieces = kind == "hls"  # of some seconds each, which arrive at once
         self._unknown_length = remote and self._container.size <= 0
         self._read_error: av.FFmpegError | None = None
         self.fps = None if self._untimed else _rate(self._stream)
@@ -176,10 +181,30 @@ class Decoder:
         """Close the file or connection."""
         self._container.close()
 
+    def seek(self, stamp: float) -> None:
+        """Go to the last key picture up to a time stamp, or near it; then call `pictures`.
+
+        Raises
+        ------
+        SourceError
+            If this file cannot be read from the middle.
+        """
+        unit = self._stream.time_base or Fraction(1, av.time_base)
+        try:
+            self._container.seek(round(stamp / unit), stream=self._stream)
+        except av.FFmpegError as error:
+            raise self._failure(error) from error
+
     @property
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
         return not self.live or (not self._camera and self._pace.recorded)
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures certainly arrive in real time, so that old ones may be left out."""
+        decided = self._camera or self._pace.settled
+        return self.live and not self._in_pieces and not self.recorded and decided
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order; count errors in `report`.
@@ -225,6 +250,8 @@ class Decoder:
             if packet is None:  # a packet would have given the unit of time
                 frame.time_base = self._stream.time_base
             self._extend_end(frame)
+            if frame.key_frame and frame.time is not None:
+                self.keys.append(frame.time)
             yield frame.time, partial(self._pixels, frame)
 
     def _packets(self, report: Report) -> Iterator[Packet[Any]]:

@@ -39,6 +39,11 @@ class Pace:
         return self._span > RECORDING_SPEED * (self._now - self._started)
 
     @property
+    def settled(self) -> bool:
+        """Whether a recording would have shown itself by now."""
+        return self._now - self._started > DECISION_SPAN
+
+    @property
     def recorded(self) -> bool:
         """Whether the packets so far show that the source is a recording."""
         return self._decided or self._fast

@@ -29,11 +29,14 @@ class Persistent:
         The name of the source in messages.
     on_drop
         Called with one line of text when the source drops, and when it is back.
+    patience
+        Seconds for which a source that dropped is tried again; None means without end.
 
     Raises
     ------
     SourceError
-        While reading: if a source that turns out to be a recording ends in an error.
+        While reading: if a source that turns out to be a recording ends in an error, or a live one
+        stays away for longer than the patience.
     """
 
     duration: float | None = None
@@ -46,11 +49,18 @@ class Persistent:
         decoder: Decoder,
         name: str,
         on_drop: Callable[[str], None],
+        patience: float | None = None,
     ) -> None:
         self._connect, self._decoder, self._name, self._on_drop = connect, decoder, name, on_drop
+        self._patience = float("inf") if patience is None else patience
         self._stopped = threading.Event()
         self._pause = FIRST_PAUSE
         self.fps = decoder.fps
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures certainly arrive in real time."""
+        return self._decoder.realtime
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures of all connections in turn; a recording has only one connection."""
@@ -84,12 +94,18 @@ class Persistent:
                 self._decoder.close()
             else:
                 return
-            if not self._open_again():
+            if not self._open_again(dropped_at):
                 return
 
-    def _open_again(self) -> bool:
+    def _open_again(self, dropped_at: float) -> bool:
         """Wait until the source answers; return False if the waiting was stopped before."""
-        while not self._stopped.wait(self._pause):
+        until = dropped_at + self._patience
+        while not self._stopped.wait(min(self._pause, max(0.0, until - time.monotonic()))):
+            if time.monotonic() >= until:
+                raise SourceError(
+                    f"{self._name} has not come back for {self._patience:g} s; check it, or wait "
+                    f"longer with --reconnect."
+                )
             self._pause = min(2 * self._pause, LONGEST_PAUSE)
             try:
                 self._decoder = self._connect()

@@ -27,6 +27,8 @@ class Report:
         For a source that was cut off: its real end and the end given in its header, in seconds.
     left_out
         Pictures after the first one in animated files of a folder of images.
+    late
+        Frames of a live source that were left out, as a newer one had come before they were used.
     drops
         Number of times that a live source ended or failed and had to be opened again.
     aspect
@@ -40,6 +42,7 @@ class Report:
     ended: float | None = None
     expected: float | None = None
     left_out: int = 0
+    late: int = 0
     drops: int = 0
     aspect: float = 1.0
 
@@ -64,6 +67,8 @@ class Report:
             parts.append(
                 f"{self.left_out} picture(s) left out, those after the first in an animated file"
             )
+        if self.late:
+            parts.append(f"{self.late} frame(s) left out, as newer ones had come")
         if self.drops:
             parts.append(f"dropped {self.drops} time(s)")
         if not 1 / MAX_ASPECT < self.aspect < MAX_ASPECT:

@@ -11,18 +11,19 @@ import itertools
 import os
 import re
 import sys
-from collections.abc import Callable, Generator, Iterator
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Protocol, Self
-from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
-from motes.video.decoder import REMEDY, Decoder, Stamped, camera
+from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
 
@@ -38,17 +39,33 @@ _TICK = 1e-6
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)://", re.IGNORECASE)
 
 
-class _Reader(Protocol):
+class Reader(Protocol):
     """The pictures of one kind of source; all other steps are the same for all kinds."""
 
     @property
-    def fps(self) -> float | None: ...
+    def fps(self) -> float | None:
+        """Nominal frames per second, None if unknown."""
+        ...
+
     @property
-    def duration(self) -> float | None: ...
+    def duration(self) -> float | None:
+        """Length in seconds, None if unknown."""
+        ...
+
     @property
-    def count(self) -> int | None: ...
+    def count(self) -> int | None:
+        """Estimated number of pictures, None if unknown."""
+        ...
+
     @property
-    def live(self) -> bool: ...
+    def live(self) -> bool:
+        """Whether pictures arrive in real time, without an end."""
+        ...
+
+    @property
+    def realtime(self) -> bool:
+        """Whether pictures come at the pace of the scene."""
+        ...
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order; the pixels are converted only where they are used."""
@@ -56,7 +73,8 @@ class _Reader(Protocol):
     def file_of(self, index: int) -> str | None:
         """Return the name of the picture's own file, or None."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the file, camera or connection."""
 
 
 class Source:
@@ -80,9 +98,7 @@ class Source:
         Counts of what was read and of errors; complete after the last frame.
     """
 
-    def __init__(
-        self, name: str, reader: _Reader, start: int, end: int | None, stride: int
-    ) -> None:
+    def __init__(self, name: str, reader: Reader, start: int, end: int | None, stride: int) -> None:
         self.name = name
         self.fps, self.duration, self.live = reader.fps, reader.duration, reader.live
         self.report = Report()
@@ -110,21 +126,12 @@ class Source:
         self._frames: Iterator[Frame] = itertools.chain([first], frames)
 
     def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
-        interval = 1 / self.fps if self.fps else FRAME_INTERVAL
-        size, origin, last = None, None, -interval
+        size = None
         pictures = itertools.islice(self._pictures, end)
-        for index, (stamp, load) in enumerate(pictures):
-            self.report.decoded += 1
-            expected = last + interval
-            if origin is None and stamp is not None:
-                origin = stamp - expected
-            moment = expected if stamp is None or origin is None else stamp - origin
-            if stamp is None or moment - last < _TICK:
-                self.report.retimed += 1
-                moment = expected
-            last = moment
+        for index, (moment, _, load) in enumerate(timed(pictures, self.fps, self.report)):
             if index < start or (index - start) % stride:
                 continue
+            arrived = time.monotonic() if self.live else None
             pixels = load()
             height, width, _ = pixels.shape
             size = size or (width, height)
@@ -133,7 +140,7 @@ class Source:
                     f"Frame {index} of {self.name} has {width}x{height} pixels, those before "
                     f"{size[0]}x{size[1]}; split or rescale it so that all have one size."
                 )
-            yield Frame(index, moment, pixels)
+            yield Frame(index, moment, pixels, arrived=arrived)
 
     def __iter__(self) -> Self:
         return self
@@ -153,6 +160,11 @@ class Source:
         self._pictures.close()
         self._reader.close()
 
+    @property
+    def realtime(self) -> bool:
+        """Whether frames certainly arrive in real time, so that old ones may be left out."""
+        return self._reader.realtime
+
     def file_of(self, index: int) -> str | None:
         """Return the path of a frame's image file in the folder of all images; None for a video."""
         return self._reader.file_of(index)
@@ -163,6 +175,28 @@ class Source:
             self._reader.stop()
 
 
+def timed(
+    pictures: Iterable[Stamped], fps: float | None, report: Report
+) -> Iterator[tuple[float, float | None, Load]]:
+    """Yield the time of each picture since the first one, its stamp, and a function that loads it.
+
+    Times strictly increase: stamps that are missing, or do not increase, are replaced and counted.
+    """
+    interval = 1 / fps if fps else FRAME_INTERVAL
+    origin, last = None, -interval
+    for stamp, load in pictures:
+        report.decoded += 1
+        expected = last + interval
+        if origin is None and stamp is not None:
+            origin = stamp - expected
+        moment = expected if stamp is None or origin is None else stamp - origin
+        if stamp is None or moment - last < _TICK:
+            report.retimed += 1
+            moment = expected
+        last = moment
+        yield moment, stamp, load
+
+
 def open_source(
     source: str | int | Path,
     *,
@@ -170,6 +204,7 @@ def open_source(
     end: int | None = None,
     stride: int = 1,
     on_drop: Callable[[str], None] | None = None,
+    patience: float | None = None,
 ) -> Source:
     """Open a source of frames and read up to its first chosen frame.
 
@@ -194,6 +229,9 @@ def open_source(
         JPEGs and HLS, unless they give a duration; and any address that gives neither a duration
         nor a length, unless it sends faster than real time (see `motes.video.pace`): then it is a
         recording, with an end.
+    patience
+        Seconds for which such a source is tried again, before its end is an error after all; by
+        default without end.
 
     Returns
     -------
@@ -220,7 +258,9 @@ def open_source(
         raise ConfigError(f"end is {end}; no source has so many frames, leave it out for all.")
     if end is not None and end <= start:
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
-    name, reader = _find(str(source), on_drop)
+    if patience is not None and not patience >= 0:
+        raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
+    name, reader = find_reader(str(source), on_drop, patience)
     return Source(name, reader, start, end, stride)
 
 
@@ -259,20 +299,22 @@ def read_image(path: str | Path) -> NDArray[np.uint8]:
         return pixels_of(image)
 
 
-def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Reader]:
+def find_reader(
+    source: str, on_drop: Callable[[str], None] | None = None, patience: float | None = None
+) -> tuple[str, Reader]:
     """Return a source's name for messages, and its reader."""
     if source.isdecimal():
         name = f"camera {source}"
-        return name, _persistent(partial(camera, int(source)), name, on_drop)
+        return name, _persistent(partial(camera, int(source)), name, on_drop, patience)
     if url := _URL.match(source):
         if not is_remote(source):
             raise SourceError(f"{url[1]}:// is not known; use http, https, rtsp or rtsps.")
-        name = _without_password(source)
+        name = without_password(source)
         # TCP, because UDP loses packets at a firewall or on a full link.
         options = {"rtsp_transport": "tcp"} if url[1].lower().startswith("rtsp") else {}
         advice = "check the address and the network."
         connect = partial(Decoder, source, name, advice, options=options, remote=True)
-        return name, _persistent(connect, name, on_drop)
+        return name, _persistent(connect, name, on_drop, patience)
     if os.path.isdir(source):
         return source, _Images(source, _folder(source))
     if not os.path.exists(source):
@@ -290,13 +332,16 @@ def _find(source: str, on_drop: Callable[[str], None] | None) -> tuple[str, _Rea
 
 
 def _persistent(
-    connect: Callable[[], Decoder], name: str, on_drop: Callable[[str], None] | None
-) -> _Reader:
+    connect: Callable[[], Decoder],
+    name: str,
+    on_drop: Callable[[str], None] | None,
+    patience: float | None,
+) -> Reader:
     """Open a camera or an address; with `on_drop`, a live one is opened again when it drops."""
     decoder = connect()
     if on_drop is None or not decoder.live:
         return decoder
-    return Persistent(connect, decoder, name, on_drop)
+    return Persistent(connect, decoder, name, on_drop, patience)
 
 
 def _folder(path: str) -> list[str]:
@@ -304,11 +349,6 @@ def _folder(path: str) -> list[str]:
         return [os.path.join(path, name) for name in os.listdir(path)]
     except OSError as error:
         raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
-
-
-def _without_password(url: str) -> str:
-    parts = urlsplit(url)
-    return parts._replace(netloc=parts.netloc.rpartition("@")[2]).geturl()
 
 
 def _natural(name: str) -> list[tuple[int, int | str]]:
@@ -322,7 +362,7 @@ class _Images:
     fps: float | None = 1 / FRAME_INTERVAL
     duration: float | None
     count: int | None
-    live = False
+    live = realtime = False
 
     def __init__(self, name: str, paths: list[str]) -> None:
         self._paths = sorted(

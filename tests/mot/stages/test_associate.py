@@ -7,11 +7,9 @@ from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.geometry import Box
-from motes.core.track import Status
 from motes.mot.detection_outcome import DetectionOutcome
 from motes.mot.scene_config import Smoothing
 from motes.mot.stages.associate import associate
-from motes.mot.stages.report import report
 from scene_objects import BLUE, DT, RED, config, occluded, picture, undetected
 
 LEFT, RIGHT = Box(20, 30, 20, 40), Box(120, 30, 20, 40)
@@ -63,25 +61,6 @@ def test_a_detection_of_two_objects_is_divided() -> None:
     assert [each.track.box.x for each in after] == pytest.approx([48, 75])
     assert free == []
     assert [each.outcome for each in log] == [DetectionOutcome.SEVERAL]
-
-
-def test_who_shares_more_detections_than_it_had_of_its_own_is_a_fragment() -> None:
-    """Three shared ones are enough where two were its own, but not where ten were."""
-    left, right = Box(50, 30, 20, 40), Box(72, 30, 20, 40)
-    frame = picture(1, (left, RED), (right, BLUE))
-    blob = Detection(Box(50, 30, 42, 40))
-    for own, fragments in ((2, [False, True]), (10, [False, False])):
-        objects = [
-            replace(undetected(1, frame, left), own=50),
-            replace(undetected(2, frame, right), own=own),
-        ]
-        for _ in range(2):
-            objects, *_ = associate(objects, [blob], frame, DT, config())
-            assert not any(each.fragment for each in objects)
-        objects, *_ = associate(objects, [blob], frame, DT, config())
-        assert [each.fragment for each in objects] == fragments
-        lost = [each.track.status is Status.LOST for each in report(objects, frame, config())[0]]
-        assert lost == fragments
 
 
 def test_occluded_objects_get_none() -> None:

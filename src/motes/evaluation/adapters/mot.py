@@ -22,7 +22,7 @@ from motes.core.geometry import Box, as_ellipse
 from motes.core.import_callable import import_callable
 from motes.core.track import Status
 from motes.evaluation.adapters.sot import LARGEST
-from motes.evaluation.datasets.mot_files import read_rows
+from motes.formats.mot_files import read_rows
 from motes.mot.boxes import as_rows
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.pipeline_config import named_detector

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from motes.core.geometry import iou
 from motes.core.types import Floats
-from motes.evaluation.datasets.mot_files import UNKNOWN, Rows
+from motes.formats.mot_files import UNKNOWN, Rows
 
 Integers = NDArray[np.int64]
 

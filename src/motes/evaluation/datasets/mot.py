@@ -23,8 +23,9 @@ from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
 from motes.evaluation.datasets.distractors import DISTRACTORS, evaluated_rows
-from motes.evaluation.datasets.mot_files import Rows, read_rows
-from motes.evaluation.datasets.sot import Problem, load_each, printable, read_text, series_source
+from motes.evaluation.datasets.sot import Problem, load_each, printable, series_source
+from motes.formats.mot_files import Rows, read_rows
+from motes.formats.text import read_text
 
 VIDEO_ENDINGS = frozenset(
     {".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm", ".wmv"}

@@ -37,7 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
-from motes.evaluation.datasets.regions import Region, read_mask, read_regions
+from motes.formats.regions import Region, read_mask, read_regions
+from motes.formats.text import read_text
 from motes.video.sources import IMAGE_ENDINGS
 
 S = TypeVar("S")
@@ -353,11 +354,3 @@ def _series(folder: Path) -> list[Path]:
 def printable(name: str) -> str:
     """Return a file name with all parts that are not UTF-8 escaped, so that it can be written."""
     return name.encode(errors="backslashreplace").decode()
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a file; raise an OSError or a FormatError if it cannot be read."""
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise FormatError(f"{path.name} is not text; save it as UTF-8") from None

@@ -121,7 +121,7 @@ def measured(
                 yield replace(now, progress=f"rendered {clip.name}")
             found = [film for film in load_dataset(folder)[0] if film.name in made]
             ended: list[Outcome] = []
-            for step in finished_passes(trackers, found, 1, workers):
+            for step in finished_passes(Outcome, trackers, found, 1, workers):
                 ended = step.outcomes
                 progress = f"scene {scene + 1} of {grid.scenes}, {step.progress}"
                 yield replace(now, progress=progress)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from motes.core.geometry import iou
 from motes.core.types import Floats
 from motes.evaluation.datasets.distractors import EPSILON, MATCH_IOU, assigned_pairs
-from motes.evaluation.datasets.mot_files import Rows
+from motes.formats.mot_files import Rows
 
 Integers = NDArray[np.int64]
 

@@ -128,7 +128,7 @@ def evaluated(
         If no sequence can be opened.
     """
     entries, _ = resolve(trackers)
-    for outcomes, problems, progress in finished_passes(entries, films, seeds, workers):
+    for outcomes, problems, progress in finished_passes(Outcome, entries, films, seeds, workers):
         yield _standing(trackers, outcomes, problems, progress)
 
 

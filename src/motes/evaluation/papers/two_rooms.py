@@ -202,7 +202,7 @@ def expected(seeds: int, frames: int, scene: SceneFactory) -> Expected:
     step = max(len(clip) / MEASURED_FRAMES, 1.0)
     measured = (clip[int(i * step)][0] for i in range(min(MEASURED_FRAMES, len(clip))))
     total = 2 * seeds * frames
-    seconds = total * seconds_per_frame(scene(0), measured)
+    seconds = len(WAYS) * total * seconds_per_frame(scene(0), measured)
     return Expected(f"{2 * seeds} clips, {total} frames", seconds)
 
 

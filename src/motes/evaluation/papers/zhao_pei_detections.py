@@ -12,10 +12,10 @@ from motes.core.frame import Frame
 from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import UNKNOWN, rows_of
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.papers.zhao_pei_figure9 import count_accurate
 from motes.evaluation.report.tables import Cell, Row, Table, number
+from motes.formats.mot_files import UNKNOWN, rows_of
 from motes.video.sources import open_source
 
 HEAD = ("sequence", "objects", "detections", "right", "precision", "recall", "F1")

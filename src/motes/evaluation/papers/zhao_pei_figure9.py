@@ -18,11 +18,11 @@ from motes.core.track import Status
 from motes.evaluation.adapters.mot import prepare
 from motes.evaluation.datasets.distractors import MATCH_IOU, evaluated_rows
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, rows_of
 from motes.evaluation.datasets.sot import Sequence as Film
 from motes.evaluation.papers.expected_time import Expected, SceneFactory, seconds_per_frame
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import NO_VALUE, Cell, Row, Table, number
+from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.assignment import assign
 from motes.mot.detection.background import BackgroundDetector
 from motes.output import charts
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 
 HEAD = ("frame", "present", "followed", "detected accurately", "ratio")
+SUM_HEAD = ("sequence", "found by", "frames", *HEAD[1:])
 
 
 def as_mot_sequence(film: Film) -> MotSequence:
@@ -59,7 +60,9 @@ def expected(sequence: MotSequence, scene: SceneFactory, frames: int) -> Expecte
         return Expected(f"{frames} frames", frames * seconds_per_frame(scene(0), first))
 
 
-def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) -> Experiment:
+def figure9(
+    sequence: MotSequence, scene: SceneFactory, found_by: str, seed: int, frames: int
+) -> Experiment:
     """Yield the share of the objects present that a scene follows, frame by frame.
 
     An object is detected accurately if a track matches it, one to one, with an overlap of
@@ -72,6 +75,8 @@ def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) 
         Frames and truth.
     scene
         Makes the scene, with its detector.
+    found_by
+        The detector's name.
     seed
         Seed of the scene.
     frames
@@ -102,7 +107,8 @@ def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) 
             compared = evaluated_rows(truth, rows_of(lines), sequence.distractors)
             counts.append(count_accurate(*compared))
             rows.append((Cell(str(frame.index), frame.index), *_cells(np.array(counts[-1:]))))
-            foot = (Cell("all"), *_cells(np.array(counts)))
+            sums = _cells(np.array(counts))
+            foot = (Cell("all"), *sums)
             title = f"Objects detected over objects present, {sequence.name}{part}"
             note = " ".join(
                 [f"Detected accurately: IoU {MATCH_IOU} or above.", *followed.warnings.values()]
@@ -110,7 +116,10 @@ def figure9(sequence: MotSequence, scene: SceneFactory, seed: int, frames: int) 
             table = Table(title, HEAD, rows, (foot,), note)
             progress, share = f"{len(counts)} of {frames} frames", len(counts) / frames
             draw = partial(_draw, sequence.name, counts)
-            yield Result({"": table}, draw, progress=progress, share=share)
+            names = Cell(sequence.name), Cell(found_by), number(len(counts), 0)
+            all_frames = Table("All frames", SUM_HEAD, [(*names, *sums)], note=note)
+            tables = {"": table, "all": all_frames}
+            yield Result(tables, draw, progress=progress, share=share)
 
 
 def _frames(sequence: MotSequence, count: int) -> Generator[Frame, None, None]:

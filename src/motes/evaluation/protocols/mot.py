@@ -17,8 +17,8 @@ from motes.core.files import write_whole
 from motes.core.frame import Frame
 from motes.evaluation.adapters.mot import MotTrackerAdapter, SequenceInfo
 from motes.evaluation.datasets.mot import MotSequence
-from motes.evaluation.datasets.mot_files import UNKNOWN, Rows, read_rows, rows_of, write_rows
 from motes.evaluation.protocols.trace import duration
+from motes.formats.mot_files import UNKNOWN, Rows, read_rows, rows_of, write_rows
 
 COLUMNS = ("frame", "objects", "seconds")
 """The columns of the CSV file beside the rows: frames from 0, number of objects, running time."""

@@ -6,7 +6,7 @@ import math
 from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import msgspec
 import numpy as np
@@ -168,17 +168,19 @@ class Event(msgspec.Struct, frozen=True):
     metres_per_second: float | None = None
     label: str | None = None
 
-    def json(self) -> str:
-        """Return a line of JSON, with numbers rounded and without empty fields."""
+    def fields(self) -> dict[str, Any]:
+        """Return its fields by their names in JSON, with numbers rounded, without empty ones."""
         pairs = {name: getattr(self, name) for name in self.__struct_fields__}
         pairs["class"] = pairs.pop("label")
-        return msgspec.json.encode(
-            {
-                key: round(value, 3) if isinstance(value, float) else value
-                for key, value in pairs.items()
-                if value is not None
-            }
-        ).decode()
+        return {
+            key: round(value, 3) if isinstance(value, float) else value
+            for key, value in pairs.items()
+            if value is not None
+        }
+
+    def json(self) -> str:
+        """Return a line of JSON."""
+        return msgspec.json.encode(self.fields()).decode()
 
 
 @dataclass(slots=True)

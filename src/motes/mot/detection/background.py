@@ -19,6 +19,7 @@ from motes.core.detection import Detection, DetectorConfig
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.kernels.structures import LightLimits
 from motes.mot.detection.background_models import (
     FIRST,
     BackgroundModel,
@@ -29,14 +30,15 @@ from motes.mot.detection.background_models import (
 )
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.camera_motion import ReferenceImage
-from motes.mot.detection.ghosts import Steps, gradients, without_ghosts
+from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
     with_enclosed,
     without_light,
     without_tremble,
 )
-from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.images import Mask
+from motes.mot.detection.planes import Planes, planes_of
 from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
@@ -64,9 +66,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
     ----------
     method
         Model of the background. `mog2` is a mixture of Gaussians for each pixel (Zivkovic, ICPR
-        2004), `knn` keeps the nearest samples of each pixel (Zivkovic and van der Heijden, 2006);
-        both need OpenCV. `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997). By
-        default `mog2`, or `gaussian` if OpenCV is missing.
+        2004), `knn` keeps the nearest samples of each pixel (Zivkovic and van der Heijden, 2006)
+        and needs OpenCV, `gaussian` is one Gaussian for each pixel (Wren et al., Pfinder, 1997).
     history
         Number of frames over which the background is learned. With a larger value it changes more
         slowly.
@@ -133,7 +134,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         it must stand still for as many.
     """
 
-    method: Method | None = None
+    method: Method = "mog2"
     history: Count = 500
     rate: Annotated[float, Meta(gt=0, le=1)] | None = None
     deviations: Positive = 4.0
@@ -166,7 +167,7 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
             )
 
     def detector(self) -> BackgroundDetector:
-        """Return the detector; raise a MissingDependencyError if OpenCV is needed and missing."""
+        """Return the detector; raise a MissingDependencyError if `knn` finds no OpenCV."""
         return BackgroundDetector(self)
 
 
@@ -193,12 +194,12 @@ class BackgroundDetector:
     Raises
     ------
     MissingDependencyError
-        If OpenCV is needed and not installed.
+        If OpenCV is not installed, for `knn`.
     ConfigError
         If the method is unknown, or a number is out of its range.
     """
 
-    def __init__(self, config: Method | BackgroundConfig | None = None) -> None:
+    def __init__(self, config: Method | BackgroundConfig = "mog2") -> None:
         if not isinstance(config, BackgroundConfig):
             config = BackgroundConfig(method=config)
         self.config = config
@@ -239,7 +240,7 @@ class BackgroundDetector:
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
-        pixels = np.ascontiguousarray(frame.pixels)  # which OpenCV would do again and again
+        pixels = frame.pixels
         if pixels.shape != self._shape:
             self._shape = pixels.shape
             first, self._first = self._first, None
@@ -252,9 +253,9 @@ class BackgroundDetector:
             self._rest = self.config.still
             self._warn(frame, "camera", MOVES)
             return []
-        usual = self._exposed(pixels)
-        mask = self._foreground(usual)
-        if mask.mean() > self.config.most:
+        planes = self._exposed(pixels)
+        mask = self._foreground(planes)
+        if np.count_nonzero(mask) > self.config.most * mask.size:
             self._begin(pixels, frame)
             self._flooded += 1
             if self._flooded == self.config.still:
@@ -264,21 +265,21 @@ class BackgroundDetector:
                 self._warn(frame, "light", text)
             return []
         self._flooded = 0
-        mask = without_tremble(mask, usual, self._background)
+        mask = without_tremble(mask, planes, self._background)
         if self._frames % LEARNED == 0:
-            learned = self._update.learned_from(usual, mask, frame.time, self._moved)
+            learned = self._update.learned_from(planes, mask, frame.time, self._moved)
             self._model.learn(learned, min(LEARNED * self._rate, 1.0))
         if self._rest:
             self._rest -= 1
             return []
-        return [Detection(box) for box in self._objects(frame, pixels, mask)]
+        return [Detection(box) for box in self._objects(frame, mask)]
 
     def _begin(self, pixels: Mask, frame: Frame) -> None:
-        config = self.config
+        config, planes = self.config, planes_of(pixels)
         self._usual = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
         self._reference = ReferenceImage(pixels)
-        self._update = SelectiveUpdate(pixels, frame.time, config.trial, config.patience)
-        self._model.begin(pixels)
+        self._update = SelectiveUpdate(planes, frame.time, config.trial, config.patience)
+        self._model.begin(planes)
         self._frames = 0
 
     @property
@@ -287,22 +288,18 @@ class BackgroundDetector:
         config = self.config
         return config.rate or max(1 / (2 * (FIRST + self._frames)), 1 / config.history)
 
-    def _foreground(self, pixels: Mask) -> Mask:
+    def _foreground(self, planes: Planes) -> Mask:
         """Return the foreground without shadows, (H, W) of 0 and 1."""
         config = self.config
         if self._frames % RENEWED == 0:
-            picture = self._model.picture()
-            self._background = Background(picture, config.noise)
-            self._learned: Steps = gradients(picture)
+            self._background = Background(self._model.picture(), config.noise)
         self._frames += 1
-        differs = self._model.foreground(pixels)
-        mask = without_light(
-            differs, pixels, self._background, shadow=config.shadow, highlight=config.highlight,
-            tint=config.tint, texture=config.texture,
-        )  # fmt: skip
+        differs = self._model.foreground(planes)
+        limits = LightLimits(config.shadow, config.highlight, config.tint, config.texture)
+        mask = without_light(differs, planes, self._background, limits)
         return with_enclosed(mask, differs)
 
-    def _objects(self, frame: Frame, pixels: Mask, mask: Mask) -> list[Box]:
+    def _objects(self, frame: Frame, mask: Mask) -> list[Box]:
         """Return the boxes of the objects in the foreground."""
         config = self.config
         boxes = blobs(
@@ -310,7 +307,8 @@ class BackgroundDetector:
             narrow=config.narrow, known=self._moved,
         )  # fmt: skip
         if boxes and config.ghost:
-            boxes = without_ghosts(boxes, mask, gradients(pixels), self._learned, config.ghost)
+            green, learned = frame.pixels[:, :, 1], self._background.planes[1]
+            boxes = without_ghosts(boxes, mask, np.ascontiguousarray(green), learned, config.ghost)
         if len(boxes) > config.limit:
             text = (
                 f"there are {len(boxes)} moving patches; only the {config.limit} largest are taken"
@@ -318,23 +316,20 @@ class BackgroundDetector:
             self._warn(frame, "flood", text)
         return boxes[: config.limit]
 
-    def _exposed(self, pixels: Mask) -> Mask:
+    def _exposed(self, pixels: Mask) -> Planes:
         """Return a frame with its usual brightness: cameras change their exposure.
 
         A channel's gain is the median over pixels, so that moving objects do not change it. If the
         gain is far from 1, the light has changed, not the exposure.
         """
         sparse = 1 + pixels[::SPARSE, ::SPARSE].astype(np.float32)
-        gains = np.median(self._usual / sparse, axis=(0, 1))
+        shares = np.ascontiguousarray((self._usual / sparse).reshape(-1, 3).T)  # for the median
+        gains = np.median(shares, axis=1)
         if (np.abs(gains - 1) > self.config.exposure).any():
-            return pixels
+            return planes_of(pixels)
         self._usual += (gains * sparse - self._usual) / self.config.recent
-        tables = np.rint(gains * np.arange(256)[:, None]).clip(0, 255).astype(np.uint8)
-        cv2 = opencv()
-        if cv2 is not None:  # the same, ten times faster
-            out: Mask = cv2.LUT(pixels, tables[None])
-            return out
-        return np.stack([np.take(tables[:, c], pixels[:, :, c]) for c in range(3)], axis=2)
+        tables = np.rint(gains[:, None] * np.arange(256)).clip(0, 255).astype(np.uint8)
+        return planes_of(pixels, tables)
 
     def _warn(self, frame: Frame, kind: str, text: str) -> None:
         self.warnings.setdefault(kind, f"Frame {frame.index}: {text}.")
@@ -366,9 +361,8 @@ def densest(pictures: Sequence[Mask]) -> Mask:
 
 def _model(config: BackgroundConfig) -> BackgroundModel:
     """Return the model of a background."""
-    method = config.method or ("gaussian" if opencv() is None else "mog2")
-    if method == "gaussian":
+    if config.method == "gaussian":
         return Gaussian(config.deviations, config.noise)
-    if method == "knn":
+    if config.method == "knn":
         return Nearest(config.history, config.distance, config.rate)
-    return Mixture(config.history, config.deviations)
+    return Mixture(config.deviations)

@@ -2,70 +2,87 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
+from motes import kernels
 from motes.core.errors import MissingDependencyError
+from motes.kernels.structures import MixtureLearning
 from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.planes import Planes, picture_of, planes_of
 
 Method = Literal["mog2", "knn", "gaussian"]
 
 FIRST = 5
 """A background begins as if its first picture had come this many times."""
+SHARE = 0.9
+"""Modes of the background are those of most weight that have this share of it together."""
+NEAR = 3.0
+"""A mode learns the colors up to this many standard deviations from its mean."""
+VARIANCE, LEAST, MOST = 15.0, 4.0, 75.0
+"""Variance of a new mode, and the least and largest of all, in squared gray levels."""
+PRUNE = 0.05
+"""A mode stays if its weight is at least this share of the rate: Zivkovic's prior c_T."""
 
 
 class BackgroundModel(Protocol):
     """A background."""
 
-    def begin(self, pixels: Mask) -> None:
+    def begin(self, planes: Planes) -> None:
         """Start with a picture as background, and forget the frames before."""
         ...
 
-    def foreground(self, pixels: Mask) -> Mask:
+    def foreground(self, planes: Planes) -> Mask:
         """Return the pixels that differ from the background, (H, W) of 0 and 1."""
         ...
 
-    def learn(self, pixels: Mask, rate: float) -> None:
+    def learn(self, planes: Planes, rate: float) -> None:
         """Learn from a picture of the background, which has a share of `rate` from then on."""
         ...
 
-    def picture(self) -> Mask:
-        """Return the learned background, (H, W, 3)."""
+    def picture(self) -> Planes:
+        """Return the learned background."""
         ...
 
 
 class Mixture:
-    """OpenCV's mixture of Gaussians for each pixel: Zivkovic, ICPR 2004.
+    """A mixture of Gaussians for each pixel: Zivkovic, ICPR 2004.
 
     Parameters
     ----------
-    history, deviations
+    deviations
         As in `BackgroundConfig`.
     """
 
-    def __init__(self, history: int, deviations: float) -> None:
-        self._cv2, self._history, self._squared = _required("mog2"), history, deviations**2
+    def __init__(self, deviations: float) -> None:
+        self._squared = deviations**2
 
-    def begin(self, pixels: Mask) -> None:
+    def begin(self, planes: Planes) -> None:
         """Start a new model."""
-        self._model = self._cv2.createBackgroundSubtractorMOG2(self._history, self._squared, False)
-        for _ in range(FIRST):
-            self._model.apply(pixels)
+        sizes, (_, height, width) = kernels.mixture, planes.shape
+        parts = -(-width // sizes.PART)
+        shape = height, sizes.MODES * parts, sizes.FIELDS * sizes.PART
+        self._model, self._shape = np.zeros(shape, np.float32), planes.shape
+        for number in range(1, FIRST + 1):
+            self.learn(planes, 1 / (2 * number))
 
-    def foreground(self, pixels: Mask) -> Mask:
-        """Return OpenCV's foreground; nothing is learned."""
-        mask: Mask = self._model.apply(pixels, learningRate=0) >> 7
+    def foreground(self, planes: Planes) -> Mask:
+        """Return the pixels that no mode of the background is near."""
+        mask = np.empty(planes.shape[1:], np.uint8)
+        kernels.mixture.foreground(self._model, planes, SHARE, self._squared, mask)
         return mask
 
-    def learn(self, pixels: Mask, rate: float) -> None:
+    def learn(self, planes: Planes, rate: float) -> None:
         """Learn."""
-        self._model.apply(pixels, learningRate=rate)
+        how = MixtureLearning(rate, PRUNE, NEAR**2, VARIANCE, LEAST, MOST)
+        kernels.mixture.learn(self._model, planes, how)
 
-    def picture(self) -> Mask:
-        """Return OpenCV's mean of the background."""
-        learned: Mask = self._model.getBackgroundImage()
-        return learned
+    def picture(self) -> Planes:
+        """Return the mean colors of the background."""
+        out = np.empty(self._shape, np.uint8)
+        kernels.mixture.means(self._model, SHARE, out)
+        return out
 
 
 class Nearest:
@@ -82,27 +99,33 @@ class Nearest:
     """
 
     def __init__(self, history: int, distance: float, rate: float | None) -> None:
-        self._cv2, self._history, self._squared = _required("knn"), history, distance**2
+        cv2 = opencv()
+        if cv2 is None:
+            raise MissingDependencyError(
+                "The background knn needs OpenCV; install it with: pip install 'motes[opencv]', or "
+                "take mog2."
+            )
+        self._cv2, self._history, self._squared = cv2, history, distance**2
         self._rate = -1.0 if rate is None else rate
 
-    def begin(self, pixels: Mask) -> None:
+    def begin(self, planes: Planes) -> None:
         """Start a new model."""
         self._model = self._cv2.createBackgroundSubtractorKNN(self._history, self._squared, False)
+        picture = picture_of(planes)
         for _ in range(FIRST):
-            self._model.apply(pixels)
+            self._model.apply(picture)
 
-    def foreground(self, pixels: Mask) -> Mask:
+    def foreground(self, planes: Planes) -> Mask:
         """Return OpenCV's foreground, and learn."""
-        mask: Mask = self._model.apply(pixels, learningRate=self._rate) >> 7
+        mask: Mask = self._model.apply(picture_of(planes), learningRate=self._rate) >> 7
         return mask
 
-    def learn(self, pixels: Mask, rate: float) -> None:
+    def learn(self, planes: Planes, rate: float) -> None:
         """Do nothing: `foreground` has learned."""
 
-    def picture(self) -> Mask:
+    def picture(self) -> Planes:
         """Return OpenCV's mean of the background."""
-        learned: Mask = self._model.getBackgroundImage()
-        return learned
+        return planes_of(self._model.getBackgroundImage())
 
 
 class Gaussian:
@@ -117,36 +140,25 @@ class Gaussian:
     def __init__(self, deviations: float, noise: float) -> None:
         self._deviations, self._noise = deviations, noise
 
-    def begin(self, pixels: Mask) -> None:
+    def begin(self, planes: Planes) -> None:
         """Start with the picture as mean."""
-        self._mean = pixels.astype(np.float32)
+        self._mean = planes.astype(np.float32)
         self._variance = np.full_like(self._mean, (2 * self._noise) ** 2)
 
-    def foreground(self, pixels: Mask) -> Mask:
+    def foreground(self, planes: Planes) -> Mask:
         """Return the pixels with a channel too many deviations from its mean."""
-        off = pixels - self._mean
+        off = planes - self._mean
         beyond = off * off > self._deviations**2 * self._variance
-        mask: Mask = np.any(beyond, axis=2).astype(np.uint8)
+        mask: Mask = np.any(beyond, axis=0).astype(np.uint8)
         return mask
 
-    def learn(self, pixels: Mask, rate: float) -> None:
+    def learn(self, planes: Planes, rate: float) -> None:
         """Learn."""
-        off = pixels - self._mean
+        off = planes - self._mean
         self._mean += np.float32(rate) * off
         self._variance += np.float32(rate) * (off * off - self._variance)
         np.maximum(self._variance, self._noise**2, out=self._variance)
 
-    def picture(self) -> Mask:
+    def picture(self) -> Planes:
         """Return the means."""
         return np.rint(self._mean).astype(np.uint8)
-
-
-def _required(method: Method) -> Any:
-    """Return OpenCV; raise a MissingDependencyError where it is not installed."""
-    cv2 = opencv()
-    if cv2 is None:
-        raise MissingDependencyError(
-            f"The background {method} needs OpenCV; install it with: pip install "
-            f"'motes[opencv]', or take gaussian."
-        )
-    return cv2

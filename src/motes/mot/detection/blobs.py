@@ -9,8 +9,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from motes import kernels
 from motes.core.geometry import Box, iou
 from motes.mot.detection.images import Mask, closed, components, opened
 
@@ -51,7 +51,7 @@ def blobs(
         if area < smallest:
             continue
         here = slice(y, y + h), slice(x, x + w)
-        patch = (labels[here] == number) & (clean[here] > 0)
+        patch = (labels[here] == number) & clean[here]
         whole = Box(x, y, w, h)
         cuts = divided(patch, valley, narrow) if valley else []
         if not _plausible(len(cuts) + 1, whole, known):
@@ -91,7 +91,7 @@ def _holds(box: Box, other: Box) -> bool:
     return box.x < x < box.x + box.width and box.y < y < box.y + box.height
 
 
-def divided(patch: NDArray[np.bool_], valley: float, narrow: float) -> list[int]:
+def divided(patch: Mask, valley: float, narrow: float) -> list[int]:
     """Return the columns at which a patch (h, w) is divided: the valleys of its upper outline.
 
     People beside each other have a valley between their heads, and vehicles between their roofs; a
@@ -105,33 +105,6 @@ def divided(patch: NDArray[np.bool_], valley: float, narrow: float) -> list[int]
     narrow
         Least width of a part, as a share of the patch's height.
     """
-    height, width = patch.shape
-    filled = patch.any(axis=0)
-    outline = np.where(filled, height - patch.argmax(axis=0), 0)
-    spike = max(1, round(SPIKE * height)) | 1
-    outline = _opened(outline, spike)
-    least, out = max(1, round(narrow * height)), list[int]()
-    open_parts = [(0, width)]
-    while open_parts:
-        left, right = open_parts.pop()
-        own = outline[left:right]
-        lower = np.minimum(np.maximum.accumulate(own), np.maximum.accumulate(own[::-1])[::-1])
-        depth = 1 - own / np.maximum(lower, 1)
-        depth[:least], depth[len(depth) - least :] = 0, 0
-        if len(own) < 2 * least or depth.max() <= valley:
-            continue
-        deepest = np.flatnonzero(depth == depth.max())
-        deepest = deepest[deepest - deepest[0] == np.arange(len(deepest))]  # of one valley
-        cut = left + int(deepest[len(deepest) // 2])
-        out.append(cut)
-        open_parts += [(left, cut), (cut, right)]
-    return sorted(out)
-
-
-def _opened(values: NDArray[np.int64], width: int) -> NDArray[np.int64]:
-    """Return values (n,) without peaks that are narrower than a width."""
-    half = width // 2
-    windows = np.lib.stride_tricks.sliding_window_view
-    low = windows(np.pad(values, half, mode="edge"), width).min(axis=1)
-    high: NDArray[np.int64] = windows(np.pad(low, half, mode="edge"), width).max(axis=1)
-    return high
+    height = len(patch)
+    spike, least = max(1, round(SPIKE * height)) | 1, max(1, round(narrow * height))
+    return sorted(kernels.outlines.valleys(patch, spike, valley, least).tolist())

@@ -44,17 +44,19 @@ class ReferenceImage:
             return False
         inner = self._kept[margin : height - margin : 3, margin : width - margin : 3]
 
-        def misfit(dy: int, dx: int) -> float:
+        def differences(dy: int, dx: int) -> Floats:
             y, x = margin + dy, margin + dx
             other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
-            return float(np.median(np.abs(inner - other)))
+            apart: Floats = np.abs(inner - other)
+            return apart
+
+        def fits(dy: int, dx: int) -> bool:  # the median is below the limit if most values are
+            return 2 * int(np.count_nonzero(differences(dy, dx) < limit)) > inner.size
 
         sides = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
-        stay = misfit(0, 0)
+        stay = float(np.median(differences(0, 0)))
         limit = min(BETTER * stay, stay - NOTICED)
-        slipped = limit > 0 and any(
-            misfit(far * dy, far * dx) < limit for far in SHIFTS for dy, dx in sides
-        )
+        slipped = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
         if slipped or self._age == LASTS:
             self._kept, self._age = picture, 0
         return slipped

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motes import kernels
+
 Mask = NDArray[np.uint8]
-Singles = NDArray[np.float32]
 
 
 def opencv() -> Any:
@@ -58,18 +59,6 @@ def largest(picture: Mask, size: tuple[int, int]) -> Mask:
     return around
 
 
-def mean(picture: Singles, size: int) -> Singles:
-    """Return the mean around each pixel (H, W) or (H, W, 3), in a square of `size` pixels."""
-    cv2 = opencv()
-    if cv2 is not None:
-        out: Singles = cv2.blur(picture, (size, size))
-        return out
-    from scipy import ndimage
-
-    around: Singles = ndimage.uniform_filter(picture, (size, size, 1)[: picture.ndim])
-    return around
-
-
 def components(mask: Mask, *, corners: bool = True) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the connected parts of a mask; parts that meet at `corners` are connected too.
 
@@ -80,18 +69,6 @@ def components(mask: Mask, *, corners: bool = True) -> tuple[NDArray[np.int32], 
     parts
         (n, 5), left, top, width, height and area of each part.
     """
-    cv2 = opencv()
-    if cv2 is not None:
-        _, labels, parts, _ = cv2.connectedComponentsWithStats(
-            mask, connectivity=8 if corners else 4
-        )
-        return labels, parts[1:].astype(np.int64)  # the first is the background
-    from scipy import ndimage
-
-    labels, count = ndimage.label(mask, np.ones((3, 3)) if corners else None)
-    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    boxes = [
-        (x.start, y.start, x.stop - x.start, y.stop - y.start)
-        for y, x in ndimage.find_objects(labels)
-    ]
-    return labels, np.hstack([np.reshape(boxes, (-1, 4)), areas[:, None]]).astype(np.int64)
+    labels = np.empty(mask.shape, np.int32)
+    parts = kernels.components.label(np.ascontiguousarray(mask), corners, labels)
+    return labels, parts

@@ -21,6 +21,7 @@ from motes.core.types import Floats
 from motes.cues.color import Color, ColorModel
 from motes.cues.hog import Hog
 from motes.cues.sampling import Lattice
+from motes.mot.detection.global_motion import unreduced
 from motes.mot.detection.panned_background import PannedBackground
 from motes.sot.filtering.appearance_rule import AppearanceRule
 
@@ -106,6 +107,11 @@ class LookalikeDetector:
         self._last: list[Box] = []
 
     @property
+    def own_background(self) -> bool:
+        """Whether it compares what moves before a background that moves along with the camera."""
+        return self._background is not None
+
+    @property
     def warnings(self) -> Mapping[str, str]:
         """The warnings of the detector whose detections are compared."""
         return dict(getattr(self._finder, "warnings", {}))
@@ -115,9 +121,7 @@ class LookalikeDetector:
         """The homography of the camera's motion to the latest frame, if it is known."""
         if self._background is None or self._background.motion is None:
             return None
-        scale = np.diag([self._scale, self._scale, 1.0])
-        moved: Floats = np.linalg.inv(scale) @ self._background.motion @ scale
-        return moved
+        return unreduced(self._background.motion, self._scale)
 
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the similar regions in a frame, the most similar colors first."""

@@ -1,7 +1,6 @@
 """The background of a camera that pans and zooms: a model that moves along with the picture.
 
-Corners that are followed from frame to frame give the camera's motion as a homography, by RANSAC:
-most of them lie on the background. The mean and the variance of each pixel are moved by it.
+The mean and the variance of each pixel are moved by the camera's motion.
 """
 
 from __future__ import annotations
@@ -11,40 +10,17 @@ from numpy.typing import NDArray
 
 from motes.core.errors import MissingDependencyError
 from motes.core.types import Floats
+from motes.mot.detection.global_motion import Model, camera_motion, reduced
 from motes.mot.detection.illumination import Background, without_tremble
 from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.planes import planes_of
 
-WIDTH = 640
-"""Pictures are reduced to this width at most."""
-CORNERS = 400
-"""Number of corners that are followed."""
-FEWEST = 12
-"""Least number of corners that agree; a homography has 8 unknowns, so 4 corners always do."""
-OFF = 2.0
-"""Largest distance of a corner that agrees, in pixels."""
 KNOWN = 5
 """Frames after which the background of a pixel is known."""
 HISTORY = 50
 """Frames over which the background is learned."""
 SLOWER = 5.0
 """Foreground is learned more slowly by this factor, so that mistakes heal."""
-
-
-def camera_motion(before: Mask, after: Mask) -> Floats | None:
-    """Return the homography (3, 3) from a gray picture to the next; None if it is not clear."""
-    cv2 = opencv()
-    corners = cv2.goodFeaturesToTrack(before, CORNERS, 0.01, 8)
-    if corners is None or len(corners) < FEWEST:
-        return None
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None)
-    seen = found.ravel() == 1
-    if seen.sum() < FEWEST:
-        return None
-    matrix, agrees = cv2.findHomography(corners[seen], moved[seen], cv2.RANSAC, OFF)
-    if matrix is None or agrees.sum() < FEWEST:
-        return None
-    out: Floats = matrix
-    return out
 
 
 class PannedBackground:
@@ -54,11 +30,15 @@ class PannedBackground:
     ----------
     deviations, noise
         As in `BackgroundConfig`.
+    model
+        What a motion of the camera is; see `GlobalMotion`.
+    trial
+        Seconds for which foreground is not learned; by default it is learned slowly.
 
     Attributes
     ----------
     motion
-        The homography (3, 3) from the reduced frame before to the latest one, or None.
+        The motion (3, 3) from the reduced frame before to the latest one, or None.
 
     Raises
     ------
@@ -68,35 +48,42 @@ class PannedBackground:
 
     motion: Floats | None = None
 
-    def __init__(self, deviations: float = 4.0, noise: float = 4.0) -> None:
+    def __init__(
+        self,
+        deviations: float = 4.0,
+        noise: float = 4.0,
+        model: Model = "homography",
+        trial: float | None = None,
+    ) -> None:
         self._cv2 = opencv()
         if self._cv2 is None:
             raise MissingDependencyError(
                 "The motion of a camera needs OpenCV; install it with: pip install 'motes[opencv]'."
             )
-        self._deviations, self._noise = deviations, noise
+        self._deviations, self._noise, self._model = deviations, noise, model
+        self._trial = trial
         self._gray: Mask | None = None
 
-    def foreground(self, pixels: Mask) -> NDArray[np.bool_]:
-        """Return the foreground of the next frame, reduced: (h, w).
+    def foreground(self, pixels: Mask, time: float = 0.0) -> NDArray[np.bool_]:
+        """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
 
         In the first frame, and if the camera's motion is not clear, all may be foreground. Where
         the background came into view a few frames ago, nothing is.
         """
         cv2 = self._cv2
-        scale = min(1.0, WIDTH / pixels.shape[1])
-        height, width = (max(1, round(scale * side)) for side in pixels.shape[:2])
-        small: Mask = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
+        small, _ = reduced(pixels)
+        height, width = small.shape[:2]
         gray: Mask = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
         motion = None
         if self._gray is not None and self._gray.shape == gray.shape:
-            motion = camera_motion(self._gray, gray)
+            motion = camera_motion(self._gray, gray, self._model)
         self._gray = gray
         self.motion = motion
         if motion is None:
             self._mean = small.astype(np.float32)
             self._variance = np.full((height, width), self._noise**2, np.float32)
             self._age = np.ones((height, width), np.float32)
+            self._clear = np.full((height, width), time, np.float32)
             return np.ones((height, width), np.bool_)
         size = width, height
         self._mean = cv2.warpPerspective(self._mean, motion, size)
@@ -106,11 +93,17 @@ class PannedBackground:
         squared = (off * off).max(axis=2)
         far = squared > self._deviations**2 * np.maximum(self._variance, self._noise**2)
         picture = np.rint(self._mean).clip(0, 255).astype(np.uint8)
-        apart = without_tremble(far.astype(np.uint8), small, Background(picture, self._noise))
+        background = Background(planes_of(picture), self._noise)
+        apart = without_tremble(far.astype(np.uint8), planes_of(small), background)
         known = self._age >= KNOWN
         moves = apart.astype(np.bool_) & known
         rate = 1 / np.minimum(self._age + 1, HISTORY)
-        rate[moves] /= SLOWER
+        if self._trial is None:
+            rate[moves] /= SLOWER
+        else:  # the time at which a pixel was background moves along, too
+            self._clear = cv2.warpPerspective(self._clear, motion, size, flags=cv2.INTER_NEAREST)
+            self._clear[~moves] = time
+            rate[moves & (time - self._clear < self._trial)] = 0
         self._mean += rate[:, :, None] * off
         self._variance += rate * (squared - self._variance)
         self._age += 1

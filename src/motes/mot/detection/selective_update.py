@@ -11,8 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from motes import kernels
 from motes.core.geometry import Box
+from motes.kernels.structures import HoldLimits
 from motes.mot.detection.images import Mask, largest
+from motes.mot.detection.planes import Planes
 
 MARGIN = 7
 """Width and height of the window around a foreground pixel that is not learned: rims are mixed."""
@@ -23,8 +26,8 @@ class SelectiveUpdate:
 
     Parameters
     ----------
-    pixels
-        (H, W, 3), the first picture.
+    planes
+        (3, H, W), the first picture.
     time
         Its time in seconds.
     trial, patience
@@ -32,19 +35,19 @@ class SelectiveUpdate:
         known objects.
     """
 
-    def __init__(self, pixels: Mask, time: float, trial: float, patience: float) -> None:
-        self._clean, self._trial, self._patience = pixels.copy(), trial, patience
-        self._since = np.full(pixels.shape[:2], time)
+    def __init__(self, planes: Planes, time: float, trial: float, patience: float) -> None:
+        self._clean, self._limits = planes.copy(), HoldLimits(trial, patience)
+        self._since = np.full(planes.shape[1:], float(time))
 
     def learned_from(
-        self, pixels: Mask, foreground: Mask, time: float, known: Iterable[Box]
-    ) -> Mask:
+        self, planes: Planes, foreground: Mask, time: float, known: Iterable[Box]
+    ) -> Planes:
         """Return the picture to learn: the frame, and old pixels where its foreground is.
 
         Parameters
         ----------
-        pixels
-            (H, W, 3), the frame.
+        planes
+            (3, H, W), the frame.
         foreground
             (H, W) of 0 and 1.
         time
@@ -52,14 +55,12 @@ class SelectiveUpdate:
         known
             Boxes of objects that have moved.
         """
-        held = largest(foreground, (MARGIN, MARGIN)).astype(np.bool_)
-        self._since[~held] = time
-        limits = np.full(held.shape, self._trial)
+        inside = np.zeros_like(foreground)
         for x, y, width, height in known:
             top, left = max(round(y), 0), max(round(x), 0)
-            limits[top : max(round(y + height), 0), left : max(round(x + width), 0)] = (
-                self._patience
-            )
-        held &= time - self._since < limits
-        np.copyto(self._clean, pixels, where=~held[:, :, None])
+            inside[top : max(round(y + height), 0), left : max(round(x + width), 0)] = 1
+        held = largest(foreground, (MARGIN, MARGIN))
+        kernels.selective_update.update(
+            planes, held, inside, time, self._limits, self._since, self._clean
+        )
         return self._clean

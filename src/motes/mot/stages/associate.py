@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from msgspec.structs import replace
 
 from motes.core.detection import Detection
 from motes.core.frame import Frame
@@ -31,10 +30,6 @@ def associate(
 
     A detection in which several objects lie is divided between them. The others are assigned one to
     one, by overlap and by appearance.
-
-    An object that began when another broke up for a moment shares its detections from then on. It
-    is a fragment of the other as soon as it has shared more of them than it had of its own, and
-    enough of them to begin an object.
     """
     after, log = list(objects), list[LoggedDetection]()
     visible = [n for n, each in enumerate(objects) if not each.occluded]
@@ -43,9 +38,8 @@ def associate(
     places = as_rows(objects[n].predicted.box for n in visible)
     boxes = as_rows(each.box for each in detections)
 
-    def detect(i: int, box: Box, *, shared: bool = False) -> None:
-        smoothing = config.smoothing.size
-        found = objects[visible[i]].detect(box, frame.time, smoothing, shared=shared)
+    def detect(i: int, box: Box) -> None:
+        found = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
         after[visible[i]] = found.update_velocity(config.smoothing.velocity, dt)
 
     blobs = holding(places, boxes, config.containment, config.association.merged_blob_ratio)
@@ -56,10 +50,7 @@ def associate(
             continue
         shared = split_merged_blob(places[inside], detections[j].box)
         for i, box in zip(inside, shared.tolist(), strict=True):
-            detect(i, Box(*box), shared=True)
-        together = [visible[i] for i in inside]
-        for n in _fragments([after[n] for n in together], config.initiation.min_hits):
-            after[together[n]] = replace(after[together[n]], fragment=True)
+            detect(i, Box(*box))
     rows, columns, overlaps = overlapping(places, boxes, config.association.overlap)
     free = ~(np.isin(rows, held) | np.isin(columns, list(blobs)))
     rows, columns, overlaps = rows[free], columns[free], overlaps[free]
@@ -72,16 +63,6 @@ def associate(
         log.append(LoggedDetection(detections[j], DetectionOutcome.MATCHED, identity))
         taken.add(j)
     return after, [each for j, each in enumerate(detections) if j not in taken], log
-
-
-def _fragments(together: Sequence[TrackedObject], min_hits: int) -> list[int]:
-    """Return which of the objects in a detection are fragments of the one that is best known."""
-    first = max(range(len(together)), key=lambda n: together[n].own)
-    return [
-        n
-        for n, each in enumerate(together)
-        if n != first and each.shared >= min_hits and each.shared > each.own
-    ]
 
 
 def split_merged_blob(places: Floats, blob: Box) -> Floats:

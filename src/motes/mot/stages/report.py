@@ -24,7 +24,7 @@ def report(
     for n, each in enumerate(objects):
         covered = any(not objects[j].occluded for j in covers.get(n, ()))
         max_age = _max_age(each, frame, config.termination, covered=covered)
-        if each.fragment or frame.time - each.last_time > max_age:
+        if frame.time - each.last_time > max_age:
             tracks.append(each.terminate().scene_track)
         else:
             tracks.append(each.scene_track)

@@ -21,7 +21,7 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import check, middle_of, rows
 from motes.core.track import Status, Track
-from motes.core.types import Floats, Spectra
+from motes.core.types import Floats
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
 from motes.cues.scale_filter import ScaleFilter
@@ -30,7 +30,9 @@ from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
-from motes.sot.discriminative.redetection import Redetection, limits
+from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.size_estimate import SizeEstimator
+from motes.sot.discriminative.size_trend import SizeTrend
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
@@ -46,6 +48,8 @@ FAR = 0.25
 the target is in doubt there."""
 CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
+MAX_LOOKS = 12
+"""Largest number of windows of a search: three places, each in up to four sizes."""
 NO_PARTICLES = np.empty((0, 5))
 """The search particles while nothing is searched for."""
 DRIFT_SIGMA = 0.15
@@ -130,6 +134,11 @@ class Discriminative(
             resampling=self.resampling,
         )
 
+    @cached_property
+    def sizes(self) -> SizeEstimator:
+        """The estimator of the size, with the values of this configuration."""
+        return SizeEstimator(self.scale, self.border_gain, self.sigma, self.resampling)
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
@@ -154,6 +163,7 @@ class Discriminative(
             search_particles=NO_PARTICLES,
             scale_due=True,
             factors=np.ones(1),
+            size=SizeTrend(),
             target=TargetStatus(),
             motion=prediction.started(frame),
         )
@@ -174,12 +184,16 @@ class Discriminative(
         if missed and not (turning and state.target.frames_missed):
             state, elsewhere = self._search(rng, state, frame, look.certainty)
         look = elsewhere or look
-        place, spectra = look.pose, None
+        place, sized = look.pose, None
         if state.scale_due and elsewhere is None and self.gate.was_present(state.target):
-            state, place, spectra = self._sized(rng, state, frame, look)
+            sized = self.sizes.estimate(rng, state.scale, state.border, frame, look)
+            state, place = replace(state, factors=sized.factors), sized.pose
+        spectra = sized.spectra if sized else None
         if place != look.pose or math.hypot(*look.box[:2].tolist()) > CENTERED:
             look, spectra = self.localizer.localize(rng, state, frame, place), None
-        after, info, learned = self._observe(state, frame, look, jumped=elsewhere is not None)
+        half_axis = sized.half_axis if sized else None
+        jumped = elsewhere is not None
+        after, info, learned = self._observe(state, frame, look, half_axis, jumped=jumped)
         if learned and state.scale_due:
             if spectra is None:
                 spectra = self.scale.spectra(state.scale, frame, after.ellipse)
@@ -199,6 +213,7 @@ class Discriminative(
             ellipse=Ellipse.from_box(region.box),
             shape=region,
             search_particles=NO_PARTICLES,
+            size=SizeTrend(),
             target=state.target._replace(
                 status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
             ),
@@ -255,33 +270,6 @@ class Discriminative(
         best = max(looks, key=lambda look: look.certainty)
         return best if best.certainty > TURN_GAIN * look.certainty else look
 
-    def _sized(
-        self,
-        rng: np.random.Generator,
-        state: DiscriminativeState,
-        frame: Frame,
-        look: WindowEstimate,
-    ) -> tuple[DiscriminativeState, Ellipse, Spectra]:
-        """Return the state with particles of the size, the resized ellipse, and the spectra.
-
-        Each size is weighted by the scale filter, and by how close the posterior just inside and
-        outside of its border is to its running mean. The most likely size is taken, not the mean:
-        changes below half a step are ignored, so that noise does not add up.
-        """
-        model, sizes = state.scale, self.scale
-        factors = np.clip(sizes.factors, *limits(look.pose, frame))
-        spectra = sizes.spectra(model, frame, look.pose)
-        pool = sizes.response(model, spectra).astype(np.float64)
-        boxes = np.tile(look.box, (sizes.count, 1))
-        boxes[:, 2:] *= factors[:, None]
-        errors = borders(look.integral, boxes) - state.border
-        pool += self.border_gain * np.exp(-50 * (errors**2).sum(axis=1))
-        weights = Weights.from_log(pool / self.sigma)
-        chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
-        likeliest = float(factors[np.argmax(pool)])
-        place = look.pose._replace(a=likeliest * look.pose.a, b=likeliest * look.pose.b)
-        return replace(state, factors=chosen), place, spectra
-
     def _search(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame, here: float
     ) -> tuple[DiscriminativeState, WindowEstimate | None]:
@@ -299,6 +287,12 @@ class Discriminative(
             rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
         )
         looks = [self.localizer.localize(rng, state, frame, place) for place in places]
+        # Histograms are similar in a part of the target too, so a found place may be too small.
+        # An estimate reaches 1.4 times the size; the loop also visits the looks that it adds.
+        for look in looks:
+            sized = self.sizes.estimate(rng, state.scale, state.border, frame, look)
+            if sized.pose != look.pose and len(looks) < MAX_LOOKS:
+                looks.append(self.localizer.localize(rng, state, frame, sized.pose))
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
         there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
@@ -309,10 +303,19 @@ class Discriminative(
         state: DiscriminativeState,
         frame: Frame,
         look: WindowEstimate,
+        half_axis: float | None,
         *,
         jumped: bool,
     ) -> tuple[DiscriminativeState, DiscriminativeInfo, bool]:
-        """Return the next state, the report, and whether the models learned from this frame."""
+        """Return the next state, the report, and whether the models learned from this frame.
+
+        Parameters
+        ----------
+        half_axis
+            The half-axis a in pixels, if the size was estimated.
+        jumped
+            Whether the search has found this place.
+        """
         standing, there, learned = self.gate.update(
             state.target, look.certainty, look.response, jumped=jumped
         )
@@ -324,6 +327,7 @@ class Discriminative(
             state,
             time=frame.time,
             ellipse=found,
+            size=self._size(state, found, half_axis, learned=learned, jumped=jumped),
             target=standing,
             search_particles=state.search_particles if standing.frames_missed else NO_PARTICLES,
         )
@@ -338,6 +342,25 @@ class Discriminative(
         # The size is the most likely one; the particles show its uncertainty.
         ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
         return after, self._report(after, frame, ellipses, weights, look.certainty), learned
+
+    def _size(
+        self,
+        state: DiscriminativeState,
+        found: Ellipse,
+        half_axis: float | None,
+        *,
+        learned: bool,
+        jumped: bool,
+    ) -> SizeTrend:
+        """Return the reported size: smooth, but for a target that was found elsewhere."""
+        first = Ellipse.from_box(state.shape.box).a
+        if jumped:
+            return SizeTrend(math.log(found.a / first), rough=True)
+        if not learned:
+            return state.size._replace(growth=0.0)
+        if half_axis is None:
+            return state.size.predicted()
+        return state.size.measured(math.log(half_axis / first))
 
     def _report(
         self,
@@ -356,12 +379,12 @@ class Discriminative(
         if not count:
             ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
         weights = weights or Weights.uniform(len(ellipses))
-        size = ellipses[:, 2:4] / np.array(Ellipse.from_box(state.shape.box)[2:4])
+        grown = math.exp(state.size.size)
+        size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
         shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
         shaped[:, :2] = ellipses[:, :2]
         shaped[:, 2:4] *= size
         shaped[:, 4] += ellipses[:, 4]
-        grown = state.ellipse.a / Ellipse.from_box(state.shape.box).a
         found = state.shape._replace(
             x=state.ellipse.x,
             y=state.ellipse.y,

@@ -78,15 +78,37 @@ class ColorStep:
         `dt` seconds have passed; `first` is the target's first region. A particle appears with a
         rho above `threshold`.
         """
-        (
-            moved, distances, logs, values, degenerate, mean, covariance, distance, appearing,
-            support,
-        ) = kernels.color_filter.step(
+        moved, *seen = kernels.color_filter.step(
             frame.pixels, states, weights.values, rng.random(n), self.motion.normal(rng, n),
             self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], self.color.target(model),
             self.likelihood, threshold,
         )  # fmt: skip
-        return Observation(
-            moved, moved[:, :5], Weights(logs, values, degenerate), distances, SHARES,
-            Ellipse(*mean), covariance, distance, appearing, support,
-        )  # fmt: skip
+        return _observation(moved, *seen)
+
+    def observe(
+        self, frame: Frame, states: Floats, model: ColorModel, threshold: float
+    ) -> Observation:
+        """Return what particles (N, d) see that had equal weights before the frame."""
+        target = self.color.target(model)
+        seen = kernels.color_filter.observe(
+            frame.pixels, states, target, self.likelihood, threshold
+        )
+        return _observation(states, *seen)
+
+
+def _observation(
+    states: Floats,
+    distances: Floats,
+    logs: Floats,
+    values: Floats,
+    degenerate: bool,
+    mean: tuple[float, float, float, float, float],
+    covariance: Floats,
+    distance: float,
+    appearing: int,
+    support: float,
+) -> Observation:
+    return Observation(
+        states, states[:, :5], Weights(logs, values, degenerate), distances, SHARES,
+        Ellipse(*mean), covariance, distance, appearing, support,
+    )  # fmt: skip

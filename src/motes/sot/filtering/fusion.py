@@ -74,9 +74,9 @@ class WeightedProduct(Fusion, frozen=True):
 
     def reliability(self, names: Sequence[str]) -> Floats:
         """Return the share (J,) of each cue as the weights are, as `Fusion.reliability` does."""
-        weights = np.array([self.weights.get(name, 1.0) for name in names])
-        shares: Floats = weights / weights.sum()
-        return shares
+        weights = [self.weights.get(name, 1.0) for name in names]
+        total = sum(weights)
+        return np.array([weight / total for weight in weights])
 
     @abstractmethod
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
@@ -129,8 +129,8 @@ class Adaptive(WeightedProduct, frozen=True, tag="adaptive"):
 
     def shares(self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats) -> Floats:
         """Return each cue's share (J,); sum 1."""
-        comparable = [_at_least(log, LEAST_LOG) for log in logs]
-        variances = log_determinants(prior, comparable, ellipses, self.floor) / ellipses.shape[1]
+        determinants = log_determinants(prior, logs, ellipses, self.floor, LEAST_LOG)
+        variances = determinants / ellipses.shape[1]
         return _inverse(variances - np.log(self.reliability(names)))
 
 
@@ -153,7 +153,7 @@ class PrintedMixture(Fusion, frozen=True, tag="printed_mixture"):
         self, names: Sequence[str], prior: Floats, logs: Floats, ellipses: Floats
     ) -> tuple[Weights, Floats]:
         """Return the particles' weights and the cues' shares (J,), as `Fusion.fuse` does."""
-        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor))
+        shares = _inverse(log_determinants(prior, logs, ellipses, self.floor, -np.inf))
         mixed = np.logaddexp.reduce(np.log(shares)[:, None] + logs, axis=0)  # equation 10
         return Weights.from_log(prior + mixed), shares
 
@@ -176,33 +176,19 @@ FusionRule = Adaptive | Fixed | PrintedMixture | Product
 
 
 def log_determinants(
-    prior: Floats, logs: Sequence[Floats] | Floats, ellipses: Floats, floor: float
+    prior: Floats, logs: Floats, ellipses: Floats, floor: float, least: float
 ) -> Floats:
     """Return the logarithm of each cue's uncertainty (J,): Maggio et al., equations 8 and 9.
 
     The paper multiplies eigenvalues of unlike units. Here each dimension counts in standard
     deviations of the predicted particles, which weigh `prior`; ratios of determinants do not depend
-    on the units. The square of `floor` times the predicted covariance is added.
+    on the units. The square of `floor` times the predicted covariance is added. A cue whose best
+    log-likelihood is below `least` is scaled so that it is not.
     """
-    center, predicted = np.empty(5), np.empty((5, 5))
-    kernels.particles.moments(ellipses, Weights.from_log(prior).values, center, predicted)
-    spread = np.sqrt(np.diag(predicted))
-    spread[spread < EQUAL] = 1.0
-    covariances = np.empty((len(logs), 5, 5))
-    for covariance, log in zip(covariances, logs, strict=True):
-        likelihood = Weights.from_log(prior + log).values
-        kernels.particles.moments(ellipses, likelihood, center, covariance)  # equation 8
-    covariances += floor**2 * predicted
-    covariances /= np.outer(spread, spread)
-    covariances += SINGULAR * np.eye(5)
-    logarithms: Floats = np.linalg.slogdet(covariances)[1]  # equation 9
-    return logarithms
-
-
-def _at_least(log: Floats, least: float) -> Floats:
-    """Return log-likelihoods (N,), scaled so that the best is not below `least`."""
-    best = np.max(log, where=np.isfinite(log), initial=-np.inf)
-    return log * (least / best) if -np.inf < best < least else log
+    out = np.empty(len(logs))
+    each = np.ascontiguousarray(logs)
+    kernels.fusion.log_determinants(prior, each, ellipses, least, floor, EQUAL, SINGULAR, out)
+    return out
 
 
 def _inverse(logarithms: Floats) -> Floats:

@@ -120,7 +120,9 @@ class Walking(Motion, Config, frozen=True, dict=True):
 
     def initial(self, ellipses: Floats) -> Floats:
         """Return the ellipses at rest, (N, 5 + 4k)."""
-        return np.concatenate([ellipses, np.zeros((len(ellipses), 4 * len(self.changes)))], axis=1)
+        states = np.zeros((len(ellipses), 5 + 4 * len(self.changes)))
+        states[:, :5] = ellipses
+        return states
 
     def propagate(
         self, rng: np.random.Generator, states: Floats, dt: float, first: Ellipse

@@ -23,6 +23,8 @@ from motes.core.errors import FormatError
 from motes.core.geometry import FARTHEST, Box, Ellipse
 from motes.core.track import Status
 
+PLACED = (Status.TRACKING, Status.INTERPOLATED)
+"""The statuses of tracks in frames that have a target."""
 MAX_FRAME = 10_000_000
 """Largest frame index that is accepted; about four days of video."""
 
@@ -131,7 +133,7 @@ def _parse_row(row: str) -> Region:
         present = box.width > 0 and box.height > 0
         return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:
-        return _region_of_polygon(np.reshape(values, (-1, 2)))
+        return region_of_corners(np.reshape(values, (-1, 2)))
     if len(values) == 1 and values[0] in (0, 1, 2):
         return ABSENT
     raise ValueError(
@@ -167,7 +169,7 @@ def _parse_track_row(line: str, columns: list[str] | None) -> tuple[int, Region]
     if not frame.is_integer() or frame > MAX_FRAME:
         raise ValueError(f"{frame:g} is not the index of a frame")
     values = [row[name] for name in Ellipse._fields]
-    if row.get("status", Status.TRACKING) != Status.TRACKING or None in values or "" in values:
+    if row.get("status", Status.TRACKING) not in PLACED or None in values or "" in values:
         return int(frame), ABSENT
     ellipse = Ellipse(*(_parse_number(str(value)) for value in values))
     present = all(map(math.isfinite, ellipse)) and ellipse.a > 0 and ellipse.b > 0
@@ -197,7 +199,14 @@ def _region_of_pixels(x: NDArray[np.int64], y: NDArray[np.int64]) -> Region:
     return Region(box, _ellipse_of_moments(center, moments, scale=2))
 
 
-def _region_of_polygon(corners: NDArray[np.float64]) -> Region:
+def region_of_corners(corners: NDArray[np.float64]) -> Region:
+    """Return the region of a polygon of corners (n, 2) on its outline, in order.
+
+    Raises
+    ------
+    ValueError
+        If it has no area, or crosses itself.
+    """
     low, high = corners.min(axis=0), corners.max(axis=0)
     if (low == high).any():
         return ABSENT

@@ -25,7 +25,7 @@ from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import FARTHEST, Box
 from motes.core.types import Floats
-from motes.evaluation.datasets.sot import read_text
+from motes.formats.text import read_text
 
 Integers = NDArray[np.int64]
 
@@ -58,6 +58,8 @@ class Rows:
         (n,), confidences or, in the truth, flags.
     classes
         (n,), `UNKNOWN` where there is none.
+    visibilities
+        (n,), the visible part of each object, 0 to 1; 1 where it is not known.
     """
 
     frames: Integers
@@ -65,6 +67,7 @@ class Rows:
     boxes: Floats
     scores: Floats
     classes: Integers
+    visibilities: Floats
 
     def at(self, frame: int) -> slice:
         """Return the slice of the rows of a frame, which counts from 1."""
@@ -86,15 +89,20 @@ class Rows:
             self.boxes[chosen],
             self.scores[chosen],
             self.classes[chosen],
+            self.visibilities[chosen],
         )
 
 
 def rows_of(lines: list[list[float]]) -> Rows:
-    """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order."""
-    table = np.array(lines, np.float64).reshape(-1, _NEEDED + 1)
+    """Return rows from lists frame, id, x, y, width, height, score, class; frames in any order.
+
+    Each list may end with the visibility.
+    """
+    table = np.array(lines, np.float64).reshape(len(lines), -1 if lines else _NEEDED + 1)
     table = table[np.argsort(table[:, 0], kind="stable")]
     frames, ids, classes = table[:, [0, 1, _NEEDED]].astype(np.int64).T
-    return Rows(frames, ids, table[:, 2:6], table[:, 6], classes)
+    visible = table[:, _NEEDED + 1] if table.shape[1] > _NEEDED + 1 else np.ones(len(table))
+    return Rows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
 
 
 def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
@@ -107,8 +115,9 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
     frames
         Number of frames of the video.
     kind
-        The content of the file. In truth and results, a frame has each identity at most once. Only
-        truth has classes. Objects and detections must have an area; results need not.
+        The content of the file. In truth and results, a frame has each identity at most once.
+        Truth has classes and visibilities, and so have results of motes, which end with `1,-1`.
+        Objects and detections must have an area; results need not.
 
     Raises
     ------
@@ -152,11 +161,12 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
     if not 1 <= frame <= frames:
         raise ValueError(f"there is no frame {frame:.0f}; the video has the frames 1 to {frames}")
-    if kind != "truth" or len(fields) not in (8, 9):
-        return [*values, UNKNOWN]
+    ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
+    if not ours and (kind != "truth" or len(fields) not in (8, 9)):
+        return [*values, UNKNOWN, 1]
     if (label := _parse_number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
         raise ValueError(f"{fields[_NEEDED]} is not a class; classes are 1 to {CLASSES[-1]}")
-    return [*values, label]
+    return [*values, label, _parse_number(fields[_NEEDED + 1]) if len(fields) > 8 else 1]
 
 
 def _parse_number(field: str) -> float:

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 from crowds import from_files
-from motes.cli.watch_outputs import Rows
 from motes.core.geometry import Ellipse, area, clipped
 from motes.core.track import Status
+from motes.formats.coco import write as coco
+from motes.formats.cvat import write as cvat
+from motes.formats.registry import write
 from motes.mot.tracked_object import SceneTrack
-from motes.output.annotations import coco, cvat
-from motes.output.documents import write_document
 from motes.output.journal import FrameRow, Header, Journal, JournalWriter, ObjectRow, object_rows
 from sightings import seen
 
@@ -146,11 +146,9 @@ def dataset(tmp_path: Path) -> Path:
     kept = journal(tmp_path, pictures(frames()))
     for folder in ("images", "annotations", "gt"):
         (tmp_path / folder).mkdir()
-    write_document(tmp_path / "annotations" / "instances_all.json", kept)
-    write_document(tmp_path / "cvat.xml", kept)
-    with Rows(str(tmp_path / "gt" / "gt.txt"), "mot", overwrite=False) as rows:
-        for picture in kept:
-            rows.add(picture)
+    write(tmp_path / "annotations" / "instances_all.json", "coco", kept)
+    write(tmp_path / "cvat.xml", "cvat", kept)
+    write(tmp_path / "gt" / "gt.txt", "mot", kept)
     (tmp_path / "gt" / "labels.txt").write_text("bird\n")
     return tmp_path
 
@@ -225,7 +223,7 @@ def test_cocos_own_tool(tmp_path: Path) -> None:
         Ellipse(*rng.uniform((0, 0, 8, 8, 0), (*SIZE, 25, 25, 4)).tolist()) for _ in range(20)
     ]
     objects = [ObjectRow(i, each, 0.5, Status.TRACKING) for i, each in enumerate(ellipses, 1)]
-    write_document(tmp_path / "a.json", journal(tmp_path, [FrameRow(0, 0.0, tuple(objects))]))
+    write(tmp_path / "a.json", "coco", journal(tmp_path, [FrameRow(0, 0.0, tuple(objects))]))
     with contextlib.redirect_stdout(io.StringIO()) as said:
         found = tool.COCO(str(tmp_path / "a.json"))
         found.info()

@@ -1,0 +1,118 @@
+"""The error and the 95 % ellipse of tracks, before and after both ways are joined and smoothed.
+
+    python benchmarks/both_ways.py                      rendered clips
+    python benchmarks/both_ways.py DATASET --gap 40     sequences, with the box of every 40th frame
+
+Before: `default`, started anew at each keyframe. After: passes in both directions between the same
+keyframes, joined and smoothed. The first and last frame of each stretch are left out, as they are
+marked. Errors of the center are in mean sides of the target, and count as 1 at most.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from motes.core.errors import MotesError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, iou
+from motes.core.types import Floats
+from motes.correction.correct import FrameReader
+from motes.correction.join import Stretch, enclosing, join
+from motes.correction.passes import as_pass, run_pass
+from motes.evaluation import synthetic
+from motes.evaluation.datasets.sot import load_dataset
+from motes.evaluation.metrics.sot import CHI_SQUARE_95
+from motes.evaluation.synthetic.clips import Clip
+from motes.sot.presets import preset
+from motes.video.film import Film
+
+RENDERED = ("turning", "growing", "occluded", "rolling", "jumping")
+
+
+class Rendered:
+    """The frames of a rendered clip, in any order."""
+
+    def __init__(self, clip: Clip) -> None:
+        self._clip = clip
+
+    def forward(self, first: int, last: int) -> Iterator[Frame]:
+        """Yield the frames from `first` to `last`."""
+        return (self._clip[i][0] for i in range(first, last + 1))
+
+    def backward(self, last: int, first: int) -> Iterator[Frame]:
+        """Yield the frames from `last` down to `first`."""
+        return (self._clip[i][0] for i in range(last, first - 1, -1))
+
+
+def films(dataset: Path | None, longest: int) -> Iterator[tuple[str, FrameReader, Floats]]:
+    """Yield the name, the frames and the true boxes of each film."""
+    if dataset is None:
+        for name in RENDERED:
+            clip = getattr(synthetic, name)((320, 240))
+            boxes = np.array([clip[i][1][0].ellipse.box for i in range(len(clip))])
+            yield name, Rendered(clip), boxes
+        return
+    for sequence in load_dataset(dataset)[0]:
+        if sequence.frames <= longest:
+            yield sequence.name, Film(sequence.source), sequence.boxes
+
+
+def stretch_numbers(reader: FrameReader, boxes: Floats, first: int, last: int) -> Floats:
+    """Return, for each frame: overlap, error and hit of the 95 % ellipse, before and after."""
+    begin, end = Ellipse.from_box(boxes[first]), Ellipse.from_box(boxes[last])
+    config = preset("default")
+    ahead = run_pass(config, 0, reader.forward(first, last), begin)
+    back = run_pass(config, 0, reader.backward(last, first), end, backward=True)
+    joined = join(Stretch(first, last, begin, end), as_pass(ahead), as_pass(back))
+    truth = boxes[first : last + 1]
+    centers = truth[:, :2] + (truth[:, 2:] - 1) / 2
+    sides = np.sqrt(truth[:, 2:].prod(axis=1))
+    columns = []
+    before = np.array([track.ellipse for track in ahead])
+    covariances = np.array([track.covariance[:2, :2] for track in ahead])
+    after = np.array([np.diag(row) for row in joined.variances[:, :2]])
+    for ellipses, spread in ((before, covariances), (joined.ellipses, after)):
+        offsets = ellipses[:, :2] - centers
+        inverse = np.linalg.inv(spread + 1e-9 * np.eye(2))
+        hits = np.einsum("ni,nij,nj->n", offsets, inverse, offsets) <= CHI_SQUARE_95
+        errors = np.minimum(np.hypot(*offsets.T) / sides, 1)
+        columns += [iou(enclosing(ellipses), truth), errors, hits]
+    return np.stack(columns, axis=1)[1:-1]
+
+
+def main() -> None:
+    """Print a table with a row for each film, and the means."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("dataset", nargs="?", type=Path)
+    parser.add_argument("--gap", type=int, default=40)
+    parser.add_argument("--longest", type=int, default=10**9, help="frames of a sequence at most")
+    options = parser.parse_args()
+    means = []
+    print("film | IoU ≥ 0.7 | after | error | after | in the 95 % ellipse | after")
+    for name, reader, boxes in films(options.dataset, options.longest):
+        present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+        keys = [*present[:: options.gap].tolist()]
+        if keys[-1] != present[-1]:
+            keys.append(int(present[-1]))
+        rows = []
+        for first, last in itertools.pairwise(keys):
+            try:
+                rows.append(stretch_numbers(reader, boxes, first, last))
+            except MotesError as error:
+                print(f"{name}, frames {first} to {last}: {error}")
+        numbers = np.concatenate(rows)
+        numbers = numbers[np.isfinite(numbers).all(axis=1)]
+        right = (numbers[:, [0, 3]] >= 0.7).mean(axis=0)
+        values = np.array([*right, *numbers[:, [1, 4, 2, 5]].mean(axis=0)])
+        means.append(values)
+        print(name, *(f"{value:.3f}" for value in values), sep=" | ", flush=True)
+    print("mean", *(f"{value:.3f}" for value in np.mean(means, axis=0)), sep=" | ")
+
+
+if __name__ == "__main__":
+    main()

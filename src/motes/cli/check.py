@@ -1,0 +1,177 @@
+"""`motes check`: where rows are doubtful."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_counts, check_not_source
+from motes.cli.load_config import tracker_config
+from motes.cli.messages import log
+from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, TrackPreset
+from motes.cli.settings import HELP, Settings
+from motes.core.errors import FormatError
+
+if TYPE_CHECKING:
+    from motes.core.track import Track
+    from motes.correction.rows import Rows
+    from motes.correction.suspects import Doubt
+    from motes.sot.presets import TrackerConfig
+    from motes.video.film import Film
+
+COUNT = 20
+HEAD = ("rank", "frame", "time", "gain", "reasons", "x", "y", "width", "height")
+
+app = App(
+    name="check",
+    help_epilogue=HELP.format(
+        example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
+    ),
+    help_format="plaintext",
+)
+
+
+@app.default
+def check(
+    source: str,
+    rows: Path,
+    /,
+    *,
+    count: Annotated[
+        int, Parameter(group=OUTPUT, help="Number of frames that are listed.")
+    ] = COUNT,
+    output: Annotated[
+        Path | None,
+        Parameter(name=["--output", "-o"], group=OUTPUT, help="List of the frames, .csv."),
+    ] = None,
+    sheet: Annotated[
+        Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
+    ] = None,
+    overwrite: Overwrite = False,
+    preset: TrackPreset = None,
+    values: ConfigOptions = ConfigOptions(),
+    **settings: Settings,
+) -> int:
+    """List the frames of rows whose correction is expected to help most.
+
+    The gain of a frame is the number of frames that its correction is expected to make right. Each
+    frame is to be corrected after those before it. Rows of a plain motes track are first compared
+    with a pass back from their last row; the options of the configuration are for that.
+
+    Parameters
+    ----------
+    source
+        The video or images of the rows.
+    rows
+        A .csv or .jsonl file that motes track, smooth or refine has written.
+    """
+    from motes.cli.refine import begun, film_of, known_film
+    from motes.correction.history import history_path
+    from motes.correction.rows import Rows
+    from motes.correction.suspects import doubts
+    from motes.output.track_rows import check_writable
+
+    check_counts(count=count)
+    for path, ending in ((output, ".csv"), (sheet, ".png")):
+        if path is not None:
+            if path.suffix.lower() != ending:
+                raise FormatError(f"{path} does not end in {ending}; rename it.")
+            check_writable(path, overwrite)
+    check_not_source(source, rows, output, sheet)
+    table = Rows(rows)
+    if history_path(rows).exists():
+        film, history = known_film(source, rows)
+        table.check(film)
+    else:
+        config = tracker_config(app, preset or "default", values.config, settings)
+        film = film_of(source, table)
+        history = begun(film, table, config, values.seed)
+    tracks = table.tracks
+    if not table.hindsight:
+        tracks = _compared(film, table, history.tracker, history.seed)
+    found = doubts(tracks, history.keys, count)
+    by_frame = {track.frame: track for track in tracks}
+    for rank, doubt in enumerate(found, 1):
+        print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
+    if not found:
+        log("No frame is in doubt.")
+    if output is not None:
+        _write(output, _table(found, by_frame).encode())
+    if sheet is not None:
+        _write(sheet, _sheet(film, found, by_frame))
+    written = [str(path) for path in (output, sheet) if path is not None]
+    if written:
+        log(f"wrote {', '.join(written)}.")
+    return DONE
+
+
+def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list[Track]:
+    """Return the rows, those up to the last tracked one judged by a pass back from there."""
+    from motes.cli.progress import Progress
+    from motes.core.track import Status
+    from motes.correction.passes import run_pass
+    from motes.correction.suspects import compare
+
+    places = [i for i, track in enumerate(table.tracks) if track.status is Status.TRACKING]
+    first, last = places[0], places[-1]
+    part = table.tracks[first : last + 1]
+    if part[-1].frame - part[0].frame + 1 != len(part):
+        raise FormatError("Frames between these rows are missing; make rows of every frame.")
+    with Progress(len(part)) as progress:
+
+        def counted() -> Iterator[object]:
+            for frame in film.backward(part[-1].frame, part[0].frame):
+                yield frame
+                progress.count("backward")
+
+        ellipse = part[-1].ellipse
+        back = run_pass(config, seed, counted(), ellipse, backward=True)  # type: ignore[arg-type]
+    judged = compare(part, back)
+    return [*table.tracks[:first], *judged, *table.tracks[last + 1 :]]
+
+
+def _why(doubt: Doubt) -> str:
+    return ", ".join(doubt.reasons)
+
+
+def _table(found: Sequence[Doubt], tracks: dict[int, Track]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEAD)
+    for rank, doubt in enumerate(found, 1):
+        track = tracks[doubt.frame]
+        box = (f"{value:.2f}" for value in track.box)
+        writer.writerow(
+            [rank, doubt.frame, f"{track.time:.6f}", f"{doubt.gain:.2f}", _why(doubt), *box]
+        )
+    return text.getvalue()
+
+
+def _sheet(film: Film, found: Sequence[Doubt], tracks: dict[int, Track]) -> bytes:
+    from PIL import Image
+
+    from motes.output.contact_sheet import contact_sheet
+
+    def pictures() -> Iterator[tuple[object, Track, str]]:
+        for rank, doubt in enumerate(found, 1):
+            text = f"{rank}. frame {doubt.frame}, gain {doubt.gain:.1f}\n{_why(doubt)}"
+            yield film.frame(doubt.frame).pixels, tracks[doubt.frame], text
+
+    out = io.BytesIO()
+    Image.fromarray(contact_sheet(pictures())).save(out, "PNG")  # type: ignore[arg-type]
+    return out.getvalue()
+
+
+def _write(path: Path, data: bytes) -> None:
+    from motes.core.files import write_whole
+
+    try:
+        write_whole(path, data)
+    except OSError as error:
+        raise FormatError(f"{path} cannot be written: {error.strerror}.") from None

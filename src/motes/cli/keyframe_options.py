@@ -1,0 +1,106 @@
+"""Keyframes on the command line, and films that are tracked in any direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Group, Parameter
+
+from motes.cli.options import FLAG, REPEATED
+from motes.core.errors import ConfigError
+
+KEYFRAMES = Group("Keyframes", sort_key=1)
+Marks = list[tuple[int, Sequence[float] | None]]
+
+At = Annotated[
+    list[str] | None,
+    REPEATED,
+    Parameter(
+        group=KEYFRAMES,
+        help="Keyframe: N=x,y,width,height or N=x,y,a,b,theta, the target in frame N. Repeat it.",
+    ),
+]
+Absent = Annotated[
+    list[str] | None,
+    REPEATED,
+    Parameter(
+        group=KEYFRAMES,
+        help="Frames without the target: N or FIRST:LAST, the last one included. Repeat it.",
+    ),
+]
+File = Annotated[
+    Path | None,
+    Parameter(
+        group=KEYFRAMES,
+        help="File with a keyframe in each row: frame,x,y,width,height, or frame,x,y,a,b,theta, or "
+        "FIRST:LAST,absent. With several films, a row begins with the name of its film.",
+    ),
+]
+
+
+@Parameter(name="*", group=KEYFRAMES)
+@dataclass(frozen=True, kw_only=True)
+class KeyframeOptions:
+    """Where a target is known, and in which direction it is tracked."""
+
+    keyframes: File = None
+    at: At = None
+    absent: Absent = None
+    from_: Annotated[
+        int | None,
+        Parameter(
+            name="--from",
+            help="Frame of --init or --ellipse; from there the target is tracked in both "
+            "directions, or with --backward back to the start.",
+        ),
+    ] = None
+    backward: Annotated[
+        bool,
+        FLAG,
+        Parameter(help="Track backward; --init or --ellipse is the target in the last frame."),
+    ] = False
+
+    @property
+    def given(self) -> bool:
+        """Whether any of these options is used."""
+        return self.keyframes is not None or self.in_one_film
+
+    @property
+    def in_one_film(self) -> bool:
+        """Whether an option names frames without their film."""
+        return any((self.at, self.absent, self.from_ is not None, self.backward))
+
+    def marks(self, source: str) -> Marks:
+        """Return the keyframes of these options, for a source.
+
+        Raises
+        ------
+        ConfigError
+            If an option has another form.
+        FormatError
+            If the file cannot be read, or has keyframes of other films only.
+        """
+        return marks(source, self.keyframes, self.at, self.absent)
+
+
+def marks(
+    source: str, file: Path | None, at: Sequence[str] | None, absent: Sequence[str] | None
+) -> Marks:
+    """Return the keyframes of --keyframes, --at and --absent."""
+    from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
+
+    found: Marks = [] if file is None else [*keyframes_of(file, source).items()]
+    for text in at or []:
+        frame, equals, region = text.partition("=")
+        if not equals:
+            raise ConfigError(
+                f"--at takes N=x,y,width,height; got {text!r}. The file of places of --histogram "
+                f"is --places now."
+            )
+        found += marks_of(frame, region)
+    for text in absent or []:
+        found += marks_of(text, ABSENT)
+    return found

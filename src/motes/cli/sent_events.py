@@ -1,0 +1,143 @@
+"""Events of `motes watch` that are sent to webhooks and MQTT brokers."""
+
+from __future__ import annotations
+
+import secrets
+from collections import Counter
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Self
+from urllib.parse import urlsplit
+
+import msgspec
+
+from motes.cli.messages import counted, log
+from motes.cli.watch_outputs import FrameResult
+from motes.core.addresses import without_password
+from motes.core.errors import ConfigError
+from motes.mot.analytics.events import Event, Regions
+from motes.output import home_assistant
+from motes.output.delivery import Delivery, Receiver
+from motes.output.event_queue import MessageQueue
+from motes.output.mqtt import PORTS, Mqtt, topic_of
+from motes.output.webhook import Webhook
+
+
+class SentEvents:
+    """Events on their way to webhooks and brokers, each until it is confirmed.
+
+    Parameters
+    ----------
+    addresses
+        The receivers.
+    queue
+        The file in which events wait.
+    source
+        The source, which is part of each message.
+    regions
+        The lines and zones.
+    announce
+        Whether the run announces itself to Home Assistant.
+
+    Raises
+    ------
+    ConfigError
+        If an address cannot be used, or is given twice.
+    MissingDependencyError
+        If MQTT is asked for without paho-mqtt.
+    """
+
+    def __init__(
+        self,
+        addresses: Sequence[str],
+        queue: Path,
+        source: str,
+        regions: Regions,
+        *,
+        announce: bool,
+    ) -> None:
+        self._receivers = [_receiver(each, regions, announce) for each in addresses]
+        self._names = [receiver.name for receiver in self._receivers]
+        if len(set(self._names)) < len(self._names):
+            raise ConfigError("Two addresses of --events are the same; give each once.")
+        self._path, self._source = queue, without_password(source)
+        self._regions, self._totals = regions, Counter[str]()
+        self._queue: MessageQueue | None = None
+        self._deliveries: list[Delivery] = []
+        self._sent, self._objects = 0, -1
+
+    def write(self, moment: FrameResult) -> None:
+        """Queue a frame's events; set the numbers for MQTT."""
+        assert self._queue is not None
+        for delivery in self._deliveries:
+            if delivery.error is not None:
+                raise delivery.error
+        if moment.events:
+            bodies = [message(event, self._source) for event in moment.events]
+            self._queue.put(self._names, bodies)
+            self._sent += len(bodies)
+        self._totals.update(map(home_assistant.total_of, moment.events))
+        if moment.events or len(moment.tracks) != self._objects:
+            self._objects = len(moment.tracks)
+            numbers = home_assistant.state(self._objects, self._totals, self._regions)
+            for receiver in self._receivers:
+                if isinstance(receiver, Mqtt):
+                    receiver.set_state(numbers)
+
+    def waiting(self) -> dict[str, int]:
+        """Return the number of events that wait for each receiver."""
+        found = {} if self._queue is None else self._queue.waiting()
+        return {name: found.get(name, 0) for name in self._names}
+
+    @property
+    def result(self) -> str | None:
+        """The number of events, and the receivers."""
+        sent = f"{counted(self._sent, 'event')} to {', '.join(self._names)}"
+        return sent if self._sent else None
+
+    def __enter__(self) -> Self:
+        self._queue = MessageQueue(self._path)
+        for name, number in self._queue.waiting().items():
+            sends = "they are sent now" if name in self._names else "this run does not send them"
+            log(f"{counted(number, 'event')} of earlier runs for {name} in {self._path}; {sends}.")
+        self._deliveries = [Delivery(self._queue, each, log) for each in self._receivers]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        assert self._queue is not None
+        for delivery in self._deliveries:
+            delivery.close()
+        for name, number in self.waiting().items():
+            if number:
+                log(
+                    f"{counted(number, 'event')} for {name} in {self._path}; the next run with "
+                    f"this queue and address sends them."
+                )
+        self._queue.__exit__()
+
+
+def message(event: Event, source: str) -> str:
+    """Return an event as it is sent: with an identifier of its own, the date, and the source."""
+    head = {
+        "id": secrets.token_hex(16),
+        "date": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        "source": source,
+    }
+    return msgspec.json.encode({**head, **event.fields()}).decode()
+
+
+def is_sent(address: str) -> bool:
+    """Return whether events to this address are sent, not written into a file."""
+    return urlsplit(address).scheme in ("http", "https", *PORTS) and "://" in address
+
+
+def _receiver(address: str, regions: Regions, announce: bool) -> Receiver:
+    """Return what sends messages to an address."""
+    parts = urlsplit(address)
+    if parts.scheme in PORTS:
+        found = home_assistant.discovery(topic_of(address), regions) if announce else {}
+        return Mqtt(address, found)
+    if not parts.hostname:
+        raise ConfigError(f"{address} has no host; give https://HOST/PATH.")
+    return Webhook(address)

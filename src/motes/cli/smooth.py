@@ -1,0 +1,59 @@
+"""`motes smooth`: rows in hindsight."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli.exit_codes import DONE
+from motes.cli.input_checks import check_not_source
+from motes.cli.messages import counted, log
+from motes.cli.options import HYPHEN, OUTPUT, Overwrite
+
+app = App(name="smooth", help_format="plaintext")
+
+
+@app.default
+def smooth(
+    rows: Path,
+    /,
+    *,
+    output: Annotated[
+        str,
+        HYPHEN,
+        Parameter(
+            name=["--output", "-o"],
+            group=OUTPUT,
+            help="File of the smoothed rows, .csv or .jsonl, or - for standard output.",
+        ),
+    ],
+    overwrite: Overwrite = False,
+) -> int:
+    """Smooth the rows of one target, flag outliers and bridge gaps.
+
+    Frames that the tracker has lost, between others that it has tracked, get the status
+    interpolated, and standard deviations that grow from both sides. A jump away and back is left
+    out, and has a 1 in the column outlier.
+
+    Parameters
+    ----------
+    rows
+        A .csv or .jsonl file that motes track has written.
+    """
+    from motes.correction.correct import smooth as smoothed
+    from motes.correction.rows import Rows
+    from motes.output.track_rows import CORRECTED, TrackWriter
+
+    check_not_source(str(rows), Path(output))
+    tracks = smoothed(Rows(rows).tracks)
+    with TrackWriter(output, overwrite=overwrite, columns=CORRECTED) as writer:
+        for track in tracks:
+            writer.write(track.frame, track.time, track)
+    states = Counter(str(track.status) for track in tracks)
+    parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
+    parts.append(counted(sum(track.outlier for track in tracks), "outlier"))
+    log(", ".join(parts) + (f"; wrote {output}." if output != "-" else "."))
+    return DONE

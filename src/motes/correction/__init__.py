@@ -1,0 +1,1 @@
+"""Tracks that a user has corrected: keyframes, both ways, smoothing, and where to look."""

@@ -1,0 +1,162 @@
+"""A film and its keyframes become a track: stretch by stretch, forward and backward."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.correction.join import Joined, Stretch, fuse, join, tracked
+from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
+from motes.correction.passes import as_pass, run_pass
+from motes.sot.presets import TrackerConfig, preset
+from motes.video.film import Film
+
+
+class FrameReader(Protocol):
+    """Frames in any order; `motes.video.film.Film` is one."""
+
+    def forward(self, first: int, last: int) -> Iterator[Frame]:
+        """Yield the frames from `first` to `last`."""
+
+    def backward(self, last: int, first: int) -> Iterator[Frame]:
+        """Yield the frames from `last` down to `first`."""
+
+
+def correct(
+    source: str | Path,
+    marks: Mapping[int, Sequence[float] | None],
+    config: str | TrackerConfig = "default",
+    seed: int = 0,
+) -> list[Track]:
+    """Track a target between keyframes, forward and backward, and smooth the result.
+
+    Parameters
+    ----------
+    source
+        A video file or images.
+    marks
+        The keyframes: the target's box (x, y, w, h) or ellipse (x, y, a, b, theta) in a frame, or
+        None for a frame without the target. One is enough.
+    config, seed
+        The tracker, as in `Tracker`.
+
+    Returns
+    -------
+    The track of each frame. Where all keyframes are boxes, so are the tracks: upright ellipses.
+    Frames that no pass supports, between others that one does, have the status `interpolated`; a
+    frame without the target has `absent` and an ellipse of NaN.
+
+    Raises
+    ------
+    ConfigError
+        If the keyframes contradict each other, or are outside of the film or the frame.
+    SourceError
+        If the film cannot be read.
+    """
+    film, keys = Film(source), keyframes(marks.items())
+    check_keyframes(keys, film.name, film.frames, film.width, film.height)
+    tracker = preset(config) if isinstance(config, str) else config
+    found: dict[int, Track] = {}
+    for stretch in stretches(film.frames, keys):
+        joined = correct_stretch(film, stretch, tracker, seed)
+        found |= {track.frame: track for track in tracks_of(stretch, joined, film.times)}
+    return [found[frame] for frame in film.frames]
+
+
+def smooth(tracks: Sequence[Track]) -> list[Track]:
+    """Return tracks in hindsight: smoothed, with outliers flagged and gaps bridged.
+
+    What the tracker has lost is bridged between frames that it has tracked, with a covariance that
+    grows from both sides, and has the status `interpolated`. A jump away and back is left out, and
+    has `outlier`. What comes after the last tracked frame stays as it is.
+
+    Parameters
+    ----------
+    tracks
+        The track of each frame, in order, as from `Tracker.update`.
+    """
+    only = as_pass(tracks)
+    absent = np.array([track.status is Status.ABSENT for track in tracks], bool)
+    follows = tracked(only, absent)
+    if not follows.used.any():
+        return list(tracks)
+    joined = fuse([only], follows, {}, [], absent)
+    return [_hindsight(track, joined, i) for i, track in enumerate(tracks)]
+
+
+def stretches(frames: range, keys: Keyframes) -> list[Stretch]:
+    """Return the stretches of the frames between neighboring keyframes, and before and after them.
+
+    Neighboring stretches share a keyframe. Each has one at an end at least.
+    """
+    marked = {frame: region for frame, region in keys.items() if region is not None}
+    ends = sorted({frames.start, *marked, frames.stop - 1})
+    if len(ends) == 1:
+        return [Stretch(ends[0], ends[0], marked[ends[0]], None)]
+    found = []
+    for first, last in itertools.pairwise(ends):
+        absent = frozenset(t for t in range(first, last + 1) if t in keys and keys[t] is None)
+        found.append(Stretch(first, last, marked.get(first), marked.get(last), absent))
+    return found
+
+
+def correct_stretch(
+    film: FrameReader,
+    stretch: Stretch,
+    config: TrackerConfig,
+    seed: int,
+    so_far: list[Track] | None = None,
+) -> Joined:
+    """Return the track of a stretch, from passes in both directions.
+
+    The tracks of the forward pass are added to `so_far`, for a run that is interrupted.
+    """
+    first, last, begin, end, _ = stretch
+    forward = backward = None
+    if begin is not None:
+        frames = film.forward(first, last)
+        forward = as_pass(run_pass(config, seed, frames, begin, so_far=so_far))
+    if end is not None:
+        frames = film.backward(last, first)
+        backward = as_pass(run_pass(config, seed, frames, end, backward=True))
+    return join(stretch, forward, backward)
+
+
+def partial(stretch: Stretch, so_far: Sequence[Track]) -> tuple[Stretch, Joined]:
+    """Return the beginning of a stretch whose forward pass was interrupted; one frame at least."""
+    last = stretch.first + len(so_far) - 1
+    absent = frozenset(frame for frame in stretch.absent if frame <= last)
+    part = stretch._replace(last=last, end=None, absent=absent)
+    return part, join(part, as_pass(so_far), None)
+
+
+def tracks_of(stretch: Stretch, joined: Joined, times: Sequence[float]) -> list[Track]:
+    """Return the track of each frame of a stretch; `times` has those of all frames of the film."""
+    nan = float("nan")
+    empty = [
+        Track(i, times[i], Ellipse(0, 0, 1, 1), np.eye(5), nan, Status.LOST, nan, nan)
+        for i in range(stretch.first, stretch.last + 1)
+    ]
+    return [_hindsight(track, joined, i) for i, track in enumerate(empty)]
+
+
+def _hindsight(track: Track, joined: Joined, i: int) -> Track:
+    """Return a track with row i of a joined stretch."""
+    return Track(
+        frame=track.frame,
+        time=track.time,
+        ellipse=Ellipse(*joined.ellipses[i].tolist()),
+        covariance=np.diag(joined.variances[i]),
+        confidence=float(joined.confidence[i]),
+        status=joined.status[i],
+        distance=track.distance,
+        effective_sample_size=track.effective_sample_size,
+        outlier=bool(joined.outlier[i]),
+    )

@@ -1,0 +1,171 @@
+"""Keyframes: frames in which a user has marked the target, or marked it as absent.
+
+A file of keyframes has a row for each:
+
+    0,300,200,40,60             frame, then a box: x, y, width, height
+    90,310.5,214,21,33,0.12     frame, then an ellipse: x, y, a, b, theta
+    130,absent                  the target is not in this frame
+    135:150,absent              nor in these, the last one included
+
+A row may begin with the name of its film, so that one file serves many films. A first row of titles
+that begins with `frame` or `film` is skipped, and so are empty rows and those that begin with `#`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.geometry import Ellipse, as_ellipse, region_within
+
+Keyframes = Mapping[int, Ellipse | None]
+"""The target's region in each marked frame, in order of the frames; None where it is absent."""
+
+ABSENT = "absent"
+MAX_ABSENT = 1_000_000
+"""Frames that one range of absence may have; more than nine hours of film."""
+_FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
+
+
+def keyframes(marks: Iterable[tuple[int, Sequence[float] | None]]) -> dict[int, Ellipse | None]:
+    """Return keyframes in order from marks: frames, each with a region or None.
+
+    Raises
+    ------
+    ConfigError
+        If a region is not valid, a frame is negative, or two marks of a frame differ.
+    """
+    found: dict[int, Ellipse | None] = {}
+    for frame, region in marks:
+        if frame < 0:
+            raise ConfigError(f"Frame {frame} of a keyframe is negative; the first frame is 0.")
+        mark = None if region is None else as_ellipse(region)
+        if found.setdefault(frame, mark) != mark:
+            raise ConfigError(
+                f"The keyframes of frame {frame} contradict each other: {named(found[frame])} and "
+                f"{named(mark)}; keep one."
+            )
+    return dict(sorted(found.items()))
+
+
+def named(mark: Ellipse | None) -> str:
+    """Return a keyframe's region as text."""
+    if mark is None:
+        return ABSENT
+    return ",".join(f"{value:g}" for value in (mark if mark.theta else mark.box))
+
+
+def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None]]:
+    """Return the marks of a text of frames, N or FIRST:LAST, and one of a region, or `absent`.
+
+    Raises
+    ------
+    ConfigError
+        If a text has another form.
+    """
+    if not _FRAMES.fullmatch(frames.strip()):
+        raise ConfigError(f"{frames!r} is no frame; give its number, or FIRST:LAST if absent.")
+    first, _, last = frames.partition(":")
+    start, stop = int(first), int(last or first)
+    if stop < start or stop - start >= MAX_ABSENT:
+        raise ConfigError(f"The frames {frames} are no range; the first one comes first.")
+    if region.strip() == ABSENT:
+        return [(frame, None) for frame in range(start, stop + 1)]
+    if last:
+        raise ConfigError(f"The frames {frames} have one region; give each frame its own.")
+    try:
+        numbers = [float(number) for number in region.split(",")]
+    except ValueError:
+        raise ConfigError(
+            f"{region!r} is no region of frame {start}; give x,y,width,height or x,y,a,b,theta, or "
+            f"{ABSENT}."
+        ) from None
+    return [(start, as_ellipse(numbers))]
+
+
+def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
+    """Return the keyframes of a file, by the film that their rows name; "" without a name.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, has no keyframe, or a row has another form, with its number.
+    """
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FormatError(f"The keyframes {path} cannot be read: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise FormatError(f"The keyframes {path} are no text; check the name.") from None
+    marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        fields = [field.strip().strip('"') for field in line.split(",")]
+        titles = number == 1 and fields[0] in ("frame", "film")
+        if titles or not any(fields) or fields[0].startswith("#"):
+            continue
+        film = "" if _FRAMES.fullmatch(fields[0]) else fields.pop(0)
+        try:
+            if len(fields) < 2:
+                raise ConfigError("it has no region; give x,y,width,height or absent.")
+            marks.setdefault(film, []).extend(marks_of(fields[0], ",".join(fields[1:])))
+        except MotesError as error:
+            raise FormatError(f"{path}, row {number}: {error}") from None
+    if not marks:
+        raise FormatError(f"{path} has no keyframe; a row is frame,x,y,width,height.")
+    try:
+        return {film: keyframes(each) for film, each in marks.items()}
+    except ConfigError as error:
+        raise FormatError(f"{path}: {error}") from None
+
+
+def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
+    """Return the keyframes of a source in a file: rows with its name, or rows without a name.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, or has neither.
+    """
+    found = read_keyframes(path)
+    for name in (source, Path(source).name, ""):
+        if name in found:
+            return found[name]
+    raise FormatError(
+        f"{path} has keyframes of {', '.join(sorted(found))}, none of {source}; name it in a row."
+    )
+
+
+def check_keyframes(marks: Keyframes, name: str, frames: range, width: int, height: int) -> None:
+    """Check keyframes against their film.
+
+    Parameters
+    ----------
+    marks
+        The keyframes.
+    name
+        The film's name in messages.
+    frames
+        The frames that are used.
+    width, height
+        Size of the film.
+
+    Raises
+    ------
+    ConfigError
+        If there is none with a region, or one is outside of the frames or of the picture.
+    """
+    if all(region is None for region in marks.values()):
+        raise ConfigError("No keyframe marks the target; give one a region.")
+    for frame, region in marks.items():
+        if frame not in frames:
+            raise ConfigError(
+                f"The keyframe {frame} is outside of {name}, of which the frames {frames.start} to "
+                f"{frames.stop - 1} are used; correct its number."
+            )
+        if region is not None:
+            try:
+                region_within(region, width, height)
+            except ConfigError as error:
+                raise ConfigError(f"Keyframe {frame} of {name}: {error}") from None

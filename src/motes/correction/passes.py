@@ -1,0 +1,85 @@
+"""A pass: one tracker over some frames, forward or backward, from a keyframe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.interrupts import check
+from motes.core.track import Status, Track
+from motes.core.types import Floats
+from motes.sot.presets import TrackerConfig
+from motes.sot.tracker import Tracker
+
+
+class Pass(NamedTuple):
+    """What a tracker has reported, in order of the frames, not of the pass.
+
+    Attributes
+    ----------
+    ellipses
+        (n, 5).
+    variances
+        (n, 5), the diagonal of each covariance.
+    confidence
+        (n,).
+    tracking
+        (n,), whether its status was `tracking`.
+    """
+
+    ellipses: Floats
+    variances: Floats
+    confidence: Floats
+    tracking: NDArray[np.bool_]
+
+    def part(self, start: int, stop: int) -> Pass:
+        """Return the frames from `start` on, before `stop`."""
+        return Pass(*(values[start:stop] for values in self))
+
+
+def as_pass(tracks: Iterable[Track]) -> Pass:
+    """Return tracks, in order of their frames, as a pass."""
+    each = list(tracks)
+    return Pass(
+        np.array([track.ellipse for track in each], np.float64).reshape(-1, 5),
+        np.array([track.covariance.diagonal() for track in each]).reshape(-1, 5),
+        np.array([track.confidence for track in each], np.float64),
+        np.array([track.status is Status.TRACKING for track in each], bool),
+    )
+
+
+def run_pass(
+    config: TrackerConfig,
+    seed: int,
+    frames: Iterable[Frame],
+    region: Ellipse,
+    *,
+    backward: bool = False,
+    so_far: list[Track] | None = None,
+) -> list[Track]:
+    """Return the tracks of a target, in order of the frames.
+
+    Parameters
+    ----------
+    config, seed
+        The tracker.
+    frames
+        The frames in the order of the pass; the first one has the keyframe.
+    region
+        The target there.
+    backward
+        Whether the frames come in reverse order.
+    so_far
+        A list to which each track is added as soon as it is known, for a run that is interrupted.
+    """
+    tracker = Tracker(config, seed, backward=backward)
+    tracks = [] if so_far is None else so_far
+    for frame in frames:
+        tracks.append(tracker.update(frame) if tracks else tracker.init(frame, region))
+        check()
+    return tracks[::-1] if backward else tracks

@@ -1,0 +1,87 @@
+"""Corrections of a track: only the stretches that they change are tracked again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from motes.core.errors import ConfigError
+from motes.core.track import Track
+from motes.correction.correct import correct_stretch, stretches, tracks_of
+from motes.correction.join import Stretch
+from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
+from motes.sot.presets import TrackerConfig, preset
+from motes.video.film import Film
+
+Marks = Mapping[int, Sequence[float] | None]
+
+
+def refine(
+    source: str | Path,
+    tracks: Sequence[Track],
+    marks: Marks,
+    corrections: Marks,
+    config: str | TrackerConfig = "default",
+    seed: int = 0,
+) -> list[Track]:
+    """Correct tracks: only stretches between corrections and neighboring keyframes are made anew.
+
+    Parameters
+    ----------
+    source
+        The film, a video file or images.
+    tracks
+        The track of each frame, as from `motes.correct`.
+    marks
+        The keyframes of these tracks, as for `motes.correct`.
+    corrections
+        Further keyframes; one of a frame that is marked already replaces it.
+    config, seed
+        The tracker, as in `Tracker`.
+
+    Returns
+    -------
+    The tracks; those of other stretches are the same objects.
+
+    Raises
+    ------
+    ConfigError
+        If keyframes contradict each other or are outside of the tracks or the frame, or frames
+        between the tracks are missing.
+    SourceError
+        If the film cannot be read.
+    """
+    frames = [track.frame for track in tracks]
+    if not frames or frames != [*range(frames[0], frames[0] + len(frames))]:
+        raise ConfigError("Give the track of every frame, in order.")
+    film = Film(source, start=frames[0], end=frames[-1] + 1)
+    old = keyframes(marks.items())
+    new = dict(sorted((old | keyframes(corrections.items())).items()))
+    check_keyframes(new, film.name, range(frames[0], frames[-1] + 1), film.width, film.height)
+    tracker = preset(config) if isinstance(config, str) else config
+    found = {track.frame: track for track in tracks}
+    for stretch in changed(film.frames, old, new):
+        joined = correct_stretch(film, stretch, tracker, seed)
+        same = kept(stretch, old)
+        made = tracks_of(stretch, joined, film.times)
+        found |= {track.frame: track for track in made if track.frame not in same}
+    return [found[frame] for frame in frames]
+
+
+def changed(
+    frames: range, old: Keyframes, new: Keyframes, unfinished: Iterable[tuple[int, int]] = ()
+) -> list[Stretch]:
+    """Return the stretches that new keyframes change, and those that are not finished."""
+    before = set(stretches(frames, old))
+    left = set(unfinished)
+    return [
+        each
+        for each in stretches(frames, new)
+        if each not in before or (each.first, each.last) in left
+    ]
+
+
+def kept(stretch: Stretch, old: Keyframes) -> set[int]:
+    """Return the keyframes at the ends of a stretch that were there before: their rows stay."""
+    ends = {stretch.first: stretch.begin, stretch.last: stretch.end}
+    return {frame for frame, mark in ends.items() if mark is not None and old.get(frame) == mark}

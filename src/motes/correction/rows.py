@@ -1,0 +1,155 @@
+"""Rows of one target, read as tracks, and changed without touching any other row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import write_whole
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.output.read_rows import read_track
+from motes.output.track_rows import COLUMNS, DEVIATIONS, fields_of, form_of, line_of
+from motes.video.film import Film
+
+TIME_TOLERANCE = 1e-3
+"""Seconds by which the time of a row may differ from that of its frame; rows have six digits."""
+
+
+class Rows:
+    """The rows of a file that `motes track`, `smooth` or `refine` has written.
+
+    Parameters
+    ----------
+    path
+        A .csv or .jsonl file.
+
+    Attributes
+    ----------
+    columns
+        Their columns.
+    tracks
+        The track of each row, in order of the frames; without a place, NaN. The variances are NaN
+        where the file has none.
+
+    Raises
+    ------
+    FormatError
+        If the file cannot be read, or holds other rows, as those of many objects.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._form = path, form_of(path)
+        table = read_track(path)
+        self.columns = tuple(table.dtype.names or ())
+        if not set(COLUMNS) <= set(self.columns) or "identity" in self.columns:
+            raise FormatError(
+                f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
+            )
+        self.tracks = [_track(dict(zip(self.columns, row.tolist(), strict=True))) for row in table]
+        frames = [track.frame for track in self.tracks]
+        if frames != sorted(set(frames)):
+            raise FormatError(f"{path} has a frame twice, or frames out of order.")
+        lines = path.read_text(encoding="utf-8-sig").splitlines(keepends=True)
+        self._head = lines[: self._form == "csv"]
+        kept = [line for line in lines[len(self._head) :] if line.strip()]
+        self._lines = dict(zip(frames, kept, strict=True))
+
+    @property
+    def hindsight(self) -> bool:
+        """Whether the rows have variances and outliers: they are smoothed or corrected."""
+        return set(DEVIATIONS) <= set(self.columns)
+
+    @property
+    def frames(self) -> list[int]:
+        """The frames that have a row, in order."""
+        return sorted(self._lines)
+
+    @property
+    def first_tracked(self) -> Track:
+        """The first row that has the target: where its user has marked it.
+
+        Raises
+        ------
+        ConfigError
+            If there is none.
+        """
+        for track in self.tracks:
+            if track.status is Status.TRACKING:
+                return track
+        raise ConfigError(f"{self._path} has no row in which the target is tracked.")
+
+    def check(self, film: Film) -> None:
+        """Check that these are rows of a film.
+
+        Raises
+        ------
+        FormatError
+            If the film is shorter, has other times, or smaller pictures.
+        """
+        if self.tracks and self.tracks[-1].frame >= len(film.times):
+            raise FormatError(
+                f"{self._path} has rows up to frame {self.tracks[-1].frame}, but {film.name} has "
+                f"only {len(film.times)} frames; give the film of these rows."
+            )
+        for track in self.tracks:
+            if abs(track.time - film.times[track.frame]) > TIME_TOLERANCE:
+                raise FormatError(
+                    f"{self._path} has frame {track.frame} at {track.time:g} s, but {film.name} "
+                    f"at {film.times[track.frame]:g} s; give the film of these rows."
+                )
+            x, y = track.ellipse[:2]
+            if track.status is Status.TRACKING and not (
+                -1 <= x <= film.width and -1 <= y <= film.height
+            ):
+                raise FormatError(
+                    f"{self._path} has the target at {x:g},{y:g} in frame {track.frame}, outside "
+                    f"of {film.name}, {film.width}x{film.height}; give the film of these rows."
+                )
+
+    def replace(self, tracks: Iterable[Track]) -> None:
+        """Replace the rows of these frames, or add them; all others stay to the byte."""
+        for track in tracks:
+            fields = fields_of(track.frame, track.time, track, self.columns)
+            self._lines[track.frame] = line_of(self._form, self.columns, fields) + "\n"
+
+    def write(self, path: Path) -> None:
+        """Write all rows.
+
+        Raises
+        ------
+        FormatError
+            If the file cannot be written; an old one stays.
+        """
+        lines = [*self._head, *(self._lines[frame] for frame in sorted(self._lines))]
+        try:
+            write_whole(path, "".join(lines).encode())
+        except OSError as error:
+            raise FormatError(
+                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+            ) from None
+
+
+def _track(row: dict[str, float | int | str]) -> Track:
+    number = {
+        name: float(row.get(name, math.nan)) for name in (*COLUMNS, *DEVIATIONS) if name != "status"
+    }
+    try:
+        status = Status(str(row["status"]))
+    except ValueError:
+        raise FormatError(f"Frame {row['frame']} has the status {row['status']!r}.") from None
+    return Track(
+        frame=int(row["frame"]),
+        time=number["time"],
+        ellipse=Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta"))),
+        covariance=np.diag([number[name] ** 2 for name in DEVIATIONS]),
+        confidence=number["confidence"],
+        status=status,
+        distance=number["distance"],
+        effective_sample_size=number["effective_sample_size"],
+        outlier=bool(row.get("outlier", 0)),
+    )

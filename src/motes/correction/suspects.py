@@ -1,0 +1,140 @@
+"""Doubtful frames of a track, with the reasons: jumps, leaps of the size, disagreement, losses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.core.types import Floats
+from motes.correction.coordinates import Coordinates
+from motes.correction.doubts import ranked
+from motes.correction.join import DRIFT, Flags, Stretch, both, shared_variance
+from motes.correction.keyframes import Keyframes
+from motes.correction.passes import Pass, as_pass
+from motes.correction.smoothing import robust_spread
+
+PLANE_GATE = 13.82
+"""The 99.9 % quantile of the chi-square distribution with 2 degrees of freedom."""
+EITHER = 0.5
+"""Confidence after a jump: the place before it or the one after it is right."""
+
+
+class Doubt(NamedTuple):
+    """A doubtful frame.
+
+    Attributes
+    ----------
+    frame
+        Index of the frame.
+    gain
+        Number of frames that its correction is expected to make right.
+    reasons
+        Why the frame is in doubt.
+    """
+
+    frame: int
+    gain: float
+    reasons: tuple[str, ...]
+
+
+def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> list[Doubt]:
+    """Return doubtful frames of a track, each to be corrected after those before it.
+
+    The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
+    or more), from the covariances, the confidences, and jumps.
+
+    Parameters
+    ----------
+    tracks
+        The track of each frame, in order. Where the covariance is not finite, the drift of a
+        tracker since the last keyframe stands in for it.
+    keyframes
+        The frames that the user has marked.
+    count
+        Number of frames; there are fewer if others have no gain.
+    """
+    only = as_pass(tracks)
+    frames = np.array([track.frame for track in tracks])
+    keys = np.isin(frames, [*keyframes])
+    tracking = np.isin([str(track.status) for track in tracks], PLACED)
+    outlier = np.array([track.outlier for track in tracks], bool)
+    absent = np.array([track.status is Status.ABSENT for track in tracks], bool)
+    jumps, leaps = _jumps(only, tracking)
+    confidence = np.where(outlier, np.minimum(only.confidence, EITHER), only.confidence)
+    for start in np.flatnonzero(jumps & ~outlier & ~keys):
+        following = np.flatnonzero(keys[start:])
+        stop = start + (int(following[0]) if len(following) else len(keys))
+        confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
+    ellipses = np.where(absent[:, None], np.nan, only.ellipses)
+    unknown = ~np.isfinite(only.variances).all(axis=1) & np.isfinite(only.ellipses).all(axis=1)
+    variances = np.where(unknown[:, None], _drifted(only, keys, unknown), only.variances)
+    found = []
+    for place, gain in ranked(ellipses, variances, np.nan_to_num(confidence), keys, count):
+        track = tracks[place]
+        named = {
+            "a tracker was elsewhere": outlier[place],
+            "jump": jumps[place],
+            "leap of the size": leaps[place],
+            str(track.status): track.status not in (Status.TRACKING, Status.ABSENT),
+            "low confidence": track.confidence < EITHER,
+        }
+        reasons = tuple(name for name, holds in named.items() if holds)
+        found.append(Doubt(track.frame, gain, reasons or ("far from keyframes",)))
+    return found
+
+
+PLACED = (str(Status.TRACKING), str(Status.INTERPOLATED))
+
+
+def compare(tracks: Sequence[Track], backward: Sequence[Track]) -> list[Track]:
+    """Return tracks judged by a backward pass over the same frames, from the last of them.
+
+    The confidence is at most the probability that the forward pass follows the target. Rows that
+    the backward pass contradicts are outliers.
+    """
+    forward, back = as_pass(tracks), as_pass(backward)
+    ends = (Ellipse(*row) for row in (forward.ellipses[0].tolist(), forward.ellipses[-1].tolist()))
+    absent = np.zeros(len(tracks), bool)
+    stretch = Stretch(tracks[0].frame, tracks[-1].frame, *ends)
+    follows = both(stretch, forward, back, absent, same_end=True)
+    share = np.where(follows.used[0], follows.probability, 1 - follows.probability)
+    return [
+        replace(
+            track,
+            confidence=min(track.confidence, float(share[i])),
+            outlier=bool(forward.tracking[i] and not follows.used[0, i]),
+        )
+        for i, track in enumerate(tracks)
+    ]
+
+
+def _jumps(only: Pass, tracking: Flags) -> tuple[Flags, Flags]:
+    """Return in which frames the place, and the size, changes by more than the motion explains."""
+    where = np.flatnonzero(tracking)
+    jumps, leaps = np.zeros(len(tracking), bool), np.zeros(len(tracking), bool)
+    if len(where) < 3:
+        return jumps, leaps
+    space = Coordinates.of([Ellipse(*row) for row in only.ellipses[where].tolist()], only.ellipses)
+    values = space.values(only.ellipses)[where, :4]
+    spread = robust_spread(values, where)
+    steps = np.diff(values, axis=0) / (spread * np.sqrt(np.diff(where))[:, None])
+    jumps[where[1:]] = (steps[:, :2] ** 2).sum(axis=1) > PLANE_GATE
+    leaps[where[1:]] = (steps[:, 2:] ** 2).sum(axis=1) > PLANE_GATE
+    return jumps, leaps
+
+
+def _drifted(only: Pass, keys: Flags, rows: Flags) -> Floats:
+    """Return the variances (n, 5) of a pass that has drifted since the last keyframe."""
+    ellipses = np.where(rows[:, None], only.ellipses, [0.0, 0.0, 1.0, 1.0, 0.0])
+    sides = 4 * ellipses[:, 2] * ellipses[:, 3]
+    drift = 2 * shared_variance(len(keys), np.flatnonzero(keys).tolist(), DRIFT)
+    units = np.stack(
+        [sides, sides, ellipses[:, 2] ** 2, ellipses[:, 3] ** 2, np.ones_like(sides)], 1
+    )
+    out: Floats = drift * units
+    return out

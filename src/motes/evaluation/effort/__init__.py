@@ -1,0 +1,1 @@
+"""The effort of correcting tracks: a simulated annotator."""

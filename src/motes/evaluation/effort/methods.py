@@ -1,0 +1,151 @@
+"""From keyframes to a region in every frame: with a tracker, or by interpolation."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes.correction.coordinates import Coordinates
+from motes.correction.correct import FrameReader, stretches
+from motes.correction.join import DRIFT, Joined, Stretch, join, shared_variance
+from motes.correction.keyframes import Keyframes
+from motes.correction.passes import Pass, as_pass, run_pass
+from motes.sot.presets import TrackerConfig
+
+UNSEEN_STEP = (0.1, 0.1, 0.02, 0.02)
+"""Standard deviation of the motion in a frame, in sides and logarithms of sizes, that interpolation
+assumes as long as there is one keyframe."""
+
+
+class Path(NamedTuple):
+    """A region for each frame: ellipses and variances (n, 5), and confidences (n,)."""
+
+    ellipses: Floats
+    variances: Floats
+    confidence: Floats
+
+
+class Film:
+    """A film, its tracker, and the passes that are known.
+
+    Parameters
+    ----------
+    frames
+        The frames.
+    used
+        The frames that are annotated.
+    config, seed
+        The tracker.
+    """
+
+    def __init__(
+        self, frames: FrameReader, used: range, config: TrackerConfig, seed: int = 0
+    ) -> None:
+        self.used = used
+        self._frames, self._config, self._seed = frames, config, seed
+        self._passes: dict[tuple[int, bool], tuple[int, Pass]] = {}
+        self._joined: dict[Stretch, Joined] = {}
+
+    def forward(self, key: int, region: Ellipse, last: int) -> Pass:
+        """Return the pass from a keyframe to a frame; part of an earlier pass if it is known."""
+        reached, known = self._passes.get((key, False), (-1, None))
+        if known is None or reached < last:
+            known = as_pass(
+                run_pass(self._config, self._seed, self._frames.forward(key, last), region)
+            )
+            self._passes[key, False] = last, known
+        return known.part(0, last - key + 1)
+
+    def backward(self, key: int, region: Ellipse, first: int) -> Pass:
+        """Return the pass from a keyframe back to a frame."""
+        reached, known = self._passes.get((key, True), (key + 1, None))
+        if known is None or reached > first:
+            frames = self._frames.backward(key, first)
+            known = as_pass(run_pass(self._config, self._seed, frames, region, backward=True))
+            self._passes[key, True] = reached, _ = first, known
+        return known.part(first - reached, key - reached + 1)
+
+    def joined(self, stretch: Stretch) -> Joined:
+        """Return the smoothed track of a stretch."""
+        if stretch not in self._joined:
+            begin, end = stretch.begin, stretch.end
+            self._joined[stretch] = join(
+                stretch,
+                None if begin is None else self.forward(stretch.first, begin, stretch.last),
+                None if end is None else self.backward(stretch.last, end, stretch.first),
+            )
+        return self._joined[stretch]
+
+
+def smoothed(film: Film, keys: Keyframes) -> Path:
+    """Return the track from passes in both directions between keyframes."""
+    parts = [(each, film.joined(each)) for each in stretches(film.used, keys)]
+    values = (
+        np.concatenate([parts[0][1][i][:1], *(part[i][1:] for _, part in parts)]) for i in (0, 1, 3)
+    )
+    return Path(*values)  # neighboring stretches share a frame
+
+
+def forward_only(film: Film, keys: Keyframes) -> Path:
+    """Return the track of a tracker that is started anew at each keyframe."""
+    marked = _marked(keys)
+    paths = []
+    for (key, region), following in zip(
+        marked.items(), [*list(marked)[1:], film.used.stop], strict=True
+    ):
+        each = film.forward(key, region, following - 1)
+        space = Coordinates.of([region], each.ellipses)
+        drift = 2 * shared_variance(following - key, [0], DRIFT)
+        variances = space.ellipses(space.values(each.ellipses), drift[:, : space.count])[1]
+        confidence = each.confidence.copy()
+        confidence[0] = 1.0
+        paths.append(Path(each.ellipses, variances, confidence))
+    return Path(*(np.concatenate(values) for values in zip(*paths, strict=True)))
+
+
+def interpolated(film: Film, keys: Keyframes) -> Path:
+    """Return boxes between keyframes by linear interpolation; the last one is held to the end.
+
+    This is what annotation tools do. The variance is that of a Brownian bridge, with the motion
+    that the keyframes show.
+    """
+    marked = _marked(keys)
+    times, frames = np.array(list(marked)), np.array(film.used)
+    ellipses = np.array([*marked.values()])
+    space = Coordinates.of([*marked.values()], ellipses)
+    values = space.values(ellipses)[:, :4]
+    steps = np.diff(values, axis=0) ** 2 / np.diff(times)[:, None]
+    rate = (steps.sum(axis=0) + np.square(UNSEEN_STEP)) / (len(steps) + 1)
+    path = np.stack([np.interp(frames, times, column) for column in ellipses.T], axis=1)
+    before = times[np.searchsorted(times, frames, side="right") - 1]
+    after = np.append(times, -1)[np.searchsorted(times, frames)]
+    bridge = (after - frames) / np.maximum(after - before, 1)
+    share = np.where(after < 0, 1.0, bridge)  # after the last keyframe, no other one holds the path
+    spread = ((frames - before) * share)[:, None] * rate
+    variances = np.zeros_like(path)
+    variances[:, :2] = spread[:, :2] * space.side**2
+    variances[:, 2:4] = spread[:, 2:] * path[:, 2:4] ** 2
+    return Path(path, variances, np.ones(len(frames)))
+
+
+Method = Callable[[Film, Keyframes], Path]
+METHODS: dict[str, Method] = {
+    "motes smoothed": smoothed,
+    "motes forward": forward_only,
+    "interpolation": interpolated,
+}
+
+
+def _marked(keys: Keyframes) -> dict[int, Ellipse]:
+    return {frame: region for frame, region in keys.items() if region is not None}
+
+
+def equidistant(used: range, count: int) -> list[int]:
+    """Return the first frame and as many more, at equal distances up to the last one."""
+    places = np.linspace(used.start, used.stop - 1, count + 1).round().astype(int)
+    return list(dict.fromkeys(itertools.chain([used.start], places.tolist())))

@@ -1,0 +1,1 @@
+"""Tracks, annotations and truth in the files of other tools; `registry` lists all formats."""

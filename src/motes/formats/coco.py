@@ -1,0 +1,227 @@
+"""COCO's JSON: an image for each frame, and an annotation for each object in it.
+
+Coordinates are measured from the upper left corner of the frame. Parts outside the frame are cut
+off. Frames count from 0. https://cocodataset.org/#format-data
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from motes import __version__
+from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse, area
+from motes.core.track import Status
+from motes.formats import runs
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of
+from motes.formats.regions import region_of_corners
+from motes.formats.shapes import (
+    Corners,
+    classes_of,
+    frame_name,
+    label_or_none,
+    labels_of,
+    visible_box,
+    visible_outline,
+)
+from motes.formats.text import read_json
+from motes.output.journal import FrameRow, Header, ObjectRow
+
+ROUNDING = 0.05
+"""An ellipse that an angle changes by less, in pixels, is upright: corners have two decimals."""
+
+
+def write(recorded: Recorded) -> Iterator[bytes]:
+    """Yield a COCO document: `info`, `licenses`, `categories`, `images` and `annotations`.
+
+    `categories` has the classes of the objects; an object's class is that of its last row, and that
+    of a detection its own. `images` has one entry for each frame, with its `frame` and `time`. The
+    `file_name` is that of the image if the source is a folder of images; otherwise it is the name
+    that CVAT gives to a frame of a video. `annotations` has one entry for each object in each
+    frame, also if it is occluded: `segmentation` and `area` of its mask or else of its ellipse, the
+    `bbox` around it, the `score`, and the `attributes` `track_id` and `occluded`.
+    """
+    head = recorded.head
+    about = {
+        "description": f"Objects in {head.source}, as motes followed them",
+        "version": __version__,
+        "video": head.source,
+    }
+    yield b'{"info": ' + msgspec.json.encode(about) + b',\n"licenses": [],\n"categories": '
+    names = classes_of(recorded)
+    every = [_class(each, names, head) for row in recorded for each in row.objects]
+    numbers = {name: number for number, name in enumerate(labels_of(every, head), start=1)}
+    yield msgspec.json.encode(
+        [{"id": number, "name": name, "supercategory": ""} for name, number in numbers.items()]
+    )
+    yield b',\n"images": ['
+    yield from _json_list(_image(row, head) for row in recorded)
+    yield b'],\n"annotations": ['
+    yield from _json_list(_annotations(recorded, names, numbers))
+    yield b"]}\n"
+
+
+def _json_list(items: Iterable[dict[str, object]]) -> Iterator[bytes]:
+    for index, item in enumerate(items):
+        yield (b",\n" if index else b"\n") + msgspec.json.encode(item)
+
+
+def _image(row: FrameRow, head: Header) -> dict[str, object]:
+    return {
+        "id": row.frame + 1,
+        "file_name": row.file or frame_name(row.frame) + ".png",
+        "width": head.width,
+        "height": head.height,
+        "frame": row.frame,
+        "time": round(row.time, 6),
+    }
+
+
+def _class(each: ObjectRow, names: dict[int, str], head: Header) -> str:
+    return (each.label or head.label) if each.identity == ANONYMOUS else names[each.identity]
+
+
+def _annotations(
+    recorded: Recorded, names: dict[int, str], numbers: dict[str, int]
+) -> Iterator[dict[str, object]]:
+    number, head = 0, recorded.head
+    for row in recorded:
+        for each in row.objects:
+            corners = visible_box(each, head)
+            if corners is None:
+                continue
+            number += 1
+            known = {} if each.identity == ANONYMOUS else {"track_id": each.identity}
+            yield {
+                "id": number,
+                "image_id": row.frame + 1,
+                "category_id": numbers[_class(each, names, head)],
+                "bbox": [
+                    corners.left,
+                    corners.top,
+                    round(corners.right - corners.left, 2),
+                    round(corners.bottom - corners.top, 2),
+                ],
+                **_segmentation(each, head),
+                "iscrowd": 0,
+                "score": round(each.confidence, 5),
+                "attributes": {**known, "occluded": each.status is Status.OCCLUDED},
+            }
+
+
+def _segmentation(each: ObjectRow, head: Header) -> dict[str, object]:
+    if each.mask is not None:
+        mask = {"size": [head.height, head.width], "counts": each.mask}
+        pixels = int(runs.decode(each.mask, head.height, head.width).sum())
+        return {"segmentation": mask, "area": pixels}
+    outline = visible_outline(each, head)
+    return {"segmentation": [outline.ravel().round(2).tolist()], "area": round(area(outline), 2)}
+
+
+class _Image(msgspec.Struct):
+    id: int
+    file_name: str = ""
+    width: int = 0
+    height: int = 0
+    frame: int | None = None
+    frame_id: int | None = None
+    time: float | None = None
+
+
+class _Category(msgspec.Struct):
+    id: int
+    name: str
+
+
+class _Annotation(msgspec.Struct):
+    image_id: int
+    category_id: int
+    bbox: tuple[float, float, float, float]
+    segmentation: Any = None
+    score: float = 1.0
+    track_id: int | None = None
+    instance_id: int | None = None
+    attributes: dict[str, Any] = {}
+
+
+class _Document(msgspec.Struct):
+    images: list[_Image]
+    annotations: list[_Annotation]
+    categories: list[_Category] = []
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the annotations of a COCO document.
+
+    An image's frame is its `frame` or `frame_id`; without them, its place in the order of the
+    names. An object's identity is its `track_id` or `instance_id`. Its ellipse fills its box,
+    with the angle and the ratio of half-axes of its polygon if it has one.
+    """
+    document: _Document = read_json(path, _Document)
+    frames = _frames(document.images)
+    images = {image.id: image for image in document.images}
+    labels = {each.id: each.name for each in document.categories}
+    objects = []
+    for each in document.annotations:
+        if each.image_id not in frames:
+            raise FormatError(f"an annotation is of the image {each.image_id}, which is missing")
+        status = Status.OCCLUDED if each.attributes.get("occluded") else Status.TRACKING
+        row = ObjectRow(
+            _identity(each),
+            _ellipse(each, images[each.image_id]),
+            each.score,
+            status,
+            label=label_or_none(labels.get(each.category_id), facts.label),
+            mask=runs.mask_runs(each.segmentation),
+        )
+        objects.append((frames[each.image_id], row))
+    size = max(((image.width, image.height) for image in document.images), default=(0, 0))
+    times = {
+        frames[image.id]: facts.time(frames[image.id]) if image.time is None else image.time
+        for image in document.images
+    }
+    files = {frames[image.id]: image.file_name for image in document.images}
+    return recording_of(facts, objects, times, size, files)
+
+
+def _frames(images: list[_Image]) -> dict[int, int]:
+    """Return the frame of each image, by its id."""
+    stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
+    if None not in stated.values():
+        return {key: frame for key, frame in stated.items() if frame is not None}
+    ordered = sorted(images, key=lambda each: [
+        int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
+    ])  # fmt: skip
+    return {each.id: frame for frame, each in enumerate(ordered)}
+
+
+def _identity(each: _Annotation) -> int:
+    stated = (each.attributes.get("track_id"), each.track_id, each.instance_id)
+    known = [value for value in stated if isinstance(value, int)]
+    return known[0] if known else ANONYMOUS
+
+
+def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
+    x, y, width, height = each.bbox
+    if not (width > 0 and height > 0):
+        raise FormatError(f"an object of {width:g}x{height:g} pixels has no area")
+    box = Corners(x, y, x + width, y + height)
+    polygon = each.segmentation
+    # A polygon that is cut at a border of the picture has other moments than its ellipse.
+    cut = x <= 0 or y <= 0 or box.right >= image.width or box.bottom >= image.height
+    if cut or not isinstance(polygon, list) or len(polygon) != 1 or len(polygon[0]) < 16:
+        return box.ellipse
+    corners = np.reshape(np.array(polygon[0], np.float64), (-1, 2))
+    turned = region_of_corners(corners).ellipse
+    if abs(turned.theta * (turned.a - turned.b)) < ROUNDING:
+        return box.ellipse
+    # The moments of a polygon are a little smaller than those of the ellipse through its corners.
+    scale = math.sqrt(width * height / (turned.box.width * turned.box.height))
+    return box.ellipse._replace(a=scale * turned.a, b=scale * turned.b, theta=turned.theta)

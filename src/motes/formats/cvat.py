@@ -1,0 +1,245 @@
+"""CVAT's XML ("CVAT for video 1.1", and "for images 1.1" when it is read).
+
+Coordinates are measured from the upper left corner of the frame. Parts outside the frame are cut
+off. Frames count from 0. https://docs.cvat.ai/docs/manual/advanced/formats/format-cvat/
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.formats.recording import ANONYMOUS, SHOWN, FilmFacts, Recorded, Recording, recording_of
+from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
+from motes.formats.text import read_text
+from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.output.journal import ObjectRow
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+
+def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
+    """Yield a document with a track for each object, and a box for each frame in which it is shown.
+
+    CVAT reads the boxes that are keyframes and interpolates between them; these are as few as keep
+    every side of the interpolated boxes within `keyframe_error` pixels of the rows. In the first
+    frame without the object, a box marked `outside` ends the track; otherwise CVAT would continue
+    to draw it.
+
+    Raises
+    ------
+    FormatError
+        If there is a detection without an identity.
+    """
+    from xml.sax.saxutils import escape  # which imports all that talks over networks
+
+    head, end = recorded.head, 0
+    spans: dict[int, tuple[int, int]] = {}
+    for offset, row in recorded.rows():
+        end = row.frame + 1
+        for each in row.objects:
+            if each.status in SHOWN:
+                spans[each.identity] = spans.get(each.identity, (offset, 0))[0], offset
+    if ANONYMOUS in spans:
+        raise FormatError(
+            "CVAT holds tracks, and there are boxes without identities; track them first, with "
+            "motes watch --detector."
+        )
+    classes = classes_of(recorded)
+    labels = "\n".join(
+        f"        <label>\n          <name>{escape(name)}</name>\n        </label>"
+        for name in labels_of(classes, head)
+    )
+    yield f"""\
+<?xml version="1.0" encoding="utf-8"?>
+<annotations>
+  <version>1.1</version>
+  <meta>
+    <task>
+      <size>{end}</size>
+      <mode>interpolation</mode>
+      <labels>
+{labels}
+      </labels>
+      <original_size>
+        <width>{head.width}</width>
+        <height>{head.height}</height>
+      </original_size>
+    </task>
+  </meta>
+""".encode()
+    for identity, (first, last) in spans.items():
+        yield from _track(recorded, identity, classes[identity], first, last, keyframe_error)
+    yield b"</annotations>\n"
+
+
+def _track(
+    recorded: Recorded, identity: int, name: str, first: int, last: int, error: float
+) -> Iterator[bytes]:
+    """Yield the track of an object whose first and last rows begin at two offsets."""
+    from xml.sax.saxutils import quoteattr
+
+    stretches: list[list[tuple[int, Corners, bool]]] = []
+    ends: list[int] = []  # the frame after each stretch, unless the film ends with it
+    for offset, row in recorded.rows(first):
+        here = next((each for each in row.objects if each.identity == identity), None)
+        box = None if here is None else visible_box(here, recorded.head)
+        if box is None or here is None:
+            if len(ends) < len(stretches):
+                ends.append(row.frame)
+        else:
+            if len(ends) == len(stretches):
+                stretches.append([])
+            stretches[-1].append((row.frame, box, here.status is Status.OCCLUDED))
+        if offset > last:
+            break
+    if not stretches:
+        return
+    yield f'  <track id="{identity}" label={quoteattr(name)} source="automatic">\n'.encode()
+    for i, stretch in enumerate(stretches):
+        frames, boxes, hidden = (np.array(column) for column in zip(*stretch, strict=True))
+        changes = np.concatenate([[True], hidden[1:] != hidden[:-1]])
+        keys = keyframes(frames, boxes, changes, error)
+        for (frame, box, occluded), key in zip(stretch, keys.tolist(), strict=True):
+            yield _box(frame, box, occluded=occluded, keyframe=key)
+        if i < len(ends):
+            yield _box(ends[i], stretch[-1][1], outside=True)
+    yield b"  </track>\n"
+
+
+def _box(
+    frame: int,
+    corners: Corners,
+    *,
+    outside: bool = False,
+    occluded: bool = False,
+    keyframe: bool = True,
+) -> bytes:
+    return (
+        f'    <box frame="{frame}" outside="{outside:d}" occluded="{occluded:d}" '
+        f'keyframe="{keyframe:d}" xtl="{corners.left}" ytl="{corners.top}" '
+        f'xbr="{corners.right}" ybr="{corners.bottom}" z_order="0"/>\n'
+    ).encode()
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the tracks, and the shapes of single images, of a CVAT document.
+
+    Frames of a track between its keyframes are interpolated as in CVAT, also where the document
+    leaves them out. Boxes and ellipses may be rotated; of other shapes the box is taken. Shapes of
+    single images have no identity.
+    """
+    from xml.etree import ElementTree
+
+    try:
+        root = ElementTree.fromstring(read_text(path))
+    except ElementTree.ParseError as error:
+        raise FormatError(f"it is no XML: {error}") from None
+    if root.tag != "annotations":
+        raise FormatError("it has no annotations of CVAT")
+    objects: list[tuple[int, ObjectRow]] = []
+    for number, track in enumerate(root.iter("track")):
+        identity = int(track.get("id", number))
+        objects += _read_track(track, identity, _label(track, facts))
+    images = list(root.iter("image"))
+    for image in images:
+        objects += [
+            (int(image.attrib["id"]), _row(shape, ANONYMOUS, _label(shape, facts)))
+            for shape in image
+            if shape.tag in SHAPES
+        ]
+    identities = {each.identity for _, each in objects}
+    if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
+        objects = [
+            (frame, each if each.identity == ANONYMOUS else _next(each)) for frame, each in objects
+        ]
+    end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
+    times = {frame: facts.time(frame) for frame in range(facts.frames or end or 0)}
+    return recording_of(facts, objects, times, _size(root, images), {
+        int(image.attrib["id"]): image.attrib["name"] for image in images if "name" in image.attrib
+    })  # fmt: skip
+
+
+def _whole(text: str | None) -> int | None:
+    return int(text) if text and text.strip().isdigit() else None
+
+
+def _size(root: Element, images: list[Element]) -> tuple[int, int] | None:
+    for place in ("meta/task/original_size", "meta/job/original_size", "meta/original_size"):
+        width = _whole(root.findtext(f"{place}/width"))
+        height = _whole(root.findtext(f"{place}/height"))
+        if width and height:
+            return width, height
+    sizes = [(_whole(each.get("width")) or 0, _whole(each.get("height")) or 0) for each in images]
+    return max(sizes, default=None)
+
+
+def _next(each: ObjectRow) -> ObjectRow:
+    from msgspec.structs import replace
+
+    return replace(each, identity=each.identity + 1)
+
+
+def _label(element: Element, facts: FilmFacts) -> str | None:
+    return label_or_none(element.get("label"), facts.label)
+
+
+SHAPES = ("box", "ellipse", "polygon", "polyline", "points", "mask")
+
+
+def _read_track(
+    track: Element, identity: int, label: str | None
+) -> Iterator[tuple[int, ObjectRow]]:
+    shapes = [shape for shape in track if shape.tag in SHAPES]
+    shapes.sort(key=lambda shape: int(shape.attrib["frame"]))
+    for shape, following in zip(shapes, [*shapes[1:], None], strict=True):
+        if shape.get("outside") == "1":
+            continue
+        frame, row = int(shape.attrib["frame"]), _row(shape, identity, label)
+        yield frame, row
+        if following is None:
+            continue
+        until = int(following.attrib["frame"])
+        end = _row(following, identity, label).ellipse
+        for between in range(frame + 1, until):
+            place = _between(row.ellipse, end, (between - frame) / (until - frame))
+            yield between, ObjectRow(identity, place, 1.0, row.status, label=label, keyframe=False)
+
+
+def _between(start: Ellipse, end: Ellipse, share: float) -> Ellipse:
+    """Return the interpolated ellipse; it turns the shorter way."""
+    turn = (end.theta - start.theta + math.pi) % (2 * math.pi) - math.pi
+    sides = [one + share * (two - one) for one, two in zip(start[:4], end[:4], strict=True)]
+    return Ellipse(*sides, start.theta + share * turn)
+
+
+def _row(shape: Element, identity: int, label: str | None) -> ObjectRow:
+    status = Status.OCCLUDED if shape.get("occluded") == "1" else Status.TRACKING
+    key = shape.get("keyframe", "1") == "1"
+    return ObjectRow(identity, _ellipse(shape), 1.0, status, label=label, keyframe=key)
+
+
+def _ellipse(shape: Element) -> Ellipse:
+    given = shape.attrib
+    theta = math.radians(float(given.get("rotation", 0)))
+    if shape.tag == "ellipse":
+        x, y, a, b = (float(given[name]) for name in ("cx", "cy", "rx", "ry"))
+        return Ellipse(x - 0.5, y - 0.5, a, b, theta)
+    if shape.tag == "box":
+        sides = Corners(*(float(given[name]) for name in ("xtl", "ytl", "xbr", "ybr")))
+    elif shape.tag == "mask":
+        left, top, width, height = (float(given[k]) for k in ("left", "top", "width", "height"))
+        sides = Corners(left, top, left + width, top + height)
+    else:
+        pairs = [pair.split(",") for pair in given["points"].split(";")]
+        points = np.array(pairs, np.float64)
+        sides = Corners(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
+    return sides.ellipse._replace(theta=theta)

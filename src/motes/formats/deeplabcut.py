@@ -1,0 +1,105 @@
+"""DeepLabCut's CSV, which `movement` and other tools for the behavior of animals read.
+
+Each object has three points: its center, and the ends of its ellipse's half-axes a and b. So the
+whole ellipse is there, and tools have the object's orientation. The likelihood is the confidence.
+https://deeplabcut.github.io/DeepLabCut/docs/standardDeepLabCut_UserGuide.html
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recorded,
+    Recording,
+    recording_of,
+    visible,
+)
+from motes.formats.text import read_text
+from motes.output.journal import ObjectRow
+
+POINTS = ("center", "axis_a", "axis_b")
+NAME = "object_"
+"""Before the identity, the name of an individual."""
+VALUES = ("x", "y", "likelihood")
+
+
+def write(recorded: Recorded) -> Iterator[bytes]:
+    """Yield four rows of titles (three if there is one object), then a row for each frame."""
+    identities = sorted({each.identity for row in recorded for each in visible(row)})
+    if ANONYMOUS in identities:
+        raise FormatError("DeepLabCut holds individuals, and there are boxes without identities.")
+    columns = [(who, point, value) for who in identities for point in POINTS for value in VALUES]
+    titles = [("scorer", ["motes"] * len(columns))]
+    if len(identities) > 1:
+        titles.append(("individuals", [f"{NAME}{who}" for who, _, _ in columns]))
+    titles.append(("bodyparts", [point for _, point, _ in columns]))
+    titles.append(("coords", [value for _, _, value in columns]))
+    for title, values in titles:
+        yield ",".join([title, *values]).encode() + b"\n"
+    for row in recorded:
+        here = {each.identity: each for each in visible(row)}
+        fields = [field for who in identities for field in _fields(here.get(who))]
+        yield ",".join([str(row.frame), *fields]).encode() + b"\n"
+
+
+def _fields(each: ObjectRow | None) -> list[str]:
+    if each is None:
+        return [""] * len(POINTS) * len(VALUES)
+    x, y, a, b, theta = each.ellipse
+    cos, sin = math.cos(theta), math.sin(theta)
+    points = (x, y), (x + a * cos, y + a * sin), (x - b * sin, y + b * cos)
+    return [
+        field for u, v in points for field in (f"{u:.3f}", f"{v:.3f}", f"{each.confidence:.5f}")
+    ]
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the objects of a file that has the points of `write`.
+
+    Raises
+    ------
+    FormatError
+        If it has other points: a place alone has no size.
+    """
+    lines = list(csv.reader(io.StringIO(read_text(path))))
+    titles = {line[0]: line[1:] for line in lines[:4] if line and not line[0].isdigit()}
+    points = titles.get("bodyparts", [])
+    if not set(POINTS) <= set(points):
+        raise FormatError(f"it has no points {', '.join(POINTS)}, and others have no size")
+    individuals = titles.get("individuals", [f"{NAME}1"] * len(points))
+    names = {name: _identity(name, i) for i, name in enumerate(dict.fromkeys(individuals), 1)}
+    columns = list(zip(individuals, points, titles["coords"], strict=True))
+    objects, times = [], {}
+    for line in lines[len(titles) :]:
+        frame = int(line[0])
+        times[frame] = facts.time(frame)
+        values = dict(zip(columns, line[1:], strict=True))
+        for name, number in names.items():
+            place = [values[name, point, value] for point in POINTS for value in VALUES[:2]]
+            if "" in place:
+                continue
+            likelihood = float(values[name, POINTS[0], VALUES[2]])
+            ellipse = _ellipse([float(value) for value in place])
+            objects.append((frame, ObjectRow(number, ellipse, likelihood, Status.TRACKING)))
+    return recording_of(facts, objects, times)
+
+
+def _identity(name: str, place: int) -> int:
+    """Return the number in the name that `write` gives, or else the place among individuals."""
+    return int(name.removeprefix(NAME)) if name.removeprefix(NAME).isdigit() else place
+
+
+def _ellipse(place: list[float]) -> Ellipse:
+    x, y, ax, ay, bx, by = place
+    theta = math.atan2(ay - y, ax - x)
+    return Ellipse(x, y, math.hypot(ax - x, ay - y), math.hypot(bx - x, by - y), theta)

@@ -1,0 +1,78 @@
+"""Keyframes, as `motes track --keyframes` reads them: a row for each frame that is marked.
+
+A row is `frame,x,y,width,height`, or `frame,x,y,a,b,theta` for an ellipse; `frame,absent` or
+`first:last,absent` where the target is not in the picture. Frames and pixels count from 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.correction.keyframes import read_keyframes
+from motes.formats.recording import FilmFacts, Recorded, Recording, only_object, recording_of
+from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.output.journal import ObjectRow
+
+TITLES = b"frame,x,y,width,height\n"
+
+
+def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
+    """Yield the rows of the one object.
+
+    If the file that was read has keyframes of its own, these are written. Otherwise they are as few
+    as keep linear interpolation within `keyframe_error` pixels.
+    """
+    here = only_object(recorded, "A file of keyframes")
+    yield TITLES
+    listed = [row.frame for row in recorded]
+    own = not all(each.keyframe for each in here.values())
+    stretch: list[int] = []
+    for frame, after in zip(listed, [*listed[1:], None], strict=True):
+        stretch.append(frame)
+        if after is not None and (after in here) == (frame in here):
+            continue
+        if frame not in here:
+            yield _absent(stretch[0], frame)
+        else:
+            ellipses = np.array([here[each].ellipse for each in stretch])
+            nothing = np.zeros(len(stretch), bool)
+            keys = keyframes(np.array(stretch), ellipses, nothing, keyframe_error).tolist()
+            for each, key in zip(stretch, keys, strict=True):
+                if here[each].keyframe if own else key:
+                    yield _present(each, here[each].ellipse)
+        stretch = []
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the target in the frames in which it is marked.
+
+    Raises
+    ------
+    FormatError
+        If the rows are of several films.
+    """
+    films = read_keyframes(path)
+    if len(films) > 1:
+        raise FormatError(f"it has keyframes of {len(films)} films; keep the rows of one")
+    (marks,) = films.values()
+    objects = [
+        (frame, ObjectRow(1, region, 1.0, Status.TRACKING))
+        for frame, region in marks.items()
+        if region is not None
+    ]
+    return recording_of(facts, objects, {frame: facts.time(frame) for frame in marks})
+
+
+def _absent(first: int, last: int) -> bytes:
+    return f"{first}:{last},absent\n".encode() if last > first else f"{first},absent\n".encode()
+
+
+def _present(frame: int, ellipse: Ellipse) -> bytes:
+    region = ellipse if ellipse.theta else ellipse.box
+    return (",".join([str(frame), *(f"{value:.7g}" for value in region)]) + "\n").encode()

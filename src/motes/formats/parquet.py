@@ -1,0 +1,58 @@
+"""Rows of motes in Apache Parquet, with the columns of `rows`; it needs pyarrow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from motes.core.errors import FormatError, MissingDependencyError
+from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.rows import recording_of_rows, table_of
+from motes.output.read_rows import TYPES
+
+
+def _pyarrow() -> Any:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise MissingDependencyError(
+            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
+        ) from None
+    return pyarrow
+
+
+def write(recorded: Recorded) -> Iterator[bytes]:
+    """Yield a table with a row for each object in each frame; empty fields are null."""
+    pyarrow = _pyarrow()
+    names, rows = table_of(recorded)
+    columns = list(zip(*rows, strict=True)) or [()] * len(names)
+    kinds = {int: pyarrow.int64(), float: pyarrow.float64(), str: pyarrow.string()}
+    arrays = [
+        pyarrow.array(values, kinds[_kind(name)])
+        for name, values in zip(names, columns, strict=True)
+    ]
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(pyarrow.table(dict(zip(names, arrays, strict=True))), sink)
+    yield sink.getvalue().to_pybytes()
+
+
+def _kind(name: str) -> type:
+    if name == "occluded_by":
+        return int
+    return {np.int64: int, np.str_: str}.get(TYPES.get(name, np.float64), float)
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the objects of a table that `write` made."""
+    pyarrow = _pyarrow()
+    try:
+        table = pyarrow.parquet.read_table(path)
+    except (pyarrow.ArrowException, ValueError) as error:
+        raise FormatError(f"it is no table of Parquet: {error}") from None
+    if "frame" not in table.column_names:
+        raise FormatError(f"its columns are {', '.join(table.column_names)}")
+    return recording_of_rows(iter(table.to_pylist()), table.column_names, facts)

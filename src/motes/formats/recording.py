@@ -1,0 +1,191 @@
+"""The objects in all frames of a film, as every format is read into and written from.
+
+A `Journal` is one: the rows of a run in a file. A `Recording` is one in memory, made of any file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from motes.core.errors import FormatError
+from motes.core.frame import FRAME_INTERVAL
+from motes.core.track import Status
+from motes.formats.regions import MAX_FRAME
+from motes.output.journal import FrameRow, Header, ObjectRow
+
+SHOWN = (Status.TRACKING, Status.OCCLUDED, Status.INTERPOLATED)
+"""The states with a known position; that of a searched or lost object is only a guess."""
+ANONYMOUS = -1
+"""Identity of a detection: which object it shows is not known."""
+
+ANGLES = "angles"
+CONFIDENCES = "confidences"
+IDENTITIES = "identities"
+CLASSES = "classes"
+HIDDEN = "hidden objects"
+GUESSES = "guessed places of searched and lost targets"
+MASKS = "masks"
+TIMES = "times"
+COLUMNS = "further columns"
+ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, COLUMNS)
+"""What some formats hold and others do not, beside the boxes in each frame."""
+
+
+class Recorded(Protocol):
+    """The objects of a film: a `Journal` or a `Recording`."""
+
+    @property
+    def head(self) -> Header:
+        """What all frames share."""
+        ...
+
+    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
+        """Yield pairs of an offset and the frame there, from an offset on."""
+        ...
+
+    def __iter__(self) -> Iterator[FrameRow]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """The objects of a film, in memory; `frames` are in order."""
+
+    head: Header
+    frames: Sequence[FrameRow]
+
+    def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
+        """Yield pairs of an index in `frames` and the frame there, from an index on."""
+        return ((start + i, row) for i, row in enumerate(self.frames[start:]))
+
+    def __iter__(self) -> Iterator[FrameRow]:
+        return iter(self.frames)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilmFacts:
+    """What is known of the film that a file belongs to, as most formats do not hold it.
+
+    Attributes
+    ----------
+    source
+        The film's name.
+    width, height
+        Its size in pixels; 0 if unknown.
+    frames
+        Its number of frames; None if unknown.
+    fps
+        Its frames per second; None if unknown.
+    label
+        The class of objects without one.
+    """
+
+    source: str = "unknown"
+    width: int = 0
+    height: int = 0
+    frames: int | None = None
+    fps: float | None = None
+    label: str = "object"
+
+    def time(self, frame: int) -> float:
+        """Return the time of a frame in seconds."""
+        return frame / self.fps if self.fps else frame * FRAME_INTERVAL
+
+
+def recording_of(
+    facts: FilmFacts,
+    objects: Iterable[tuple[int, ObjectRow]],
+    times: Mapping[int, float] | None = None,
+    size: tuple[int, int] | None = None,
+    files: Mapping[int, str] = {},
+) -> Recording:
+    """Return a recording of pairs of a frame and an object there, in any order.
+
+    Parameters
+    ----------
+    facts
+        What is known of the film.
+    objects
+        The objects. Frames without any are there if `times` has them.
+    times
+        The times of frames, as far as the file holds them; else those of `facts`.
+    size
+        Width and height in the file; else those of `facts`.
+    files
+        The names of the images of frames, where each is a file.
+
+    Raises
+    ------
+    FormatError
+        If a frame is negative, or larger than any film's.
+    """
+    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in times or ()}
+    for frame, each in objects:
+        if not 0 <= frame <= MAX_FRAME:
+            raise FormatError(f"frame {frame} is none of a film")
+        frames.setdefault(frame, []).append(each)
+    known = times or {}
+    width, height = size or (facts.width, facts.height)
+    return Recording(
+        Header(facts.source, width, height, facts.label),
+        [
+            FrameRow(
+                frame,
+                known.get(frame, facts.time(frame)),
+                tuple(frames[frame]),
+                files.get(frame),
+            )
+            for frame in sorted(frames)
+        ],
+    )
+
+
+def shown(row: FrameRow) -> Iterator[ObjectRow]:
+    """Yield the objects of a frame whose positions are known, or predicted while hidden."""
+    return (each for each in row.objects if each.status in SHOWN)
+
+
+def visible(row: FrameRow) -> Iterator[ObjectRow]:
+    """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
+    return (each for each in row.objects if each.status is Status.TRACKING)
+
+
+def aspects(recorded: Recorded) -> set[str]:
+    """Return those of `ASPECTS` that a recording has."""
+    found: set[str] = {TIMES}
+    for row in recorded:
+        for each in row.objects:
+            held = {
+                ANGLES: each.ellipse.theta != 0 and each.ellipse.a != each.ellipse.b,
+                CONFIDENCES: each.confidence != 1,
+                IDENTITIES: each.identity > 1,
+                CLASSES: each.label not in (None, recorded.head.label),
+                HIDDEN: each.status is Status.OCCLUDED,
+                GUESSES: each.status not in SHOWN,
+                MASKS: each.mask is not None,
+                COLUMNS: bool(each.more),
+            }
+            found.update(name for name, has in held.items() if has)
+    return found
+
+
+def only_object(recorded: Recorded, what: str) -> dict[int, ObjectRow]:
+    """Return the one object of a recording by frame, where it is visible.
+
+    Raises
+    ------
+    FormatError
+        If there are several objects; `what` names the format.
+    """
+    found: dict[int, ObjectRow] = {}
+    identity: int | None = None
+    for row in recorded:
+        for each in visible(row):
+            identity = each.identity if identity is None else identity
+            if each.identity != identity or row.frame in found:
+                raise FormatError(
+                    f"{what} holds one object, and there are several; choose one with --identity N."
+                )
+            found[row.frame] = each
+    return found

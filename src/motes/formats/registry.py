@@ -1,0 +1,307 @@
+"""All formats in one table: their names, what they hold, and how a file is recognized."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.files import write_whole
+from motes.formats.recording import (
+    ANGLES,
+    ASPECTS,
+    CLASSES,
+    COLUMNS,
+    CONFIDENCES,
+    GUESSES,
+    HIDDEN,
+    IDENTITIES,
+    MASKS,
+    TIMES,
+    FilmFacts,
+    Recorded,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Format:
+    """A format of files.
+
+    Attributes
+    ----------
+    title
+        What it is, in a few words.
+    endings
+        Ends of the names of its files, for writing, or whole names where there is no dot before.
+        The longest one that fits counts.
+    read, write
+        Its functions in `motes.formats`, as `module:function`; None if there is none.
+    holds
+        Those of `ASPECTS` that it holds.
+    sized
+        Whether it needs the size of the picture.
+    thinned
+        Whether it holds keyframes, between which its tools interpolate.
+    folder
+        Whether it is a folder of files.
+    single
+        Whether it holds one object.
+    """
+
+    title: str
+    endings: tuple[str, ...] = ()
+    read: str | None = None
+    write: str | None = None
+    holds: tuple[str, ...] = ()
+    sized: bool = False
+    thinned: bool = False
+    folder: bool = False
+    single: bool = False
+
+
+ROWS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, TIMES, COLUMNS)
+
+FORMATS: dict[str, Format] = {
+    "csv": Format(
+        title="rows of motes, CSV", endings=(".csv",), read="rows:read", write="rows:write_csv",
+        holds=ROWS,
+    ),
+    "jsonl": Format(
+        title="rows of motes, JSON Lines", endings=(".jsonl",), read="rows:read",
+        write="rows:write_jsonl", holds=ROWS,
+    ),
+    "parquet": Format(
+        title="rows of motes, Apache Parquet", endings=(".parquet",), read="parquet:read",
+        write="parquet:write", holds=ROWS,
+    ),
+    "mot": Format(
+        title="results of the MOTChallenge", endings=(".txt",), read="mot:read_results",
+        write="mot:write_results", holds=(CONFIDENCES, IDENTITIES, CLASSES),
+    ),
+    "mot-truth": Format(
+        title="truth of the MOTChallenge", endings=(".gt.txt", "gt.txt"), read="mot:read_truth",
+        write="mot:write_truth", holds=(IDENTITIES, CLASSES, HIDDEN),
+    ),
+    "mot-detections": Format(
+        title="detections of the MOTChallenge", endings=(".det.txt", "det.txt"),
+        read="mot:read_detections", write="mot:write_detections", holds=(CONFIDENCES,),
+    ),
+    "otb": Format(
+        title="truth of OTB", endings=(".otb.txt", "groundtruth_rect.txt"), read="otb:read",
+        write="otb:write", single=True,
+    ),
+    "vot": Format(
+        title="truth of VOT", endings=(".vot.txt", "groundtruth.txt"), read="vot:read",
+        write="vot:write", holds=(ANGLES,), single=True,
+    ),
+    "coco": Format(
+        title="COCO", endings=(".json",), read="coco:read", write="coco:write",
+        holds=(ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
+    ),
+    "cvat": Format(
+        title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
+        holds=(IDENTITIES, CLASSES, HIDDEN), sized=True, thinned=True,
+    ),
+    "yolo": Format(
+        title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
+        holds=(CONFIDENCES, IDENTITIES, CLASSES), sized=True, folder=True,
+    ),
+    "label-studio": Format(
+        title="Label Studio, video", endings=(".ls.json",),
+        read="label_studio:read", write="label_studio:write",
+        holds=(IDENTITIES, CLASSES, TIMES), sized=True, thinned=True,
+    ),
+    "deeplabcut": Format(
+        title="DeepLabCut's CSV", endings=(".dlc.csv",), read="deeplabcut:read",
+        write="deeplabcut:write", holds=(ANGLES, CONFIDENCES, IDENTITIES),
+    ),
+    "keyframes": Format(
+        title="keyframes for motes track", endings=(".keyframes.csv", "keyframes.csv"),
+        read="keyframes:read", write="keyframes:write", holds=(ANGLES,), thinned=True, single=True,
+    ),
+    "journal": Format(
+        title="rows of a run that was killed", endings=(".rows.jsonl",), read="journal:read",
+        holds=ASPECTS,
+    ),
+}  # fmt: skip
+"""All formats, by name."""
+
+SNIFFED = 1 << 16
+"""Bytes of a file in which its format is looked for."""
+
+
+def named(name: str) -> Format:
+    """Return the format of a name; raise a ConfigError for another name."""
+    if name not in FORMATS:
+        raise ConfigError(f"There is no format {name!r}; known are {', '.join(FORMATS)}.")
+    return FORMATS[name]
+
+
+def format_for(output: str) -> str:
+    """Return the name of the format that a file's name chooses for writing.
+
+    Raises
+    ------
+    ConfigError
+        If no format has this ending.
+    """
+    name = Path(output).name.lower()
+    fitting = [
+        (len(ending), known)
+        for known, each in FORMATS.items()
+        if each.write is not None
+        for ending in each.endings
+        if name == ending or (ending[0] == "." and name.endswith(ending))
+    ]
+    if not fitting:
+        endings = (end for each in FORMATS.values() if each.write for end in each.endings)
+        usual = [end for end in endings if end.startswith(".") and end.count(".") == 1]
+        raise ConfigError(
+            f"{output} ends in none of {', '.join(usual)}; rename it, or give a format."
+        )
+    return max(fitting)[1]
+
+
+def recognized(path: Path) -> str:
+    """Return the name of the format of a file or folder, by its content.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read, or its format is not clear from its content and its name.
+    """
+    if path.is_dir():
+        return "yolo"
+    try:
+        with path.open("rb") as file:
+            head = file.read(SNIFFED)
+    except OSError as error:
+        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
+    found = "parquet" if head.startswith(b"PAR1") else _of_text(head, path.name)
+    if found is None:
+        raise SourceError(f"The format of {path} is not clear; name it: {', '.join(_readable())}.")
+    return found
+
+
+def _readable() -> Iterable[str]:
+    return (name for name, each in FORMATS.items() if each.read is not None)
+
+
+def _of_text(head: bytes, name: str) -> str | None:
+    text = head.decode("utf-8-sig", errors="replace").lstrip()
+    first = text.partition("\n")[0].strip()
+    marks = {
+        "<": "cvat", "[": "label-studio", '{"motes"': "journal", '{"frame"': "jsonl",
+        "{": "coco", "scorer,": "deeplabcut",
+    }  # fmt: skip
+    for mark, found in marks.items():
+        if text.startswith(mark):
+            return found
+    if first.startswith(("film,", "frame,x,y,width,height")):
+        return "keyframes"
+    if first.startswith("frame,") and ("time" in first or "confidence" in first):
+        return "csv"
+    return _of_numbers(first, name)
+
+
+def _of_numbers(line: str, name: str) -> str | None:
+    """Return the format of a text of numbers, by its first line and the name of the file."""
+    if line.startswith("m"):
+        return "vot"
+    fields = [field for field in re.split(r"[,;\s]+", line) if field]
+    count = len(fields)
+    if count == 4:  # the first pixel is 1 in OTB and 0 in VOT: only the name makes it clear
+        known = {"groundtruth_rect": "otb", "groundtruth": "vot"}
+        return next((found for stem, found in known.items() if name.startswith(stem)), None)
+    if count == 8 or (count > 10 and count % 2 == 0) or fields[:1] == ["nan"]:
+        return "vot"
+    if count in (5, 6) or fields[1:] == ["absent"]:
+        return "keyframes"
+    if count in (7, 9, 10):
+        kinds = {"9": "mot-truth"}
+        return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
+    return None
+
+
+def _function(name: str) -> Callable[..., Any]:
+    module, _, function = name.partition(":")
+    found: Callable[..., Any] = getattr(
+        importlib.import_module(f"motes.formats.{module}"), function
+    )
+    return found
+
+
+def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
+    """Return the objects in a file of a format.
+
+    Raises
+    ------
+    ConfigError
+        If the format cannot be read, or needs the size of the picture.
+    SourceError
+        If the file cannot be read, or is none of this format.
+    """
+    form = named(name)
+    if form.read is None:
+        raise ConfigError(f"Files of the format {name} cannot be read here.")
+    if name in ("yolo", "label-studio") and not facts.width:
+        raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
+    try:
+        recorded: Recorded = _function(form.read)(path, facts)
+    except OSError as error:
+        raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
+    except FormatError as error:
+        text = str(error)
+        raise SourceError(text if str(path) in text else f"{path}: {text}") from None
+    except (ValueError, KeyError, IndexError, OverflowError) as error:
+        raise SourceError(f"{path} is damaged, or not of the format {name}: {error}") from None
+    return recorded
+
+
+def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | None = None) -> None:
+    """Write a file or folder of a format, each file complete or not at all.
+
+    Parameters
+    ----------
+    path
+        The file or folder.
+    name
+        The name of the format.
+    recorded
+        The objects.
+    keyframe_error
+        Largest deviation of what a tool interpolates between keyframes, in pixels; by default that
+        of the format.
+
+    Raises
+    ------
+    ConfigError
+        If the format cannot be written, or needs the size of the picture.
+    FormatError
+        If the format cannot hold these objects.
+    OSError
+        If the file cannot be written; what was at `path` stays.
+    """
+    form = named(name)
+    if form.write is None:
+        raise ConfigError(f"Files of the format {name} cannot be written.")
+    if form.sized and not recorded.head.width:
+        raise ConfigError(f"{name} needs the size of the picture; give --size or --video.")
+    thin = {} if keyframe_error is None or not form.thinned else {"keyframe_error": keyframe_error}
+    pieces = _function(form.write)(recorded, **thin)
+    if not form.folder:
+        write_whole(path, pieces)
+        return
+    path.mkdir(parents=True, exist_ok=True)
+    for file, data in pieces:
+        write_whole(path / file, data)
+
+
+def lost(present: set[str], source: str, target: str) -> list[str]:
+    """Return those of `present` that the format `source` holds and `target` does not."""
+    held, kept = FORMATS[source].holds, FORMATS[target].holds
+    return [each for each in ASPECTS if each in present and each in held and each not in kept]

@@ -1,0 +1,74 @@
+"""Masks as runs of pixels, in the text that COCO's tools use.
+
+Runs alternate between outside and inside the mask, column by column, from the upper left pixel.
+From the fourth on, each is written as its difference to the one two places before. A number has
+five bits in a character, the lowest first; a sixth bit marks that more follow.
+https://github.com/cocodataset/cocoapi (common/maskApi.c, rleToString) defines the text.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.errors import FormatError
+
+BITS = 5
+ZERO = 48
+"""The character of the number 0."""
+
+
+def encode(mask: NDArray[np.bool_]) -> str:
+    """Return the runs of a mask (height, width) as text."""
+    pixels = np.concatenate([[False], mask.ravel(order="F")])
+    changes = np.flatnonzero(pixels[1:] != pixels[:-1])
+    runs = np.diff(np.concatenate([[0], changes, [mask.size]])).tolist()
+    return "".join(_number(run - runs[i - 2] if i > 2 else run) for i, run in enumerate(runs))
+
+
+def _number(value: int) -> str:
+    text = ""
+    while True:
+        low, value = value & (2**BITS - 1), value >> BITS
+        # All further bits are the sign, which the last character's highest bit holds.
+        last = value == (-1 if low & 2 ** (BITS - 1) else 0)
+        text += chr(ZERO + (low if last else low | 2**BITS))
+        if last:
+            return text
+
+
+def decode(text: str, height: int, width: int) -> NDArray[np.bool_]:
+    """Return the mask (height, width) of runs; raise a FormatError if they do not fit."""
+    runs: list[int] = []
+    value = shift = 0
+    for character in text:
+        part = ord(character) - ZERO
+        value |= (part & (2**BITS - 1)) << shift
+        shift += BITS
+        if part & 2**BITS:
+            continue
+        if part & 2 ** (BITS - 1):
+            value -= 1 << shift
+        runs.append(value + (runs[-2] if len(runs) > 2 else 0))
+        value = shift = 0
+    return mask_of(runs, height, width)
+
+
+def mask_of(runs: list[int], height: int, width: int) -> NDArray[np.bool_]:
+    """Return the mask (height, width) of runs; raise a FormatError if they do not fit."""
+    if min(runs, default=0) < 0 or sum(runs) != height * width:
+        raise FormatError(f"a mask's runs do not fill its {width}x{height} pixels")
+    inside: NDArray[np.bool_] = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
+    return inside.reshape(width, height).T
+
+
+def mask_runs(segmentation: Any) -> str | None:
+    """Return the text of a COCO segmentation with `counts`; None for polygons."""
+    if not isinstance(segmentation, dict):
+        return None
+    counts, (height, width) = segmentation["counts"], segmentation["size"]
+    if isinstance(counts, str):
+        return counts
+    return encode(mask_of([int(run) for run in counts], int(height), int(width)))

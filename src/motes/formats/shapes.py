@@ -1,0 +1,82 @@
+"""The part of an object inside the picture, as annotation tools measure it.
+
+Their coordinates begin at the upper left corner of the picture, ours at the first pixel's center.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import Ellipse, area, clipped
+from motes.formats.recording import SHOWN, Recorded
+from motes.output.journal import Header, ObjectRow
+
+MIN_AREA = 0.01
+"""Smallest area inside the frame of an object that is annotated, in square pixels."""
+
+
+class Corners(NamedTuple):
+    """The sides of a box, in pixels."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    @property
+    def ellipse(self) -> Ellipse:
+        """The upright ellipse inside."""
+        return Ellipse.from_box(
+            (self.left, self.top, self.right - self.left, self.bottom - self.top)
+        )
+
+
+def visible_box(each: ObjectRow, head: Header) -> Corners | None:
+    """Return the part of an object's box inside the frame; None if it is not annotated."""
+    if each.status not in SHOWN:
+        return None
+    x, y, width, height = each.box
+    whole = Corners(round(x, 2), round(y, 2), round(x + width, 2), round(y + height, 2))
+    left, right = (min(max(end, 0.0), head.width) for end in (whole.left, whole.right))
+    top, bottom = (min(max(end, 0.0), head.height) for end in (whole.top, whole.bottom))
+    cut = Corners(left, top, right, bottom)
+    if left >= right or top >= bottom:
+        return None
+    # If only a corner of the box is inside the frame, the ellipse may still be outside.
+    return cut if cut == whole or area(visible_outline(each, head)) >= MIN_AREA else None
+
+
+def visible_outline(each: ObjectRow, head: Header) -> NDArray[np.float64]:
+    """Return the corners (n, 2) of the part of an object's ellipse inside the frame."""
+    # The first pixel's center is at 0 in an ellipse, and at 0.5 in coordinates of its corners.
+    return clipped(each.ellipse.polygon() + 0.5, head.width, head.height)
+
+
+def classes_of(recorded: Recorded) -> dict[int, str]:
+    """Return the class of each identity: that of its last row."""
+    usual = recorded.head.label
+    return {
+        each.identity: usual if each.label is None else each.label
+        for row in recorded
+        for each in row.objects
+    }
+
+
+def labels_of(classes: Mapping[int, str] | Iterable[str], head: Header) -> list[str]:
+    """Return all classes in the order of their first identities; at least one."""
+    names = classes.values() if isinstance(classes, Mapping) else classes
+    return list(dict.fromkeys(names)) or [head.label]
+
+
+def label_or_none(name: str | None, usual: str) -> str | None:
+    """Return a class that a file names, or None for the usual one."""
+    return None if name in (None, "", usual) else name
+
+
+def frame_name(frame: int) -> str:
+    """Return the name that CVAT gives to a frame of a video, without an ending."""
+    return f"frame_{frame:06d}"

@@ -1,0 +1,136 @@
+"""YOLO's labels: a folder with a text for each frame, and the names of the classes in `data.yaml`.
+
+A line is class, center x, center y, width and height, in shares of the picture's sides, and then,
+as in the results of Ultralytics, the confidence and the identity if they are known.
+https://docs.ultralytics.com/datasets/detect/
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from motes.core.errors import FormatError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recorded,
+    Recording,
+    recording_of,
+    visible,
+)
+from motes.formats.shapes import frame_name, label_or_none, labels_of
+from motes.formats.text import read_text
+from motes.output.journal import ObjectRow
+
+NAMES = "data.yaml"
+
+
+def write(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
+    """Yield names and contents of files: the texts of all frames, then the names of the classes."""
+    head = recorded.head
+    every = [each.label or head.label for row in recorded for each in row.objects]
+    numbers = {name: number for number, name in enumerate(labels_of(every, head))}
+    for row in recorded:
+        lines = []
+        for each in visible(row):
+            # An ellipse's first pixel has its center at 0, a picture its corner.
+            box = each.box
+            center = (box.x + box.width / 2) / head.width, (box.y + box.height / 2) / head.height
+            sizes = box.width / head.width, box.height / head.height
+            fields = [str(numbers[each.label or head.label])]
+            fields += [f"{value:.8g}" for value in (*center, *sizes, each.confidence)]
+            fields += [] if each.identity == ANONYMOUS else [str(each.identity)]
+            lines.append(" ".join(fields) + "\n")
+        stem = Path(row.file).with_suffix("").name if row.file else frame_name(row.frame)
+        yield f"{stem}.txt", "".join(lines).encode()
+    names = "".join(f"  {number}: {_quoted(name)}\n" for name, number in numbers.items())
+    yield (
+        NAMES,
+        f"path: .\ntrain: images\nval: images\nnc: {len(numbers)}\nnames:\n{names}".encode(),
+    )
+
+
+def _quoted(name: str) -> str:
+    """Return a text in YAML."""
+    return "'" + name.replace("'", "''") + "'"
+
+
+def read(path: Path, facts: FilmFacts) -> Recording:
+    """Return the objects of a folder of labels.
+
+    A frame is the last number in the name of its file, from 0.
+    """
+    names = _names(path)
+    objects, times = [], {}
+    for file in sorted(path.glob("*.txt")):
+        digits = re.findall(r"\d+", file.stem)
+        if not digits:
+            continue  # such as classes.txt
+        frame = int(digits[-1])
+        times[frame] = facts.time(frame)
+        for number, line in enumerate(read_text(file).splitlines(), start=1):
+            if line.strip():
+                try:
+                    objects.append((frame, _row(line, names, facts)))
+                except ValueError as error:
+                    raise FormatError(f"{file.name}, line {number}: {error}") from None
+    if not times:
+        raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
+    return recording_of(facts, objects, times)
+
+
+def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
+    label, *rest = line.split()
+    if len(rest) not in (4, 5, 6):
+        raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
+    x, y, width, height, *more = (float(value) for value in rest)
+    box = (
+        (x - width / 2) * facts.width,
+        (y - height / 2) * facts.height,
+        width * facts.width,
+        height * facts.height,
+    )
+    if not min(box[2:]) > 0:
+        raise ValueError("the object has no area")
+    identity = int(more[1]) if len(more) == 2 else ANONYMOUS
+    name = label_or_none(names.get(int(label), f"class {label}"), facts.label)
+    confidence = more[0] if more else 1.0
+    return ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
+
+
+def _names(folder: Path) -> dict[int, str]:
+    """Return the names of the classes, by number."""
+    for place in (folder / "classes.txt", folder.parent / "classes.txt"):
+        if place.is_file():
+            return dict(enumerate(read_text(place).splitlines()))
+    for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
+        if place.is_file():
+            return _yaml_names(read_text(place))
+    return {}
+
+
+def _yaml_names(text: str) -> dict[int, str]:
+    """Return the `names` of a file in YAML: a list in brackets, or a line for each."""
+    _, _, rest = text.partition("names:")
+    first, *lines = rest.splitlines() or [""]
+    if first.strip().startswith("["):
+        parts = rest[rest.index("[") + 1 : rest.index("]")].split(",")
+        return {i: _plain(part) for i, part in enumerate(parts)}
+    found: dict[int, str] = {}
+    for line in lines:
+        match = re.fullmatch(r"\s*(?:-|(\d+)\s*:)\s*(.+?)\s*", line)
+        if not match:
+            break
+        found[int(match[1]) if match[1] else len(found)] = _plain(match[2])
+    return found
+
+
+def _plain(text: str) -> str:
+    text = text.strip()
+    if len(text) > 1 and text[0] == text[-1] and text[0] in "'\"":
+        return text[1:-1].replace("''", "'")
+    return text

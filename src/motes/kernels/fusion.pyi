@@ -1,0 +1,12 @@
+from motes.kernels.structures import Floats
+
+def log_determinants(
+    prior: Floats,
+    logs: Floats,
+    ellipses: Floats,
+    least: float,
+    floor: float,
+    equal: float,
+    singular: float,
+    out: Floats,
+) -> None: ...

@@ -1,0 +1,6 @@
+from motes.kernels.structures import Bytes, LightLimits, Sums
+
+def without_light(
+    mask: Bytes, seen: Sums, usual: Sums, limits: LightLimits, out: Bytes
+) -> None: ...
+def without_tremble(mask: Bytes, picture: Bytes, low: Bytes, high: Bytes, out: Bytes) -> None: ...

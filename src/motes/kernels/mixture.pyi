@@ -1,0 +1,9 @@
+from motes.kernels.structures import Bytes, MixtureLearning, Singles
+
+MODES: int
+FIELDS: int
+PART: int
+
+def foreground(model: Singles, picture: Bytes, share: float, limit: float, out: Bytes) -> None: ...
+def learn(model: Singles, picture: Bytes, how: MixtureLearning) -> None: ...
+def means(model: Singles, share: float, out: Bytes) -> None: ...

@@ -1,0 +1,48 @@
+// A picture as three planes, one for each color, and with another exposure.
+#pragma once
+
+#include <algorithm>
+
+#include "arrays.hpp"
+
+namespace motes::planes {
+
+using Bytes = Plane<const std::uint8_t>;
+
+// Writes a picture's red, green and blue, each value looked up in the table of its color (3, 256).
+inline void expose(Picture picture, Bytes tables, Volume<std::uint8_t> out) {
+    const Index places[] = {picture.red(), picture.green(), picture.blue()};
+    for (Index y = 0; y < picture.height; ++y)
+        for (Index c = 0; c < 3; ++c) {
+            const std::uint8_t *from = picture.row(y) + places[c], *table = tables[c];
+            std::uint8_t* __restrict to = out[c][y];
+            for (Index x = 0; x < picture.width; ++x) to[x] = table[from[x * picture.pixel]];
+        }
+}
+
+// Returns a place beyond the border, mirrored at the pixel on the border.
+inline Index mirrored(Index i, Index size) {
+    while (i < 0 || i >= size) i = size == 1 ? 0 : i < 0 ? -i : 2 * (size - 1) - i;
+    return i;
+}
+
+// Writes the sums over the 3 x 3 pixels around each; beyond the border the picture is mirrored.
+inline void window_sums(Volume<const std::uint8_t> picture, Volume<std::uint16_t> out) {
+    const Index height = picture.rows, width = picture.columns;
+    Scratch<std::uint16_t> sums(width + 2);
+    std::uint16_t* __restrict column = sums + 1;
+    for (Index c = 0; c < picture.planes; ++c)
+        for (Index y = 0; y < height; ++y) {
+            const std::uint8_t *above = picture[c][mirrored(y - 1, height)], *here = picture[c][y],
+                               *below = picture[c][mirrored(y + 1, height)];
+            for (Index x = 0; x < width; ++x)
+                column[x] = std::uint16_t(above[x] + here[x] + below[x]);
+            column[-1] = column[mirrored(-1, width)];
+            column[width] = column[mirrored(width, width)];
+            std::uint16_t* __restrict row = out[c][y];
+            for (Index x = 0; x < width; ++x)
+                row[x] = std::uint16_t(column[x - 1] + column[x] + column[x + 1]);
+        }
+}
+
+}  // namespace motes::planes

@@ -1,0 +1,104 @@
+"""The motion of a camera from one picture to the next, from corners that are followed.
+
+Corners are followed by the pyramid of Lucas and Kanade, and RANSAC finds the motion that most of
+them share: they lie on the background.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from motes.core.errors import MissingDependencyError
+from motes.core.types import Floats
+from motes.mot.detection.images import Mask, opencv
+
+Model: TypeAlias = Literal["homography", "similarity"]
+
+WIDTH = 640
+"""Pictures are reduced to this width at most."""
+CORNERS = 400
+"""Number of corners that are followed."""
+FEWEST = 12
+"""Least number of corners that agree; a homography has 8 unknowns, so 4 corners always do."""
+OFF: dict[Model, float] = {"homography": 2.0, "similarity": 1.0}
+"""Largest distance of a corner that agrees, in pixels.
+
+Of a flat ground half a pixel would be more exact; where there is depth, two leave less misfit.
+"""
+
+
+def camera_motion(before: Mask, after: Mask, model: Model) -> Floats | None:
+    """Return the motion (3, 3) from a gray picture to the next; None if it is not clear."""
+    cv2 = opencv()
+    corners = cv2.goodFeaturesToTrack(before, CORNERS, 0.01, 8)
+    if corners is None or len(corners) < FEWEST:
+        return None
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None)
+    seen = found.ravel() == 1
+    if seen.sum() < FEWEST:
+        return None
+    if model == "homography":
+        matrix, agrees = cv2.findHomography(corners[seen], moved[seen], cv2.RANSAC, OFF[model])
+    else:
+        matrix, agrees = cv2.estimateAffinePartial2D(
+            corners[seen], moved[seen], method=cv2.RANSAC, ransacReprojThreshold=OFF[model]
+        )
+    if matrix is None or agrees.sum() < FEWEST:
+        return None
+    out: Floats = matrix if model == "homography" else np.vstack([matrix, (0, 0, 1)])
+    return out
+
+
+def reduced(pixels: Mask) -> tuple[Mask, float]:
+    """Return a picture (H, W, 3) in `WIDTH` at most, and its scale."""
+    scale = min(1.0, WIDTH / pixels.shape[1])
+    height, width = (max(1, round(scale * side)) for side in pixels.shape[:2])
+    small: Mask = opencv().resize(pixels, (width, height), interpolation=opencv().INTER_AREA)
+    return small, width / pixels.shape[1]
+
+
+def unreduced(motion: Floats, scale: float) -> Floats:
+    """Return the motion of whole pictures, of that of pictures reduced by a scale."""
+    matrix = np.diag([scale, scale, 1.0])
+    out: Floats = np.linalg.inv(matrix) @ motion @ matrix
+    return out
+
+
+class GlobalMotion:
+    """The motion of a camera, picture by picture.
+
+    Parameters
+    ----------
+    model
+        What a motion is: a similarity, of a camera that pans, turns about its axis and zooms; or a
+        homography, with twice as many unknowns.
+
+    Raises
+    ------
+    MissingDependencyError
+        If OpenCV is not installed.
+    """
+
+    def __init__(self, model: Model = "similarity") -> None:
+        if opencv() is None:
+            raise MissingDependencyError(
+                "The motion of a camera needs OpenCV; install it with: pip install 'motes[opencv]'."
+            )
+        self._model = model
+        self._gray: Mask | None = None
+
+    def update(self, pixels: Mask) -> Floats | None:
+        """Return the motion (3, 3) of the background from the last picture (H, W, 3) to this one.
+
+        It is None in the first picture, and where it is not clear.
+        """
+        cv2 = opencv()
+        small, scale = reduced(np.ascontiguousarray(pixels))
+        gray: Mask = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+        before, self._gray = self._gray, gray
+        if before is None or before.shape != gray.shape:
+            return None
+        motion = camera_motion(before, gray, self._model)
+        return None if motion is None else unreduced(motion, scale)

@@ -1,0 +1,81 @@
+"""The size of the target at its place: the scale filter, and the colors at the border."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats, Spectra
+from motes.cues.color_posterior import borders
+from motes.cues.scale_filter import ScaleFilter, ScaleModel
+from motes.sot.discriminative.localization import WindowEstimate
+from motes.sot.discriminative.redetection import limits
+from motes.sot.filtering.resampling import Resampling, Weights
+
+BORDER_SHARPNESS = 50.0
+"""The border term is exp(-BORDER_SHARPNESS · squared difference to the border's running mean)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SizeEstimate:
+    """The size of the target at one place.
+
+    Attributes
+    ----------
+    pose
+        The place with the likeliest of the compared sizes.
+    factors
+        (N,) particles of the size, as factors of the size before.
+    half_axis
+        The half-axis a in pixels at the maximum between the compared sizes.
+    spectra
+        The transform over sizes, from which the scale filter learns.
+    """
+
+    pose: Ellipse
+    factors: Floats
+    half_axis: float
+    spectra: Spectra
+
+
+@dataclass(frozen=True, slots=True)
+class SizeEstimator:
+    """Estimates the size; the fields are those of `Discriminative`."""
+
+    scale: ScaleFilter
+    border_gain: float
+    sigma: float
+    resampling: Resampling
+
+    def estimate(
+        self,
+        rng: np.random.Generator,
+        model: ScaleModel,
+        border: Floats,
+        frame: Frame,
+        look: WindowEstimate,
+    ) -> SizeEstimate:
+        """Return the size at the place of a window's estimate.
+
+        Each size is weighted by the scale filter, and by how close the posterior just inside and
+        outside of its border is to its running mean `border`, (2,). The likeliest size is taken for
+        the pose, not the mean: changes below half a step are ignored, so that noise does not add
+        up.
+        """
+        sizes, low, high = self.scale, *limits(look.pose, frame)
+        factors = np.clip(sizes.factors, low, high)
+        spectra = sizes.spectra(model, frame, look.pose)
+        pool = sizes.response(model, spectra).astype(np.float64)
+        boxes = np.tile(look.box, (sizes.count, 1))
+        boxes[:, 2:] *= factors[:, None]
+        errors = borders(look.integral, boxes) - border
+        pool += self.border_gain * np.exp(-BORDER_SHARPNESS * (errors**2).sum(axis=1))
+        weights = Weights.from_log(pool / self.sigma)
+        chosen = factors[self.resampling.ancestors(rng, weights, len(look.centers))]
+        likeliest = float(factors[np.argmax(pool)])
+        pose = look.pose._replace(a=likeliest * look.pose.a, b=likeliest * look.pose.b)
+        between = min(max(sizes.between(pool), low), high)
+        return SizeEstimate(pose, chosen, between * look.pose.a, spectra)

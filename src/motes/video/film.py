@@ -1,0 +1,189 @@
+"""A recorded film whose frames can be read in any order, with little memory.
+
+All pictures are decoded once, which gives an index of their times and of the key pictures. Frames
+are then decoded again from the last key picture before them. Backward, this happens in parts of
+bounded memory.
+"""
+
+from __future__ import annotations
+
+import bisect
+import contextlib
+import copy
+from collections.abc import Generator, Iterable, Iterator
+from pathlib import Path
+
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame
+from motes.core.interrupts import check
+from motes.video.decoder import Decoder, Load, Stamped
+from motes.video.report import Report
+from motes.video.sources import find_reader, is_recorded, timed
+
+PART = 1 << 28
+"""Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
+
+
+class Film:
+    """The frames of a video file or of images, in any order; as those of `open_source`.
+
+    Parameters
+    ----------
+    source
+        A video file, an image file, a folder or a pattern.
+    start, end
+        The frames that are used: from `start` on, before `end`.
+
+    Attributes
+    ----------
+    name
+        The name in messages.
+    times
+        The time of each frame of the whole film before `end`, in seconds.
+    width, height
+        The size of a frame, in pixels.
+    fps
+        Nominal frames per second; None if unknown.
+    frames
+        The indices of the frames that are used.
+    report
+        Counts of what was read and of errors.
+
+    Raises
+    ------
+    SourceError
+        If there is nothing to read, or the source cannot be read twice.
+    ConfigError
+        If no frame is in the range.
+    """
+
+    def __init__(self, source: str | Path, *, start: int = 0, end: int | None = None) -> None:
+        if not is_recorded(source):
+            raise SourceError(
+                f"{source} is read once, as it comes; record it first, and give the recording."
+            )
+        self._source = str(source)
+        self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
+        size: tuple[int, int] | None = None
+        self.name, reader = find_reader(self._source)
+        with contextlib.closing(reader), contextlib.closing(reader.pictures(self.report)) as all_:
+            self.fps = reader.fps
+            for moment, stamp, load in timed(all_, reader.fps, self.report):
+                if end is not None and len(self.times) >= end:
+                    break
+                if size is None:
+                    size = load().shape[1::-1]
+                self.times.append(moment)
+                self._stamps.append(stamp)
+                check()
+            self._keys = reader.keys if isinstance(reader, Decoder) else []
+        self._file_of = reader.file_of
+        if size is None:
+            raise SourceError(f"{self.name} holds no readable picture.")
+        if not 0 <= start < len(self.times):
+            raise ConfigError(
+                f"{self.name} has {len(self.times)} frames, none of them from {start} on; choose "
+                f"a smaller start."
+            )
+        self.width, self.height = size
+        self.frames = range(start, len(self.times))
+        known = [stamp for stamp in self._stamps if stamp is not None]
+        if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
+            self._keys = []  # frames cannot be told by their stamps: read from the beginning
+        self._keys = sorted(self._keys)
+
+    def part(self, start: int, end: int) -> Film:
+        """Return the same film with other frames: from `start` on, before `end`."""
+        if not 0 <= start < end <= len(self.times):
+            raise ConfigError(f"{self.name} has no frames {start} to {end - 1}.")
+        twin = copy.copy(self)
+        twin.frames = range(start, end)
+        return twin
+
+    def file_of(self, index: int) -> str | None:
+        """Return the path of a frame's image file, as `Source.file_of`."""
+        return self._file_of(index)
+
+    def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
+        """Yield the frames from `first` to `last`."""
+        with contextlib.closing(self._loads(first)) as loads:
+            for index, load in loads:
+                yield self._frame(index, load)
+                if index >= last:
+                    return
+
+    def backward(self, last: int, first: int) -> Generator[Frame, None, None]:
+        """Yield the frames from `last` down to `first`."""
+        held = max(PART // (3 * self.width * self.height), 1)
+        while last >= first:
+            low, part = max(first, last - held + 1), list[tuple[int, Load]]()
+            with contextlib.closing(self._loads(low)) as loads:
+                for index, load in loads:
+                    part.append((index, load))
+                    check()
+                    if index >= last:
+                        break
+                while part:
+                    yield self._frame(*part.pop())
+            last = low - 1
+
+    def frame(self, index: int) -> Frame:
+        """Return one frame."""
+        with contextlib.closing(self.forward(index, index)) as frames:
+            return next(frames)
+
+    def _frame(self, index: int, load: Load) -> Frame:
+        pixels = load()
+        if pixels.shape[1::-1] != (self.width, self.height):
+            raise SourceError(
+                f"Frame {index} of {self.name} has {pixels.shape[1]}x{pixels.shape[0]} pixels, the "
+                f"first one {self.width}x{self.height}; split or rescale it."
+            )
+        return Frame(index, self.times[index], pixels)
+
+    def _loads(self, first: int) -> Generator[tuple[int, Load], None, None]:
+        """Yield the index of each frame from `first` on, and a function that loads its pixels.
+
+        A seek may end behind its goal. Then an earlier key picture is tried, at last the beginning.
+        """
+        goal = self._stamps[first]
+        keys = [] if goal is None else self._keys[: bisect.bisect_right(self._keys, goal)]
+        found = False
+        while not found:
+            key = keys.pop() if len(keys) > 1 else None  # the first one is the beginning
+            _, reader = find_reader(self._source)
+            with contextlib.closing(reader):
+                if key is not None and isinstance(reader, Decoder):
+                    reader.seek(key)
+                with contextlib.closing(reader.pictures(Report())) as pictures:
+                    for index, load in self._numbered(pictures, first if key is not None else None):
+                        if index >= first:
+                            found = True
+                            yield index, load
+            if key is None and not found:
+                raise SourceError(f"{self.name} has fewer frames than before; was it changed?")
+
+    def _numbered(
+        self, pictures: Iterable[Stamped], first: int | None
+    ) -> Iterator[tuple[int, Load]]:
+        """Yield the index of each picture: from 0, or from `first` on, found by its stamp.
+
+        There is none if the pictures begin behind `first`.
+        """
+        index = 0 if first is None else -1
+        for stamp, load in pictures:
+            if first is not None and index < 0:
+                if stamp is None or stamp < self._stamps[first]:  # type: ignore[operator]
+                    continue
+                index = first
+                if stamp != self._stamps[first]:
+                    return
+            if index == len(self.times):
+                return
+            if first is not None and stamp != self._stamps[index]:
+                raise SourceError(
+                    f"{self.name} reads differently from its middle, at frame {index}; convert it "
+                    f"first."
+                )
+            yield index, load
+            index += 1

@@ -1,0 +1,103 @@
+"""A real MQTT broker on this machine, and one who listens to it."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+import pytest
+
+PATIENCE = 20.0
+"""Seconds after which a test gives up; a busy machine is no failure."""
+
+
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as found:
+        port: int = found.getsockname()[1]
+        return port
+
+
+def wait_until(holds: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+class Broker:
+    """Mosquitto, on one port over all its lives; sessions survive in a file."""
+
+    def __init__(self, folder: Path) -> None:
+        found = shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin:/usr/bin:/usr/local/bin")
+        if found is None:
+            pytest.skip("there is no mosquitto; install it, as with apt-get install mosquitto")
+        self.port, self._program = free_port(), found
+        self._file = folder / "mosquitto.conf"
+        self._file.write_text(
+            f"listener {self.port} 127.0.0.1\nallow_anonymous true\nuser root\n"
+            f"persistence true\npersistence_location {folder}/\n"
+            "autosave_on_changes true\nautosave_interval 1\n"
+        )
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        """Start it, and wait until it answers."""
+        self._process = subprocess.Popen(
+            [self._program, "-c", self._file], stderr=subprocess.DEVNULL
+        )
+        wait_until(self._answers)
+
+    def _answers(self) -> bool:
+        try:
+            socket.create_connection(("127.0.0.1", self.port), 1).close()
+        except OSError:
+            return False
+        return True
+
+    def kill(self) -> None:
+        """Kill it at once."""
+        assert self._process is not None
+        self._process.kill()
+        self._process.wait()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+
+
+class Listener:
+    """Takes all messages under a pattern, also those of the time when it was away."""
+
+    def __init__(self, port: int, pattern: str) -> None:
+        from paho.mqtt.client import Client
+        from paho.mqtt.enums import CallbackAPIVersion
+
+        self.heard: list[tuple[str, str]] = []
+        self._client: Any = Client(CallbackAPIVersion.VERSION2, "listener", clean_session=False)
+        ready: list[bool] = []
+        self._client.on_message = self._take
+        self._client.on_subscribe = lambda *_: ready.append(True)
+        self._client.connect("127.0.0.1", port)
+        self._client.subscribe(pattern, 1)
+        self._client.loop_start()
+        wait_until(lambda: ready)
+
+    def _take(self, _: Any, __: Any, message: Any) -> None:
+        self.heard.append((message.topic, message.payload.decode()))
+
+    def texts(self, topic: str) -> list[str]:
+        """Return all messages under a topic."""
+        return [text for under, text in self.heard if under == topic]
+
+    def close(self) -> None:
+        """Go away; the broker keeps what comes meanwhile."""
+        self._client.disconnect()
+        self._client.loop_stop()

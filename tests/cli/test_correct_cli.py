@@ -1,0 +1,224 @@
+"""`motes track` with keyframes, `refine`, `smooth` and `check`."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.core.errors import FormatError
+from motes.correction import correct
+from motes.correction.history import History
+from motes.correction.rows import Rows
+from motes.evaluation.synthetic.clips import still
+from motes.output.track_rows import COLUMNS, CORRECTED
+from motes.video.writer import VideoWriter
+
+Go = Callable[[str], tuple[int, str]]
+FRAMES = 24
+BOX = "30,25,30,40"
+OPTIONS = "--preset mean_shift"
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in still((96, 80), target=(30, 40), frames=FRAMES):
+            writer.write(frame.pixels, frame.time)
+    return path
+
+
+@pytest.fixture
+def go(
+    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Go:
+    """Run motes in an empty folder; FILM and BOX stand for the film and its target."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> tuple[int, str]:
+        code = main(line.replace("FILM", str(film)).replace("BOX", BOX).split())
+        return code, capfd.readouterr().err
+
+    return run
+
+
+def rows(name: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(Path(name).read_text().splitlines()))
+
+
+def test_rows_between_keyframes(go: Go) -> None:
+    Path("keys.csv").write_text("20,BOX\n10:11,absent\n".replace("BOX", BOX))
+    line = f"track FILM --keyframes keys.csv --at 4=BOX -o rows.csv {OPTIONS}"
+    code, said = go(line)
+    assert code == 0
+    assert f"{FRAMES} frames, 4 keyframes, tracking in 22, absent in 2; wrote rows.csv." in said
+    found = rows("rows.csv")
+    assert tuple(found[0]) == CORRECTED
+    assert [int(row["frame"]) for row in found] == [*range(FRAMES)]
+    assert [row["status"] for row in found if row["frame"] in ("10", "11")] == ["absent"] * 2
+    assert found[10]["x"] == found[10]["x_std"] == ""
+    assert (found[4]["x"], found[4]["a"], found[4]["x_std"]) == ("44.500", "15.000", "0.00000")
+    assert go(line)[0] == 5
+    assert go(f"{line} --overwrite --format jsonl")[0] == 0
+    assert json.loads(Path("rows.csv").read_text().splitlines()[10])["x"] is None
+
+
+def test_backward_and_from(go: Go) -> None:
+    assert go(f"track FILM --init BOX --backward -o a.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --init BOX --from 12 -o b.csv {OPTIONS}")[0] == 0
+    assert go(f"track FILM --init BOX --from 12 --backward -o c.csv {OPTIONS}")[0] == 0
+    exact = [
+        row["frame"] for name in "abc" for row in rows(f"{name}.csv") if row["x_std"] == "0.00000"
+    ]
+    assert exact == [str(FRAMES - 1), "12", "12"]
+    assert [len(rows(f"{name}.csv")) for name in "abc"] == [FRAMES, FRAMES, 13]
+    assert rows("b.csv")[:13] == rows("c.csv")
+
+
+def test_other_outputs(go: Go) -> None:
+    code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
+    assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
+    assert Path("d.xml").read_text().count("<box ") >= 2
+    assert not Path("d.xml.corrections.json").exists()
+
+
+def test_other_rows_stay_to_the_byte(go: Go) -> None:
+    assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
+    before = Path("rows.csv").read_text().splitlines()
+    code, said = go("refine FILM rows.csv --at 18=31,25,30,40 --absent 20:21")
+    assert (code, "3 corrections, 11 rows of 24 made anew" in said) == (0, True)
+    after = Path("rows.csv").read_text().splitlines()
+    changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
+    assert min(changed) > 12
+    assert after[19].split(",")[2] == "45.500"
+    history = History.load(Path("rows.csv.corrections.json"))
+    assert [len(marks) for marks in history.corrections] == [2, 3]
+    # The history repeats the run.
+    keys = "".join(f"{frame},{_text(mark)}\n" for frame, mark in history.keys.items())
+    Path("keys.csv").write_text(keys)
+    assert go(f"track FILM --keyframes keys.csv -o again.csv {OPTIONS}")[0] == 0
+    assert Path("again.csv").read_text().splitlines() == after
+
+
+def _text(mark: object) -> str:
+    return "absent" if mark is None else ",".join(f"{value:g}" for value in mark.box)  # type: ignore[attr-defined]
+
+
+def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
+    assert go(f"track FILM --init BOX -o rows.jsonl {OPTIONS}")[0] == 0
+    assert go(f"refine FILM rows.jsonl --at 12=BOX -o new.jsonl {OPTIONS}")[0] == 0
+    old, new = (Path(f"{name}.jsonl").read_text().splitlines() for name in ("rows", "new"))
+    assert old[0] == new[0]
+    assert tuple(json.loads(new[12])) == COLUMNS
+    assert json.loads(new[12])["x"] == 44.5
+    assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
+        "The tracker of new.jsonl is in"
+    )
+
+
+def test_an_interrupted_correction_is_finished_later(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    whole = Path("rows.csv").read_text()
+    assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
+    calls = 0
+    run_pass = correct.run_pass
+
+    def interrupted(*arguments: object, **options: object) -> object:
+        nonlocal calls
+        calls += 1
+        if calls == 3:  # the passes of the first stretch are done
+            raise KeyboardInterrupt
+        return run_pass(*arguments, **options)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(correct, "run_pass", interrupted)
+        code, said = go("refine FILM rows.csv --at 12=31,25,30,40")
+    assert (code, "interrupted after 1 correction" in said) == (130, True)
+    kept = Path("rows.csv").read_text().splitlines()
+    expected = Path("expected.csv").read_text().splitlines()
+    assert kept[:14] == expected[:14]
+    assert kept[15:] == whole.splitlines()[15:]
+    assert go("refine FILM rows.csv")[0] == 0
+    assert Path("rows.csv").read_text().splitlines() == expected
+
+
+def test_smoothed_rows(go: Go) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    lines = Path("rows.csv").read_text().splitlines()
+    lines[10:13] = [line.replace("tracking", "searching") for line in lines[10:13]]
+    Path("rows.csv").write_text("\n".join(lines) + "\n")
+    code, said = go("smooth rows.csv -o smooth.csv")
+    assert (code, "tracking in 21, interpolated in 3, 0 outliers" in said) == (0, True)
+    assert tuple(rows("smooth.csv")[0]) == CORRECTED
+    assert [row["frame"] for row in rows("smooth.csv") if row["status"] == "interpolated"] == [
+        "9", "10", "11",
+    ]  # fmt: skip
+    assert go("smooth rows.csv -o smooth.csv")[0] == 5
+
+
+def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert go(f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}")[0] == 0
+    found = list(csv.DictReader(Path("list.csv").read_text().splitlines()))
+    assert [row["rank"] for row in found] == ["1", "2", "3"]
+    gains = [float(row["gain"]) for row in found]
+    assert gains == sorted(gains, reverse=True)
+    with Image.open("sheet.png") as sheet:
+        assert sheet.size == (684, 270)
+    assert go(f"track FILM --at 0=BOX --at 23=BOX -o keys.csv {OPTIONS}")[0] == 0
+    assert go("check FILM keys.csv --count 1")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("track FILM --at places.toml", 2, "The file of places of --histogram is --places now"),
+        ("track FILM --at 99=BOX", 2, "keyframe 99 is outside of"),
+        ("track FILM --at 3=500,1,9,9", 2, "center outside the frame of 96x80"),
+        ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
+        ("track FILM --absent 3", 2, "The target is missing"),
+        ("track FILM --at 3=BOX --backward", 2, "in both directions; omit --backward"),
+        ("track FILM --at 3=BOX --stride 2", 2, "--stride, --figures"),
+        ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
+        ("track FILM --keyframes none.csv", 5, "cannot be read"),
+        ("track 0 --at 3=BOX", 3, "record it first"),
+        ("refine FILM rows.csv", 2, "nothing to correct"),
+        ("refine FILM none.csv --at 3=BOX", 5, "none.csv"),
+        ("refine OTHER rows.csv --at 3=BOX", 5, "has 9 frames of 96x80, but the rows are of"),
+        ("check OTHER plain.csv", 5, "has only 9 frames; give the film of these rows"),
+        ("check SLOW plain.csv", 5, "has frame 1 at 0.04 s, but"),
+        ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
+        ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
+        ("smooth objects.csv -o a.csv", 5, "has no rows of one target"),
+    ],
+)
+def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
+    for name, fps, frames in (("other.mkv", 25, 9), ("slow.mkv", 10, FRAMES)):
+        with VideoWriter(name, fps) as writer:
+            for frame, _ in still((96, 80), target=(30, 40), frames=frames):
+                writer.write(frame.pixels, frame.index / fps)
+    Path("objects.csv").write_text("frame,time,identity,x,y\n0,0,1,2,3\n")
+    if "rows.csv" in line:
+        assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    if "plain.csv" in line:
+        assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
+    found, said = go(line.replace("OTHER", "other.mkv").replace("SLOW", "slow.mkv"))
+    assert (found, len(said.splitlines())) == (code, 1), said
+    assert message in said
+
+
+def test_a_file_that_is_no_history(go: Go) -> None:
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    Path("rows.csv.corrections.json").write_text("{}")
+    assert "no history of corrections" in go("refine FILM rows.csv --at 3=BOX")[1]
+    Path("rows.csv").write_text("frame,time\n0,0\n")
+    with pytest.raises(FormatError, match="no rows of one target"):
+        Rows(Path("rows.csv"))

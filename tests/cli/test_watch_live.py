@@ -1,0 +1,199 @@
+"""motes watch and motes track as they run for long: shown, sent, measured, killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brokers import Broker, Listener, free_port, wait_until
+from motes.cli import main
+from motes.cli.metrics_page import MetricsPage
+from motes.cli.show import Show
+from motes.output import delivery
+from motes.output.delivery import Delivery
+from motes.output.event_queue import MessageQueue
+from motes.output.live_picture import Page
+from motes.output.mqtt import Mqtt
+from motes.video.writer import VideoWriter
+
+FRAMES = 70
+PROGRAM = "import sys; from motes.cli import main; sys.exit(main())"
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return a film of a red box that walks over noise from frame 15 on, to the right, and out."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    rng = np.random.default_rng(0)
+    with VideoWriter(path, 25) as writer:
+        for index in range(FRAMES):
+            pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+            x = 4 * (index - 15) - 16
+            pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+            writer.write(pixels)
+    return str(path)
+
+
+def watch(film: str, *more: str) -> list[str]:
+    return ["watch", film, "--detector", "gaussian", "--line", "80,0,80,96", *more]
+
+
+def test_events_reach_a_broker_with_counts_for_home_assistant(
+    film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with Broker(tmp_path) as broker:
+        address = f"mqtt://127.0.0.1:{broker.port}/yard"
+        ears = Listener(broker.port, "#")
+        more = ["--events", address, "--events", "e.jsonl", "--home-assistant"]
+        assert main(watch(film, *more)) == 0
+        written = [json.loads(line) for line in Path("e.jsonl").read_text().splitlines()]
+        wait_until(lambda: ears.texts("yard/status")[-1:] == ["offline"])
+        ears.close()
+        sent = [json.loads(text) for text in ears.texts("yard")]
+    heads = [{key: event.pop(key) for key in ("id", "date", "source")} for event in sent]
+    assert sent == written
+    assert [event["event"] for event in sent] == ["appears", "crosses", "disappears"]
+    assert len({head["id"] for head in heads}) == 3
+    assert {head["source"] for head in heads} == {film}
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}\+00:00", heads[0]["date"])
+    assert (
+        json.loads(ears.texts("yard/state")[-1])["line_1_right"]
+        + json.loads(ears.texts("yard/state")[-1])["line_1_left"]
+        == 1
+    )
+    found = json.loads(ears.texts("homeassistant/device/motes_yard/config")[0])
+    assert found["components"]["line_1_left"]["unique_id"] == "motes_yard_line_1_left"
+    assert f"e.jsonl, 3 events to {address}" in capsys.readouterr().err
+
+
+def test_a_kill_loses_no_event(film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is no broker at first; motes is killed; the next run delivers what waits."""
+    monkeypatch.setattr(delivery, "IDLE", 0.05)
+    broker, queue, events = Broker(tmp_path), tmp_path / "q", tmp_path / "e.jsonl"
+    address = f"mqtt://127.0.0.1:{broker.port}/yard"
+    more = ["--events", str(events), "--events", address, "--queue", str(queue)]
+    with subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *watch(film, *more)], stderr=subprocess.PIPE, text=True
+    ) as process:
+        wait_until(lambda: events.exists() and events.read_bytes().count(b"\n") == 3)
+        os.kill(process.pid, signal.SIGKILL)
+        process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    first, second = [json.loads(line) for line in events.read_text().splitlines()[:2]]
+    with broker, MessageQueue(queue) as left:
+        assert left.waiting()[address] >= 2  # all but those of the frame of the kill
+        ears = Listener(broker.port, "yard")
+        sending = Delivery(left, Mqtt(address), lambda line: None)
+        wait_until(lambda: not left.waiting())
+        wait_until(lambda: len(ears.heard) >= 2)
+        sending.close()
+        ears.close()
+    heard = [json.loads(text) for text in ears.texts("yard")]
+    for event in (first, second):
+        assert any(event.items() <= each.items() for each in heard)
+
+
+def test_what_waits_is_reported(
+    film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(delivery, "LAST_CHANCE", 0.0)
+    queue = tmp_path / "q"
+    hook = f"http://127.0.0.1:{free_port()}/in"
+    assert main(watch(film, "--events", hook, "--queue", str(queue))) == 0
+    assert f"3 events for {hook} in {queue}; the next run" in capsys.readouterr().err
+    other = f"http://127.0.0.1:{free_port()}/in"
+    assert main(watch(film, "--events", other, "--queue", str(queue), "--end", "10")) == 4
+    error = capsys.readouterr().err
+    assert f"3 events of earlier runs for {hook} in {queue}; this run does not send them" in error
+
+
+def test_a_run_is_shown_and_measured(
+    film: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    pages: list[bytes] = []
+    write = MetricsPage.write
+
+    def look(page: MetricsPage, moment: object) -> None:
+        write(page, moment)  # type: ignore[arg-type]
+        if moment.frame.index == FRAMES - 1:  # type: ignore[attr-defined]
+            error = capsys.readouterr().err
+            for address in re.findall(r"http://\S+", error):
+                with urllib.request.urlopen(address) as answer:
+                    pages.append(answer.read())
+
+    monkeypatch.setattr(MetricsPage, "write", look)
+    assert main(watch(film, "--show", "--metrics", str(free_port()))) == 0
+    page, metrics = pages
+    assert b"/stream" in page
+    lines = metrics.decode().splitlines()
+    assert f"motes_frames_total {FRAMES}" in lines
+    assert "motes_objects_total 1" in lines
+    assert "motes_dropped_frames_total 0" in lines
+    crossed = [line for line in lines if line.startswith('motes_events_total{event="crosses"')]
+    assert [line.split()[-1] for line in crossed] == ["1"]
+    assert not any(thread.name == "delivery" for thread in threading.enumerate())
+
+
+@pytest.mark.parametrize("boxes", [1, 2])
+def test_tracks_are_shown(boxes: int, film: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    drawn: list[tuple[int, ...]] = []
+    monkeypatch.setattr(Page, "offer", lambda page, draw: drawn.append(draw().shape))
+    init = ["--init", "40,40,16,30"] * boxes
+    more = ["--start", "30", "--end", "35", "--preset", "mean_shift", "--show"]
+    assert main(["track", film, *init, *more]) == 0
+    assert drawn == 5 * [(96, 160, 3)]
+
+
+def test_a_picture_is_closed_with_the_run() -> None:
+    class View:
+        closed = False
+        address = "http://127.0.0.1:1/"
+
+        def close(self) -> None:
+            self.closed = True
+
+    shown, seen = Show[int](lambda step: lambda: np.zeros((1, 1, 3), np.uint8)), View()
+    with shown:
+        shown._view = seen  # type: ignore[assignment]
+    assert seen.closed
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        ("--queue q", "--queue is for events that are sent"),
+        ("--home-assistant", "--home-assistant needs --events mqtt://"),
+        ("--events https://h/a --home-assistant", "--home-assistant needs --events mqtt://"),
+        ("--events https://h/a --events https://h/a", "are the same"),
+        ("--events mqtt://h", "lacks a host or a topic"),
+        ("--events http:///a", "has no host"),
+        ("--metrics abc", "takes PORT or HOST:PORT"),
+        ("--metrics 99999", "takes PORT or HOST:PORT"),
+        ("--metrics 192.0.2.1:1", "choose another port"),
+        ("--reconnect -1", "--reconnect is -1"),
+        ("--events - -o -", "would mix on standard output"),
+    ],
+)
+def test_options_that_make_no_sense(
+    line: str, what: str, film: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(["watch", film, *line.split()]) == 2
+    error = capsys.readouterr().err
+    assert what in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,256 @@
+"""Tracks between keyframes: both ways, over occlusions, refined, smoothed, and their doubts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+import motes
+from motes.core.errors import ConfigError, SourceError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse, iou
+from motes.core.track import Status, Track
+from motes.correction.correct import correct_stretch, partial, stretches, tracks_of
+from motes.correction.doubts import ranked
+from motes.correction.join import Stretch
+from motes.evaluation.synthetic.clips import Clip, occluded
+from motes.sot.presets import preset
+from motes.video.writer import VideoWriter
+
+FRAMES = 48
+
+
+@pytest.fixture(scope="module")
+def clip() -> Clip:
+    return occluded((160, 120), frames=FRAMES)
+
+
+@pytest.fixture(scope="module")
+def film(clip: Clip, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a film in which a stem hides the target for a while."""
+    path = tmp_path_factory.mktemp("film") / "film.mkv"
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in clip:
+            writer.write(frame.pixels, frame.time)
+    return path
+
+
+def box(clip: Clip, frame: int) -> motes.Box:
+    return clip[frame][1][0].ellipse.box
+
+
+@pytest.fixture(scope="module")
+def marks(clip: Clip) -> dict[int, motes.Box | None]:
+    return {0: box(clip, 0), FRAMES - 1: box(clip, FRAMES - 1)}
+
+
+@pytest.fixture(scope="module")
+def tracks(film: Path, marks: dict[int, motes.Box | None]) -> list[Track]:
+    return motes.correct(film, marks)
+
+
+class Frames:
+    """The frames of a clip, in any order; an interrupt comes before one of them."""
+
+    def __init__(self, clip: Clip, interrupted: int | None = None) -> None:
+        self._clip, self._interrupted = clip, interrupted
+
+    def forward(self, first: int, last: int) -> Iterator[Frame]:
+        """Yield frames in order."""
+        return self._each(range(first, last + 1))
+
+    def backward(self, last: int, first: int) -> Iterator[Frame]:
+        """Yield frames in reverse order."""
+        return self._each(range(last, first - 1, -1))
+
+    def _each(self, order: range) -> Iterator[Frame]:
+        for i in order:
+            if i == self._interrupted:
+                raise KeyboardInterrupt
+            yield self._clip[i][0]
+
+
+def test_frames_may_come_backward(clip: Clip) -> None:
+    tracker = motes.Tracker(backward=True)
+    track = tracker.init(clip[20][0], box(clip, 20))
+    assert track.time == clip[20][0].time
+    back = [tracker.update(clip[i][0]) for i in range(19, 9, -1)]
+    assert [track.frame for track in back] == [*range(19, 9, -1)]
+    assert [track.time for track in back] == [clip[i][0].time for i in range(19, 9, -1)]
+    assert tracker.info.track.time == clip[10][0].time
+    assert tracker.info.track.status is Status.TRACKING
+    with pytest.raises(SourceError, match="does not come before"):
+        tracker.update(clip[12][0])
+
+
+def test_a_saved_tracker_goes_on_backward(clip: Clip, tmp_path: Path) -> None:
+    tracker = motes.Tracker(backward=True)
+    tracker.init(clip[20][0], box(clip, 20))
+    tracker.update(clip[19][0])
+    tracker.save(tmp_path / "tracker")
+    later = motes.Tracker.load(tmp_path / "tracker").update(clip[18][0])
+    assert later.to_dict() == tracker.update(clip[18][0]).to_dict()
+
+
+def test_hidden_frames_are_bridged(clip: Clip, tracks: list[Track]) -> None:
+    """The stem hides the target in the middle; both passes hold on or wait on their sides."""
+    assert [track.frame for track in tracks] == [*range(FRAMES)]
+    overlaps = [float(iou(track.box, box(clip, track.frame))) for track in tracks]
+    visible = [clip[i][1][0].visible for i in range(FRAMES)]
+    assert min(o for o, v in zip(overlaps, visible, strict=True) if v > 0.9) > 0.5
+    assert min(overlaps) > 0.3
+    assert tracks[0].confidence == tracks[-1].confidence == 1
+    assert tracks[0].box == pytest.approx(box(clip, 0))
+    deviation = [math.sqrt(track.covariance[0, 0]) for track in tracks]
+    assert deviation[0] == deviation[-1] == 0
+    assert max(deviation) == max(deviation[10:-10])
+
+
+def test_neither_pass_no_place(clip: Clip) -> None:
+    """Passes that see noise only are left out: the frames between the keyframes are a bridge."""
+
+    class Noise(Frames):
+        def _each(self, order: range) -> Iterator[Frame]:
+            for i, frame in zip(order, super()._each(order), strict=True):
+                if 8 <= i < 40:
+                    noise = np.random.default_rng(i).integers(0, 256, frame.pixels.shape, np.uint8)
+                    frame = Frame(i, frame.time, noise)
+                yield frame
+
+    keys = {0: Ellipse.from_box(box(clip, 0)), 47: Ellipse.from_box(box(clip, 47))}
+    (stretch,) = stretches(range(FRAMES), keys)
+    joined = correct_stretch(Noise(clip), stretch, preset("default"), 0)
+    assert set(joined.status[14:34]) == {Status.INTERPOLATED}
+    assert joined.status[:6] == [Status.TRACKING] * 6
+    deviation = joined.variances[:, 0]
+    assert deviation[24] > deviation[12] > deviation[5]
+    gone = stretch._replace(absent=frozenset(range(20, 28)))
+    joined = correct_stretch(Noise(clip), gone, preset("default"), 0)
+    assert set(joined.status[20:28]) == {Status.ABSENT}
+    assert np.isnan(joined.ellipses[20:28]).all()
+    assert set(joined.status[14:20]) == {Status.LOST}  # an absence is no bridge
+
+
+def test_only_neighboring_stretches_are_made_anew(
+    film: Path, clip: Clip, tracks: list[Track], marks: dict[int, motes.Box | None]
+) -> None:
+    first = motes.refine(film, tracks, marks, {20: box(clip, 20)})
+    assert first[20].box == pytest.approx(box(clip, 20))
+    known = {**marks, 20: box(clip, 20)}
+    second = motes.refine(film, first, known, {30: box(clip, 30), 25: None})
+    same = [new is old for new, old in zip(second, first, strict=True)]
+    assert same == [frame <= 20 or frame == FRAMES - 1 for frame in range(FRAMES)]
+    assert second[25].status is Status.ABSENT
+    again = motes.correct(film, {**known, 30: box(clip, 30), 25: None})
+    assert [track.to_dict() for track in again] == [track.to_dict() for track in second]
+
+
+def test_stretches_meet_at_keyframes() -> None:
+    region = Ellipse(5, 5, 3, 3)
+    found = stretches(range(10, 50), {20: region, 25: None, 30: region})
+    assert [(each.first, each.last) for each in found] == [(10, 20), (20, 30), (30, 49)]
+    assert found[0].begin is None
+    assert found[1] == Stretch(20, 30, region, region, frozenset({25}))
+    assert found[2].end is None
+    assert stretches(range(7, 8), {7: region}) == [Stretch(7, 7, region, None)]
+
+
+def test_an_interrupted_pass_is_kept(clip: Clip) -> None:
+    region = Ellipse.from_box(box(clip, 0))
+    stretch, so_far = Stretch(0, 47, region, None, frozenset({3, 40})), list[Track]()
+    with pytest.raises(KeyboardInterrupt):
+        correct_stretch(Frames(clip, interrupted=6), stretch, preset("default"), 0, so_far)
+    part, joined = partial(stretch, so_far)
+    kept = tracks_of(part, joined, [i / 25 for i in range(FRAMES)])
+    assert [track.frame for track in kept] == [*range(6)]
+    assert kept[3].status is Status.ABSENT
+
+
+def walk(count: int, **changes: object) -> list[Track]:
+    """Return tracks of a target that walks to the right, two pixels a frame."""
+    jitter = np.random.default_rng(0).normal(0, 1, (count, 2))
+    place = np.stack([50 + 2.0 * np.arange(count), np.full(count, 60.0)], axis=1) + jitter
+    return [
+        Track(i, i / 25, Ellipse(x, y, 10, 20), np.eye(5), 0.9, Status.TRACKING, 0.1, 50.0)
+        for i, (x, y) in enumerate(place.tolist())
+    ]
+
+
+def test_smoothing_lowers_the_error() -> None:
+    tracks = walk(60)
+    smoothed = motes.smooth(tracks)
+    truth = 50 + 2.0 * np.arange(60)
+    before = np.array([track.ellipse.x for track in tracks]) - truth
+    after = np.array([track.ellipse.x for track in smoothed]) - truth
+    assert np.square(after[3:-3]).mean() < 0.5 * np.square(before[3:-3]).mean()
+    assert {track.status for track in smoothed} == {Status.TRACKING}
+    assert not any(track.outlier for track in smoothed)
+
+
+def test_smoothing_bridges_losses_and_jumps() -> None:
+    tracks = walk(60)
+    for i in range(20, 30):
+        tracks[i] = replace(tracks[i], status=Status.SEARCHING, ellipse=Ellipse(9, 9, 9, 9))
+    for i in (40, 41):
+        tracks[i] = replace(tracks[i], ellipse=Ellipse(300, 60, 10, 20))
+    for i in range(57, 60):
+        tracks[i] = replace(tracks[i], status=Status.LOST)
+    smoothed = motes.smooth(tracks)
+    assert [t.frame for t in smoothed if t.status is Status.INTERPOLATED] == [
+        *range(20, 30),
+        40,
+        41,
+    ]
+    assert [t.frame for t in smoothed if t.outlier] == [40, 41]
+    assert smoothed[25].ellipse.x == pytest.approx(100, abs=4)
+    assert smoothed[41].ellipse.x == pytest.approx(132, abs=4)
+    variances = [track.covariance[0, 0] for track in smoothed]
+    assert variances[25] > variances[21] > variances[15]
+    assert [track.status for track in smoothed[57:]] == [Status.LOST] * 3
+    assert smoothed[58].ellipse == tracks[58].ellipse
+    nothing = [replace(track, status=Status.LOST) for track in tracks]
+    assert motes.smooth(nothing) == nothing
+
+
+def test_the_first_doubt_is_where_most_is_gained() -> None:
+    ellipses = np.tile([50.0, 50, 10, 10, 0], (101, 1))
+    variances = np.ones((101, 5)) * 1e-6
+    keys = np.zeros(101, bool)
+    keys[[0, 100]] = True
+    confidence = np.ones(101)
+    assert ranked(ellipses, variances, confidence, keys, 5) == []
+    t = np.arange(101)
+    variances[:, :2] = (t * (100 - t) / 25.0)[:, None]
+    found = ranked(ellipses, variances, confidence, keys, 3)
+    assert found[0].place == pytest.approx(50, abs=2)
+    assert {round(each.place / 25) for each in found[1:]} == {1, 3}  # the halves come next
+    assert found[0].gain > found[1].gain
+    confidence[70:80] = 0.1
+    assert ranked(ellipses, variances * 1e-3, confidence, keys, 1)[0].place in range(60, 85)
+
+
+def test_doubts_have_reasons() -> None:
+    tracks = walk(60)
+    for i in range(30, 60):
+        tracks[i] = replace(tracks[i], ellipse=tracks[i].ellipse._replace(y=100))
+    (doubt,) = motes.doubts(tracks, {0: None}, 1)
+    assert doubt.frame >= 30
+    assert doubt.gain > 5
+    tracks[45] = replace(tracks[45], outlier=True, confidence=0.1)
+    reasons = {d.frame: d.reasons for d in motes.doubts(tracks, {0: None}, 60)}
+    assert "jump" in reasons[30]
+    assert reasons[45] == ("a tracker was elsewhere", "low confidence")
+
+
+def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:
+    with pytest.raises(ConfigError, match="keyframe 48 is outside"):
+        motes.correct(film, {48: box(clip, 0)})
+    with pytest.raises(ConfigError, match="center outside"):
+        motes.correct(film, {0: (500, 5, 9, 9)})
+    with pytest.raises(ConfigError, match="every frame, in order"):
+        motes.refine(film, tracks[::2], {0: box(clip, 0)}, {})

@@ -1,0 +1,118 @@
+"""The smoother: against the textbook, over gaps, with outliers; the support of two passes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motes.core.types import Floats
+from motes.correction.smoothing import Drift, Motion, fit_motion, outliers, smooth
+from motes.correction.support import support
+
+
+def ones(count: int) -> Floats:
+    return np.ones((count, 1))
+
+
+def test_it_is_the_posterior_of_all_observations() -> None:
+    """A random walk with one observation a frame: the joint Gaussian gives the same answer."""
+    rng = np.random.default_rng(0)
+    n, q, r = 12, 0.5, 0.8
+    seen = rng.normal(0, 2, (n, 1))
+    valid = np.ones(n, bool)
+    valid[[4, 5, 9]] = False
+    motion = Motion(np.zeros(1), np.array([q]), np.array([r]))
+    path = smooth(seen[None], valid[None], ones(n)[None], {}, motion, None)
+    steps = np.diff(np.eye(n), axis=0)
+    precision = steps.T @ steps / q + np.diag(valid / r)
+    covariance = np.linalg.inv(precision)
+    mean = covariance @ (np.where(valid, seen[:, 0], 0) / r)
+    assert path.mean[:, 0] == pytest.approx(mean, abs=1e-4)
+    assert path.variance[:, 0] == pytest.approx(covariance.diagonal(), rel=1e-3)
+
+
+def test_a_gap_is_a_bridge() -> None:
+    n, q = 21, 0.3
+    seen, valid = np.zeros((n, 1)), np.zeros(n, bool)
+    exact = {0: np.array([0.0]), n - 1: np.array([10.0])}
+    motion = Motion(np.zeros(1), np.array([q]), np.array([1.0]))
+    path = smooth(seen[None], valid[None], ones(n)[None], exact, motion, None)
+    t = np.arange(n)
+    assert path.mean[:, 0] == pytest.approx(t / 2, abs=1e-3)
+    assert path.variance[:, 0] == pytest.approx(q * t * (n - 1 - t) / (n - 1), abs=1e-3)
+
+
+def test_the_pass_that_is_nearer_to_its_keyframe_counts_more() -> None:
+    """Both drift; the keyframe at the far end of each shows how far."""
+    n = 41
+    t = np.arange(n)
+    forward, backward = 0.02 * t, -0.02 * (n - 1 - t)
+    passes = np.stack([forward, backward])[:, :, None]
+    relative = np.ones((2, n, 1))
+    relative[0, 0] = relative[1, -1] = 0
+    exact = {0: np.zeros(1), n - 1: np.zeros(1)}
+    motion = Motion(np.zeros(1), np.array([0.1]), np.array([1e-3]))
+    drift = Drift(np.array([0.3]), np.array([50.0]))
+    path = smooth(passes, np.ones((2, n), bool), relative, exact, motion, drift)
+    assert np.abs(path.mean).max() < 0.1  # half of it would be 0.4
+    assert path.mean[5, 0] == pytest.approx(0, abs=0.05)
+
+
+def test_the_motion_is_found_again() -> None:
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(0, 1, (2000, 1)), axis=0)
+    valid = np.ones(2000, bool)
+    noisy = fit_motion(walk + rng.normal(0, 3, (2000, 1)), valid, ones(2000))
+    clean = fit_motion(walk, valid, ones(2000))
+    assert clean.persistence[0] == 0
+    assert clean.acceleration[0] == pytest.approx(1, rel=0.2)
+    assert noisy.noise[0] == pytest.approx(9, rel=0.3)
+    glide = np.cumsum(np.cumsum(rng.normal(0, 0.1, (500, 1)), axis=0), axis=0)
+    assert fit_motion(glide, np.ones(500, bool), ones(500)).persistence[0] == 0.95
+
+
+def test_jumps_away_and_back_are_outliers() -> None:
+    rng = np.random.default_rng(2)
+    seen = np.cumsum(rng.normal(0, 0.1, (60, 2)), axis=0)
+    valid = np.ones(60, bool)
+    assert not outliers(seen, valid, 13.82).any()
+    seen[30:34] += 20
+    assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [30, 31, 32, 33]
+    seen[30:] += 20  # it stays there: both places are explained, one by the future
+    seen[30:34] -= 20
+    assert not outliers(seen, valid, 13.82).any()
+
+
+def test_one_pass_that_leaves_the_target_is_left_out() -> None:
+    n = 40
+    agree = np.ones(n, bool)
+    confidence = np.full((2, n), 0.8)
+    nowhere = np.zeros(n, bool)
+    both = support(confidence, agree, (True, True), nowhere)
+    assert both.used.all()
+    agree[25:] = False
+    confidence[0, 25:] = 0.2
+    follows = support(confidence, agree, (False, True), nowhere)
+    assert follows.used[0, :24].all()
+    assert not follows.used[0, 26:].any()
+    assert follows.used[1].all()
+    assert follows.probability.min() > 0.5
+
+
+def test_where_both_are_lost_nothing_is_used() -> None:
+    n = 60
+    agree = np.zeros(n, bool)
+    agree[:10] = agree[-10:] = True
+    confidence = np.full((2, n), 0.9)
+    confidence[:, 10:-10] = 0.02
+    follows = support(confidence, agree, (True, True), np.zeros(n, bool))
+    assert follows.used[:, :9].all()
+    assert not follows.used[:, 25:35].any()
+
+
+def test_absent_frames_have_no_pass() -> None:
+    absent = np.zeros(30, bool)
+    absent[10:15] = True
+    follows = support(np.full((2, 30), 0.9), np.ones(30, bool), (True, True), absent)
+    assert not follows.used[:, absent].any()
+    assert follows.used[:, ~absent].all()

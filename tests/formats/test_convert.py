@@ -1,0 +1,130 @@
+"""`motes convert`: which format is meant, what is lost, and what does not fit the film."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.formats import registry
+from recordings import crowd, turning
+
+Go = Callable[[str], tuple[int, str]]
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run motes in a folder with rows of one target and of two objects."""
+    monkeypatch.chdir(tmp_path)
+    registry.write(Path("one.csv"), "csv", turning())
+    registry.write(Path("two.json"), "coco", crowd())
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        code = main(line.split())
+        out, error = capfd.readouterr()
+        return code, out + error
+
+    return run
+
+
+def test_formats_are_recognized_and_losses_are_named(go: Go) -> None:
+    code, said = go("convert one.csv groundtruth_rect.txt")
+    assert code == 0
+    assert "wrote groundtruth_rect.txt (truth of OTB) with the 40 frames in one.csv." in said
+    assert "otb does not hold angles, confidences, times; one.csv has them." in said
+    code, said = go("convert two.json gt.txt")
+    assert (code, "mot-truth does not hold confidences, times" in said) == (0, True)
+    code, said = go("convert one.csv one.jsonl")
+    assert (code, "does not hold" in said) == (0, False)
+    assert go("convert one.csv a.txt --to vot")[0] == 0
+    assert go("convert a.txt b.jsonl --from vot --fps 25")[0] == 0
+    rows = [json.loads(line) for line in Path("b.jsonl").read_text().splitlines()]
+    assert rows[25]["time"] == pytest.approx(1.0)
+    assert rows[25]["theta"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_one_of_several_objects(go: Go) -> None:
+    code, said = go("convert two.json groundtruth.txt")
+    assert (code, "choose one with --identity N" in said) == (5, True)
+    assert not Path("groundtruth.txt").exists()
+    assert go("convert two.json groundtruth.txt --identity 1")[0] == 0
+    assert Path("groundtruth.txt").read_text().startswith("10.0000,40.0000,40.0000,24.0000\n")
+    code, said = go("convert two.json x.vot.txt --identity 7")
+    assert (code, "two.json has no object 7; it has 1, 2." in said) == (2, True)
+
+
+def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
+    Path("film").mkdir()
+    for frame in range(40):
+        Image.new("RGB", (320, 240)).save(f"film/{frame}.png")
+    code, said = go("convert one.csv a.json")
+    assert (code, "coco needs the size of the picture; give --size or --video." in said) == (
+        2,
+        True,
+    )
+    assert go("convert one.csv a.json --video film")[0] == 0
+    assert json.loads(Path("a.json").read_text())["images"][0]["width"] == 320
+    assert go("convert one.csv b.json --size 320x240")[0] == 0
+    code, said = go("convert two.json labels --size 640x480")
+    assert (code, "two.json is of a film of 320x240 pixels, not of 640x480" in said) == (3, True)
+    code, said = go("convert one.csv c.xml --size 320x240 --frames 30")
+    assert (code, "objects in frame 39, but the film has 30 frames" in said) == (3, True)
+    assert go("convert two.json labels")[0] == 0
+    code, said = go("convert labels d.csv")
+    assert (code, "labels holds shares of the picture; give its --size" in said) == (2, True)
+    assert go("convert labels d.csv --video film")[0] == 0
+    assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("convert one.csv", 2, "Two names are needed"),
+        ("convert one.csv b.xml --from xls", 2, "There is no format 'xls'; known are csv"),
+        ("convert one.csv b.xml --to journal", 2, "journal cannot be written"),
+        ("convert one.csv b.xml --size 3", 2, "--size is '3'; give width and height as 640x480"),
+        ("convert one.csv b.xml --fps 0", 2, "--fps is 0; give a number"),
+        ("convert one.csv b.xml --frames 0", 2, "--frames is 0; give 1 or more"),
+        ("convert one.csv b.xml --keyframe-error -1", 2, "--keyframe-error is -1; give"),
+        ("convert one.csv two.json --size 320x240", 5, "two.json exists; choose another name"),
+        ("convert none.csv b.xml", 3, "none.csv cannot be read: No such file"),
+        ("convert one.csv b.yolo --from coco", 3, "one.csv: JSON is malformed"),
+    ],
+)
+def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+    found, said = go(line)
+    assert (found, message in said, said.count("\n")) == (code, True, 1), said
+
+
+def test_the_list_of_formats(go: Go) -> None:
+    code, said = go("convert --list")
+    assert code == 0
+    assert [line.split()[0] for line in said.splitlines()[1:]] == list(registry.FORMATS)
+
+
+@pytest.mark.parametrize("name", ["a.parquet", "a.vot.txt", "a.keyframes.csv", "a.dlc.csv",
+                                  "a.ls.json", "a.yolo", "a.gt.txt"])  # fmt: skip
+def test_track_writes_all_formats(go: Go, name: str) -> None:
+    Path("film").mkdir()
+    for frame in range(3):
+        Image.effect_noise((64, 48), 60).convert("RGB").save(f"film/{frame}.png")
+    command = "track film --init 20,10,16,20 --preset mean_shift -o"
+    if name == "a.parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    code, said = go(f"{command} {name}")
+    assert (code, f"wrote {name}" in said) == (0, True), said
+    form = registry.format_for(name)
+    if registry.FORMATS[form].single:
+        code, said = go(f"{command} b.x --format {form} --init 5,5,20,20")
+        assert (code, "holds one object, and there may be several" in said) == (2, True)
+        assert "holds one object" in go(f"watch film -o {name} --overwrite")[1]
+    if form == "parquet":
+        assert go(f"{command} a.csv")[0] == 0
+        assert go("convert a.parquet b.csv")[0] == 0
+        assert Path("a.csv").read_text() == Path("b.csv").read_text()

@@ -1,0 +1,225 @@
+"""Every format: written, recognized and read again, and what it cannot hold."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.track import Status
+from motes.formats import registry
+from motes.formats.recording import (
+    ANGLES,
+    CLASSES,
+    CONFIDENCES,
+    HIDDEN,
+    Recorded,
+    Recording,
+    aspects,
+)
+from motes.formats.thinning import keyframes
+from recordings import FACTS, crowd, turning
+
+NAMES = {
+    "csv": "a.csv", "jsonl": "a.jsonl", "parquet": "a.parquet", "mot": "a.txt",
+    "mot-truth": "gt.txt", "mot-detections": "det.txt", "otb": "groundtruth_rect.txt",
+    "vot": "groundtruth.txt", "coco": "a.json", "cvat": "a.xml", "yolo": "labels",
+    "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv", "keyframes": "keyframes.csv",
+}  # fmt: skip
+ONE_OBJECT = sorted(set(NAMES) - {"mot-detections"})
+MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "keyframes"})
+
+
+def round_trip(recorded: Recorded, name: str, folder: Path) -> Recorded:
+    path = folder / NAMES[name]
+    assert registry.format_for(str(path)) == name
+    registry.write(path, name, recorded, 0.0)
+    assert registry.recognized(path) == name
+    return registry.read(path, name, FACTS)
+
+
+def boxes(recorded: Recorded) -> dict[tuple[int, int], list[float]]:
+    """Return the boxes of visible objects by frame and identity."""
+    return {
+        (row.frame, each.identity): list(each.box)
+        for row in recorded
+        for each in row.objects
+        if each.status is Status.TRACKING
+    }
+
+
+def same_boxes(found: Recorded, expected: Recorded, tolerance: float) -> None:
+    ours, theirs = boxes(found), boxes(expected)
+    assert ours.keys() == theirs.keys()
+    for key, box in ours.items():
+        np.testing.assert_allclose(box, theirs[key], atol=tolerance)
+
+
+@pytest.mark.parametrize("name", ONE_OBJECT)
+def test_one_target(name: str, tmp_path: Path) -> None:
+    found = round_trip(turning(), name, tmp_path)
+    same_boxes(found, turning(), 0.011)
+    held = registry.FORMATS[name].holds
+    before = {row.frame: row.objects for row in turning()}
+    for row in found:
+        for each, known in zip(row.objects, before[row.frame], strict=True):
+            if ANGLES in held:
+                assert each.ellipse.theta == pytest.approx(known.ellipse.theta, abs=2e-3)
+                np.testing.assert_allclose(each.ellipse[:4], known.ellipse[:4], atol=0.05)
+            if CONFIDENCES in held:
+                assert each.confidence == pytest.approx(known.confidence, abs=1e-4)
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_several_objects(name: str, tmp_path: Path) -> None:
+    found = round_trip(crowd(), name, tmp_path)
+    same_boxes(found, crowd(), 0.011)
+    held, row = registry.FORMATS[name].holds, next(row for row in found if row.frame == 12)
+    if CLASSES in held:
+        assert row.objects[0].label == "car"
+    statuses = [each.status for each in row.objects]
+    assert statuses == [Status.TRACKING, *[Status.OCCLUDED] * (HIDDEN in held)]
+
+
+def test_detections_have_no_identity(tmp_path: Path) -> None:
+    found = round_trip(crowd(), "mot-detections", tmp_path)
+    expected = {frame: 1 + (not 10 <= frame < 15) for frame in range(30)}
+    assert {row.frame: len(row.objects) for row in found} == expected
+    assert {each.identity for row in found for each in row.objects} == {-1}
+    for name in ("cvat", "deeplabcut"):
+        with pytest.raises(FormatError, match="boxes without identities"):
+            registry.write(tmp_path / "a.xml", name, found)
+    registry.write(tmp_path / "a.json", "coco", found)
+    assert aspects(registry.read(tmp_path / "a.json", "coco", FACTS)) <= aspects(found)
+
+
+@pytest.mark.parametrize("name", ["csv", "jsonl", "parquet"])
+def test_rows_keep_all_columns(name: str, tmp_path: Path) -> None:
+    lines = [
+        "frame,time,x,y,a,b,theta,confidence,status,distance,effective_sample_size",
+        "0,0.000000,,,,,,,searching,,",
+        "1,0.040000,10.500,20.000,5.000,4.000,0.12345,0.87654,tracking,0.10000,99.25",
+        "2,0.080000,11.500,20.000,5.000,4.000,0.12345,0.00000,lost,0.90000,99.25",
+    ]
+    (tmp_path / "rows.csv").write_text("\n".join(lines) + "\n")
+    rows = registry.read(tmp_path / "rows.csv", "csv", FACTS)
+    registry.write(tmp_path / "b.csv", "csv", round_trip(rows, name, tmp_path))
+    assert (tmp_path / "b.csv").read_text() == (tmp_path / "rows.csv").read_text()
+
+
+def test_what_a_format_cannot_hold() -> None:
+    present = aspects(turning())
+    assert registry.lost(present, "csv", "otb") == ["angles", "confidences", "times"]
+    assert registry.lost(present, "csv", "parquet") == []
+    assert registry.lost(aspects(crowd()), "coco", "mot") == ["hidden objects", "times"]
+
+
+def test_keyframes_are_few_and_interpolation_is_near(tmp_path: Path) -> None:
+    """CVAT reads the boxes that are keyframes, and interpolates each side between them."""
+    for error, most in ((0.0, 35), (1.0, 14), (5.0, 8)):
+        registry.write(tmp_path / "a.xml", "cvat", turning(), error)
+        text = (tmp_path / "a.xml").read_text().splitlines()
+        kept = [line for line in text if 'keyframe="0"' not in line]
+        assert sum("<box" in line for line in kept) <= most + 1  # and the end of the first part
+        (tmp_path / "b.xml").write_text("\n".join(kept))
+        found = boxes(registry.read(tmp_path / "b.xml", "cvat", FACTS))
+        for key, box in boxes(turning()).items():
+            sides = np.array([*box[:2], box[0] + box[2], box[1] + box[3]])
+            x, y, width, height = found[key]
+            assert np.abs(sides - [x, y, x + width, y + height]).max() <= error + 0.006
+
+
+@given(
+    st.lists(st.floats(-50, 50), min_size=2, max_size=60), st.floats(0, 20), st.integers(0, 2**32)
+)
+@settings(max_examples=60, deadline=None)
+def test_rows_between_keyframes_are_within_the_error(
+    values: list[float], error: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    frames = np.cumsum(rng.integers(1, 4, len(values)))
+    places = np.stack([values, rng.uniform(-9, 9, len(values))], axis=1)
+    keys = keyframes(frames, places, rng.random(len(values)) < 0.1, error)
+    assert keys[0]
+    assert keys[-1]
+    for column in places.T:
+        between = np.interp(frames, frames[keys], column[keys])
+        assert np.abs(between - column).max() <= error + 1e-9
+
+
+def test_keyframes_of_a_straight_way_are_its_ends() -> None:
+    frames = np.arange(50)
+    places = np.stack([2.5 * frames, 7 - frames], axis=1)
+    keys = keyframes(frames, places, np.zeros(50, bool), 1e-6)
+    assert np.flatnonzero(keys).tolist() == [0, 49]
+
+
+def test_a_file_of_keyframes(tmp_path: Path) -> None:
+    path = tmp_path / "keyframes.csv"
+    registry.write(path, "keyframes", turning(), 1.0)
+    lines = path.read_text().splitlines()
+    assert lines[0] == "frame,x,y,width,height"
+    assert lines[1].startswith("0,60,120,20,12,0.1")
+    assert "20:24,absent" in lines
+    assert len(lines) < 20
+    registry.write(tmp_path / "a.xml", "cvat", turning(), 2.0)
+    text = (tmp_path / "a.xml").read_text()
+    drawn = text.count('keyframe="1"') - text.count('outside="1"')
+    registry.write(path, "keyframes", registry.read(tmp_path / "a.xml", "cvat", FACTS), 0.0)
+    rows = [line for line in path.read_text().splitlines()[1:] if "absent" not in line]
+    assert len(rows) == drawn  # those that the user has drawn, and no others
+
+
+def test_formats_of_one_object_refuse_several(tmp_path: Path) -> None:
+    for name in ("otb", "vot", "keyframes"):
+        with pytest.raises(FormatError, match=r"holds one object, .* --identity N"):
+            registry.write(tmp_path / "a", name, crowd())
+    assert not (tmp_path / "a").exists()
+
+
+def test_sizes_are_asked_for(tmp_path: Path) -> None:
+    unknown = Recording(turning().head.__class__("film", 0, 0, "object"), turning().frames)
+    for name in ("coco", "cvat", "yolo", "label-studio"):
+        with pytest.raises(ConfigError, match="needs the size of the picture; give --size"):
+            registry.write(tmp_path / "a", name, unknown)
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "name"),
+    [
+        ("a.txt", "1,2,3,4\n", None),
+        ("groundtruth_rect.1.txt", "1,2,3,4\n", "otb"),
+        ("groundtruth.txt", "1 2 3 4\n", "vot"),
+        ("a.txt", "1,2,3,4,5,6,7,8\n", "vot"),
+        ("a.txt", "m1,2,3,4,0,12\n", "vot"),
+        ("a.txt", "1,1,2,3,4,5,1,1,1\n", "mot-truth"),
+        ("a.txt", "1,-1,2,3,4,5,0.9,-1,-1,-1\n", "mot-detections"),
+        ("a.txt", "1,4,2,3,4,5,0.9,-1,-1,-1\n", "mot"),
+        ("a.csv", "frame,x,y,width,height\n", "keyframes"),
+        ("a.csv", "film,frame,region\n", "keyframes"),
+        ("a.csv", "7,absent\n", "keyframes"),
+        ("a.csv", "frame,color\n", None),
+    ],
+)
+def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> None:
+    path = tmp_path / file
+    path.write_text(text)
+    if name is not None:
+        assert registry.recognized(path) == name
+        return
+    with pytest.raises(SourceError, match="is not clear; name it: csv, jsonl"):
+        registry.recognized(path)
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - {"yolo"}))
+@pytest.mark.parametrize("data", [b"", b"\xff\xfe\x00", b"{", b"[1]", b"<a/>", b"a,b\n1,x\n"])
+def test_damaged_files_are_one_clear_error(name: str, data: bytes, tmp_path: Path) -> None:
+    path = tmp_path / NAMES[name]
+    path.write_bytes(data)
+    with contextlib.suppress(SourceError):  # which is one line, and no other error
+        assert not boxes(registry.read(path, name, FACTS))  # an empty text has no objects

@@ -1,0 +1,221 @@
+"""The kernels of the background beside plain numpy, SciPy and OpenCV."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from backgrounds import NEEDS_CV2
+from motes import kernels
+from motes.kernels.structures import HoldLimits, LightLimits
+from motes.mot.detection.background_models import Mixture
+from motes.mot.detection.planes import Planes, picture_of, planes_of, window_sums
+from oracles import mosaic
+
+Mask = NDArray[np.uint8]
+SIZES = [(1, 1), (2, 3), (7, 70), (60, 130)]
+
+
+def random_planes(size: tuple[int, int], seed: int = 0) -> Planes:
+    return np.random.default_rng(seed).integers(0, 256, (3, *size)).astype(np.uint8)
+
+
+def random_mask(size: tuple[int, int], share: float = 0.6, seed: int = 0) -> Mask:
+    return (np.random.default_rng(seed).random(size) < share).astype(np.uint8)
+
+
+def around(plane: NDArray[Any], reach: int) -> NDArray[Any]:
+    """Return the values around each pixel (H, W, n, n), mirrored past the border."""
+    padded = np.pad(plane, reach, mode="reflect")
+    return np.lib.stride_tricks.sliding_window_view(padded, (2 * reach + 1,) * 2)
+
+
+def test_a_picture_is_exposed_in_any_order_of_its_bytes() -> None:
+    tables = np.random.default_rng(0).integers(0, 256, (3, 256)).astype(np.uint8)
+    rgb = mosaic(0, 9, 11)
+    expected = np.stack([tables[c][rgb[:, :, c]] for c in range(3)])
+    bgr = rgb[:, :, ::-1].copy()[:, :, ::-1]
+    for picture in (rgb, bgr, np.dstack([rgb, rgb])[:, :, :3]):
+        np.testing.assert_array_equal(planes_of(picture, tables), expected)
+    np.testing.assert_array_equal(picture_of(planes_of(rgb)), rgb)
+    gray = np.broadcast_to(rgb[:, :, :1], rgb.shape)
+    np.testing.assert_array_equal(planes_of(gray), np.moveaxis(gray, 2, 0))
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_window_sums(size: tuple[int, int]) -> None:
+    planes = random_planes(size)
+    expected = [around(plane.astype(int), 1).sum(axis=(2, 3)) for plane in planes]
+    np.testing.assert_array_equal(window_sums(planes), expected)
+
+
+def steps(green: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the gradients in x and in y, 0 at the border."""
+    across, down = np.zeros_like(green), np.zeros_like(green)
+    across[:, 1:-1] = (green[:, 2:] - green[:, :-2]) / 2
+    down[1:-1] = (green[2:] - green[:-2]) / 2
+    return across, down
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.6])
+def test_without_light(size: tuple[int, int], share: float) -> None:
+    """A scene whose light changes from left to right, with noise."""
+    mask, rng = random_mask(size, share), np.random.default_rng(1)
+    usual = 60 + random_planes(size) // 2
+    light = np.linspace(0.4, 1.4, size[1])
+    now = np.clip(usual * light + rng.normal(0, 15, usual.shape), 0, 255).astype(np.uint8)
+    limits = LightLimits(0.5, 1.25, 20.0, 12.0)
+    out = np.empty_like(mask)
+    kernels.illumination.without_light(mask, window_sums(now), window_sums(usual), limits, out)
+    seen, had = window_sums(now) / 9, window_sums(usual) / 9
+    factor = (seen.sum(axis=0) + 1) / (had.sum(axis=0) + 1)
+    tint = np.abs(seen - factor * had).max(axis=0)
+    pairs = zip(steps(seen[1]), steps(had[1]), strict=True)
+    edges = mask * sum(np.abs(one - factor * other) for one, other in pairs)
+    count = around(mask.astype(int), 2).sum(axis=(2, 3))
+    texture = around(edges, 2).sum(axis=(2, 3)) / np.maximum(count, 1)
+    same = (factor > 0.5) & (factor < 1.25) & (tint < 20) & (texture < 12)
+    np.testing.assert_array_equal(out, mask * ~same)
+    if size == SIZES[-1] and share:
+        assert 0.02 < (mask & same).sum() / mask.sum() < 0.9
+
+
+def test_without_tremble() -> None:
+    planes, mask = random_planes((9, 40)), random_mask((9, 40))
+    low, high = np.sort([random_planes((9, 40), 1), random_planes((9, 40), 2)], axis=0)
+    out = np.empty_like(mask)
+    kernels.illumination.without_tremble(mask, planes, low, high, out)
+    apart = ((planes < low) | (planes > high)).any(axis=0)
+    np.testing.assert_array_equal(out, mask * apart)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("corners", [False, True])
+def test_components(size: tuple[int, int], corners: bool) -> None:
+    mask = random_mask(size, 0.5)
+    labels = np.empty(size, np.int32)
+    parts = kernels.components.label(mask, corners, labels)
+    expected, count = ndimage.label(mask, np.ones((3, 3)) if corners else None)
+    np.testing.assert_array_equal(labels, expected)
+    boxes = ndimage.find_objects(expected)
+    assert parts.tolist() == [
+        [x.start, y.start, x.stop - x.start, y.stop - y.start, int((labels == number).sum())]
+        for number, (y, x) in enumerate(boxes, start=1)
+    ]
+    assert len(parts) == count
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_holes(size: tuple[int, int]) -> None:
+    outline, before, mask = (random_mask(size, share, seed=7) for share in (0.7, 0.5, 0.1))
+    expected = mask | (before & (ndimage.binary_fill_holes(outline) & (outline == 0)))
+    kernels.components.fill_holes(outline, before, mask)
+    np.testing.assert_array_equal(mask, expected)
+
+
+def test_gradients_along_outlines() -> None:
+    mask, (now, learned, _) = random_mask((20, 30), 0.9), random_planes((20, 30))
+    boxes = np.array([[0, 0, 30, 20], [3, 4, 5, 6], [29, 19, 1, 1], [0, 0, 1, 1]])
+    found = np.empty((4, 2))
+    kernels.ghosts.outline_gradients(mask, now, learned, boxes, found)
+    padded = np.pad(mask, 1, mode="edge")
+    sides = padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]
+    outline = np.any([side != mask for side in sides], axis=0)
+    for column, plane in enumerate((now, learned)):
+        wide = np.pad(plane.astype(int), 1, mode="edge")
+        edges = np.abs(wide[2:, 1:-1] - wide[:-2, 1:-1]) + np.abs(wide[1:-1, 2:] - wide[1:-1, :-2])
+        for (x, y, width, height), sums in zip(boxes, found, strict=True):
+            here = slice(max(y - 1, 0), y + height + 1), slice(max(x - 1, 0), x + width + 1)
+            assert sums[column] == (edges * outline)[here].sum()
+
+
+def test_what_is_kept_of_the_background() -> None:
+    rng, size = np.random.default_rng(0), (6, 50)
+    since, clean = rng.uniform(0, 9, size), random_planes(size, 1)
+    now, mask, known = random_planes(size), random_mask(size), random_mask(size, seed=1)
+    held = (mask > 0) & (10 - since < np.where(known, 7.0, 3.0))
+    expected = np.where(held, clean, now), np.where(mask, since, 10)
+    kernels.selective_update.update(now, mask, known, 10.0, HoldLimits(3.0, 7.0), since, clean)
+    np.testing.assert_array_equal(clean, expected[0])
+    np.testing.assert_array_equal(since, expected[1])
+
+
+def divided(patch: Mask, spike: int, valley: float, narrow: int) -> list[int]:
+    """Return the columns of the valleys, step by step."""
+    heights = np.where(patch.any(axis=0), len(patch) - patch.argmax(axis=0), 0)
+    heights = ndimage.grey_opening(heights, spike, mode="nearest")
+    cuts, parts = list[int](), [(0, len(heights))]
+    while parts:
+        left, right = parts.pop()
+        own = heights[left:right]
+        lower = np.minimum(np.maximum.accumulate(own), np.maximum.accumulate(own[::-1])[::-1])
+        depth = 1 - own / np.maximum(lower, 1)
+        depth[:narrow], depth[len(depth) - narrow :] = 0, 0
+        if len(own) < 2 * narrow or depth.max() <= valley:
+            continue
+        deepest = np.flatnonzero(depth == depth.max())
+        deepest = deepest[deepest - deepest[0] == np.arange(len(deepest))]  # of one valley
+        cut = left + int(deepest[len(deepest) // 2])
+        cuts.append(cut)
+        parts += [(left, cut), (cut, right)]
+    return sorted(cuts)
+
+
+def test_valleys() -> None:
+    rng, cuts = np.random.default_rng(0), 0
+    for _ in range(100):
+        width = int(rng.integers(1, 60))
+        tops = ndimage.uniform_filter1d(rng.integers(0, 40, width), 4)
+        patch = (np.arange(40)[:, None] >= tops).astype(np.uint8)
+        spike, narrow = int(rng.choice([1, 3, 5])), int(rng.integers(1, 8))
+        found = kernels.outlines.valleys(patch, spike, 0.1, narrow)
+        assert sorted(found.tolist()) == divided(patch, spike, 0.1, narrow)
+        cuts += len(found)
+    assert cuts > 50
+
+
+def film(size: tuple[int, int]) -> list[Planes]:
+    """Return pictures of a ground that flickers between two colors, with noise and a block."""
+    rng, pictures = np.random.default_rng(0), []
+    ground = rng.integers(0, 256, (3, *size))
+    for index in range(40):
+        planes = ground + rng.normal(0, 3, ground.shape)
+        planes[:, :, : size[1] // 2] += 60 * rng.integers(0, 2, (size[0], size[1] // 2))
+        planes[:, 2:9, index : index + 8] = 200
+        pictures.append(np.clip(planes, 0, 255).astype(np.uint8))
+    return pictures
+
+
+@NEEDS_CV2
+@pytest.mark.parametrize("rate", [0.02, 0.3])
+def test_a_mixture_is_that_of_opencv(rate: float) -> None:
+    """But for rounding: OpenCV scales the weights also where it learns nothing."""
+    import cv2
+
+    pictures = film((30, 100))
+    mixture, other = Mixture(4.0), cv2.createBackgroundSubtractorMOG2(500, 16.0, False)
+    mixture.begin(pictures[0])
+    for _ in range(5):
+        other.apply(picture_of(pictures[0]))
+    shares = []
+    for planes in pictures[1:]:
+        mask = mixture.foreground(planes)
+        expected = other.apply(picture_of(planes), learningRate=0) > 0
+        assert (mask != expected).mean() < 0.003
+        shares.append(mask.mean())
+        mixture.learn(planes, rate)
+        other.apply(picture_of(planes), learningRate=rate)
+        means = np.asarray(other.getBackgroundImage(), np.uint8)
+        apart = planes_of(means).astype(int) - mixture.picture()
+        assert (np.abs(apart) > 1).mean() < 0.01
+    assert shares[0] > 0.2 > shares[-1] > 0.01
+    sizes = kernels.mixture
+    weights = mixture._model[:, ::4, : sizes.PART].reshape(30, sizes.MODES, -1)
+    np.testing.assert_allclose(weights.sum(axis=1), 1, atol=0.02)
+    assert (np.diff(weights, axis=1) <= 0).all()
+    assert (weights > 0).sum(axis=1).max() > 2

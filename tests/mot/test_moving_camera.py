@@ -1,0 +1,177 @@
+"""A camera that moves: its motion is found, and all that moves is followed before it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from motes.cli import main
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box, iou
+from motes.core.types import Bytes
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
+from motes.mot.detection.global_motion import GlobalMotion, Model
+from motes.mot.detection.lookalike import LookalikeDetector
+from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_moving_camera
+from motes.mot.detection.pretrained import FacesConfig
+from motes.mot.pipeline_config import WatchConfig
+from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
+from motes.video.writer import VideoWriter
+
+cv2 = pytest.importorskip("cv2", reason="the motion of a camera needs OpenCV")
+SIZE = 240, 160
+RED = 220, 40, 30
+
+
+def ground() -> Bytes:
+    """Return a wide ground with corners everywhere."""
+    rng = np.random.default_rng(3)
+    coarse = rng.integers(40, 200, (60, 90, 3)).astype(np.uint8)
+    pixels: Bytes = cv2.resize(coarse, (720, 480), interpolation=cv2.INTER_CUBIC)
+    return pixels
+
+
+def shown(x: float, y: float, turn: float = 0.0, scale: float = 1.0) -> np.ndarray:
+    """Return the motion (3, 3) from the ground to a picture whose middle is at x, y."""
+    cos, sin = scale * np.cos(turn), scale * np.sin(turn)
+    matrix = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1.0]])
+    matrix[:2, 2] = np.array(SIZE) / 2 - matrix[:2, :2] @ (x, y)
+    return matrix
+
+
+def picture(matrix: np.ndarray, pixels: Bytes) -> Bytes:
+    out: Bytes = cv2.warpAffine(pixels, matrix[:2], SIZE)
+    return out
+
+
+@pytest.mark.parametrize("model", ["similarity", "homography"])
+def test_a_motion_is_found_to_a_fraction_of_a_pixel(model: Model) -> None:
+    pixels, camera = ground(), GlobalMotion(model)
+    before = shown(300, 200)
+    assert camera.update(picture(before, pixels)) is None
+    for i in range(1, 4):
+        now = shown(300 + 5 * i, 200 - 3 * i, 0.02 * i, 1 + 0.02 * i)
+        found = camera.update(picture(now, pixels))
+        assert found is not None
+        corners = np.array([[20, 220, 20, 220], [20, 20, 140, 140], [1, 1, 1, 1]])
+        there, true = found @ corners, now @ np.linalg.inv(before) @ corners
+        np.testing.assert_allclose(there[:2] / there[2], true[:2], atol=0.5)
+        before = now
+
+
+def test_a_large_picture_has_its_motion_in_its_own_pixels() -> None:
+    wide = cv2.resize(ground(), (2160, 1440))
+    camera = GlobalMotion()
+    camera.update(wide[100:1000, 100:1700])
+    found = camera.update(wide[88:988, 112:1712])
+    assert found is not None
+    np.testing.assert_allclose(found[:2, 2], (-12, 12), atol=1)
+
+
+def test_where_nothing_can_be_followed_there_is_no_motion() -> None:
+    flat, camera = np.full((160, 240, 3), 90, np.uint8), GlobalMotion()
+    assert camera.update(flat) is None
+    assert camera.update(flat) is None
+    assert camera.update(np.full((80, 80, 3), 90, np.uint8)) is None
+
+
+def walkers(index: int) -> tuple[Frame, list[Detection]]:
+    """Return a frame of a camera that jumps to and fro, and three alike in a row before it."""
+    pixels, middle = ground(), 300 + 20 * (index % 2)
+    boxes = [Box(250 + 20 * i, 190, 12, 24) for i in range(3)]
+    for x, y, w, h in boxes:
+        pixels[int(y) : int(y + h), int(x) : int(x + w)] = RED
+    frame = Frame(index, index / 25, picture(shown(middle, 200), pixels))
+    moved = [box._replace(x=box.x + 120 - middle, y=box.y - 120) for box in boxes]
+    return frame, [Detection(box) for box in moved]
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_identities_are_kept_where_the_camera_jumps(follows: bool) -> None:
+    found: list[Detection] = []
+    camera = MovingCamera(lambda frame: found)
+    scene = Scene(camera if follows else lambda frame: found)
+    places: list[dict[int, float]] = []
+    for index in range(12):
+        frame, found[:] = walkers(index)
+        tracks = scene.update(frame)
+        origin = 300 + 20 * (index % 2) - 120
+        places.append({each.identity: each.track.box.x + origin for each in tracks})
+    kept = [
+        len(places[-1]) == 3 and abs(places[-1].get(identity, 0) - x) < 3
+        for identity, x in places[5].items()
+    ]
+    assert (len(kept) == 3 and all(kept)) == follows
+
+
+def panned(index: int) -> tuple[Frame, Box]:
+    """Return a frame of a camera that pans, and the box of one who walks in from the right."""
+    pixels = ground()
+    x, y = 430 - 3 * index, 180
+    pixels[y : y + 30, x : x + 20] = RED
+    camera_x = 260 + 2 * index
+    frame = Frame(index, index / 25, picture(shown(camera_x, 200), pixels))
+    return frame, Box(x + 120 - camera_x, y - 120, 20, 30)
+
+
+def test_what_moves_is_found_while_the_camera_pans() -> None:
+    detector, still = PannedDetector(), BackgroundDetector("gaussian")
+    hits = 0
+    for index in range(42):
+        frame, box = panned(index)
+        found = detector(frame)
+        assert still(frame) == []
+        hits += any(iou(box, each.box) > 0.6 for each in found)
+        assert len(found) <= 2
+    assert hits >= 20  # from frame 21 on
+    assert detector.motion is not None
+    np.testing.assert_allclose(detector.motion[:2, 2], (-2, 0), atol=0.3)
+
+
+def test_each_detector_gets_what_it_needs_before_a_moving_camera() -> None:
+    still = BackgroundDetector("gaussian")
+    assert isinstance(before_moving_camera(still), PannedDetector)
+    alike = LookalikeDetector((1, 1, 9, 9))
+    assert before_moving_camera(alike) is alike
+    among = before_moving_camera(LookalikeDetector((1, 1, 9, 9), lambda frame: []))
+    assert isinstance(among, MovingCamera)
+    own = SimpleNamespace(warnings={"light": "it changes"}, __call__=lambda frame: [])
+    assert MovingCamera(own).warnings == own.warnings
+    config = WatchConfig(scene_config().tracker, detector=FacesConfig())
+    assert config.for_camera(still) is still
+
+
+def test_watch_follows_before_a_camera_that_pans(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    film, rows = tmp_path / "film.mkv", tmp_path / "r.csv"
+    with VideoWriter(film, 25) as writer:
+        for index in range(42):
+            writer.write(panned(index)[0].pixels)
+    assert main(["watch", str(film), "-o", str(rows), "--camera", "moving"]) == 0
+    last = rows.read_text().splitlines()[-1].split(",")
+    _, box = panned(41)
+    assert iou(box, Box(*map(float, last[3:7]))) > 0.5
+    assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
+    assert "the camera moves; what moves before it is not seen" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])
+def test_who_stops_is_found_for_the_time_of_a_trial(trial: float, found: bool) -> None:
+    detector = PannedDetector(BackgroundConfig(trial=trial))
+    hits = []
+    for index in range(60):
+        pixels = ground()
+        x = max(430 - 6 * index, 280)
+        pixels[180:210, x : x + 20] = RED
+        camera_x = 260 + index
+        frame = Frame(index, index / 25, picture(shown(camera_x, 200), pixels))
+        box = Box(x + 120 - camera_x, 60, 20, 30)
+        hits.append(any(iou(box, each.box) > 0.6 for each in detector(frame)))
+    assert hits[24] or not found  # on the way
+    assert hits[-1] == found

@@ -1,0 +1,263 @@
+"""Events reach webhooks and brokers at least once, whoever dies on the way."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+import threading
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from brokers import Broker, Listener, free_port, wait_until
+from motes.core.errors import ConfigError, FormatError
+from motes.mot.analytics.events import Event, Line, Regions, Zone
+from motes.output import delivery, home_assistant
+from motes.output.delivery import Delivery, DeliveryError
+from motes.output.event_queue import MessageQueue
+from motes.output.mqtt import Mqtt, topic_of
+from motes.output.webhook import Webhook
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(delivery, "FIRST_PAUSE", 0.02)
+    monkeypatch.setattr(delivery, "IDLE", 0.05)
+
+
+class Server:
+    """An HTTP server that notes what is posted, and answers as it is told."""
+
+    def __init__(self, port: int = 0) -> None:
+        self.posted: list[Any] = []
+        self.status = 200
+        self.authorization: list[str | None] = []
+        owner = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_POST(self) -> None:
+                body = self.rfile.read(int(self.headers["Content-Length"]))
+                if owner.status == 200:
+                    owner.posted.append(json.loads(body))
+                    owner.authorization.append(self.headers["Authorization"])
+                self.send_response(owner.status)
+                if owner.status == 302:
+                    self.send_header("Location", "/elsewhere")
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+
+            def do_GET(self) -> None:
+                self.send_response(200)
+                self.end_headers()
+
+            def log_message(self, *_: Any) -> None:
+                pass
+
+        self._server = ThreadingHTTPServer(("127.0.0.1", port), Handler)
+        self.port: int = self._server.server_address[1]
+        threading.Thread(target=self._server.serve_forever, args=(0.01,), daemon=True).start()
+
+    def close(self) -> None:
+        """Stop answering."""
+        self._server.shutdown()
+        self._server.server_close()
+
+
+@contextlib.contextmanager
+def serving(port: int = 0) -> Iterator[Server]:
+    server = Server(port)
+    try:
+        yield server
+    finally:
+        server.close()
+
+
+def test_messages_stay_in_order_until_they_are_removed(tmp_path: Path) -> None:
+    path = tmp_path / "q"
+    with MessageQueue(path) as queue:
+        queue.put(["a", "b"], ["1", "2", "3"])
+        first = queue.oldest("a", 2, 0)
+        assert [each.body for each in first] == ["1", "2"]
+        queue.remove(first)
+    with MessageQueue(path) as queue:
+        assert queue.waiting() == {"a": 1, "b": 3}
+        queue.put(["a"], ["4"])
+        assert [each.body for each in queue.oldest("a", 9, 0)] == ["3", "4"]
+
+
+def test_a_queue_that_cannot_be_used_is_one_clear_line(tmp_path: Path) -> None:
+    path = tmp_path / "q"
+    with MessageQueue(path), pytest.raises(FormatError, match="is used by another run"):
+        MessageQueue(path)
+    other = tmp_path / "other"
+    other.write_text("no database" * 100)
+    with pytest.raises(FormatError, match="is no queue of events"):
+        MessageQueue(other)
+    data = tmp_path / "data"
+    with contextlib.closing(sqlite3.connect(data)) as database:
+        database.execute("CREATE TABLE message (text)")
+        database.commit()
+    with pytest.raises(FormatError, match="is no queue of events"):
+        MessageQueue(data)
+    with pytest.raises(FormatError, match="cannot be used"):
+        MessageQueue(tmp_path / "none" / "q")
+
+
+def test_a_webhook_gets_all_though_the_server_fails_and_dies(tmp_path: Path) -> None:
+    said: list[str] = []
+    with MessageQueue(tmp_path / "q") as queue:
+        with serving() as server:
+            port = server.port
+            hook = Webhook(f"http://us%20er:secret@127.0.0.1:{port}/in?x=1")
+            server.status = 302  # the redirection would end well, without the message
+            sending = Delivery(queue, hook, said.append)
+            queue.put([hook.name], ['{"n": 1}', '{"n": 2}'])
+            wait_until(lambda: said)
+            assert server.posted == []
+            server.status = 200
+            wait_until(lambda: not queue.waiting())
+            assert server.posted == [{"n": 1}, {"n": 2}]
+            assert server.authorization[0] == "Basic dXMgZXI6c2VjcmV0"
+        queue.put([hook.name], ['{"n": 3}'])
+        wait_until(lambda: len(said) == 3)
+        with serving(port) as server:
+            wait_until(lambda: not queue.waiting())
+            assert server.posted == [{"n": 3}]
+        sending.close()
+    assert said[0].startswith(f"{hook.name} answers with status 302. Events wait")
+    assert said[1].startswith(f"{hook.name} is back after")
+    assert "Connection refused" in said[2]
+    assert "secret" not in "".join(said)
+
+
+class Stubborn:
+    """A receiver that never confirms."""
+
+    name, batch = "stubborn", 1
+
+    def send(self, bodies: Sequence[str]) -> None:
+        """Fail."""
+        raise DeliveryError("no")
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def test_the_end_of_a_run_waits_for_a_limited_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(delivery, "LAST_CHANCE", 0.1)
+    with MessageQueue(tmp_path / "q") as queue:
+        sending = Delivery(queue, Stubborn(), lambda line: None)
+        queue.put(["stubborn"], ["1"])
+        sending.close()
+        assert sending.error is None
+        assert queue.waiting() == {"stubborn": 1}
+
+
+class Broken(Stubborn):
+    """A receiver with an error of its own."""
+
+    def send(self, bodies: Sequence[str]) -> None:
+        """Fail in a way that nobody expects."""
+        raise ZeroDivisionError("oh")
+
+
+def test_a_receiver_that_breaks_ends_the_run(tmp_path: Path) -> None:
+    with MessageQueue(tmp_path / "q") as queue:
+        sending = Delivery(queue, Broken(), lambda line: None)
+        wait_until(lambda: sending.error)
+        assert str(sending.error) == "stubborn failed: ZeroDivisionError('oh')."
+        sending.close()
+
+
+def test_a_broker_gets_all_though_it_dies(tmp_path: Path) -> None:
+    said: list[str] = []
+    with Broker(tmp_path) as broker, MessageQueue(tmp_path / "q") as queue:
+        listener = Listener(broker.port, "yard/#")
+        receiver = Mqtt(f"mqtt://127.0.0.1:{broker.port}/yard", {"yard/news": "hello"})
+        sending = Delivery(queue, receiver, said.append)
+        queue.put([receiver.name], ["1", "2"])
+        receiver.set_state("busy")
+        wait_until(lambda: listener.texts("yard/state") == ["busy"])
+        wait_until(lambda: not queue.waiting())
+        assert listener.texts("yard") == ["1", "2"]
+        assert listener.texts("yard/news") == ["hello"]
+        assert listener.texts("yard/status") == ["online"]
+        listener.close()
+        broker.kill()
+        queue.put([receiver.name], ["3", "4"])
+        wait_until(lambda: said)
+        broker.start()
+        wait_until(lambda: not queue.waiting())
+        sending.close()
+        listener = Listener(broker.port, "yard/#")
+        wait_until(lambda: {"3", "4"} <= set(listener.texts("yard")))
+        wait_until(lambda: listener.texts("yard/status")[-1:] == ["offline"])
+        listener.close()
+    assert "Events wait" in said[0]
+    assert any("is back after" in line for line in said)
+
+
+def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:
+    said: list[str] = []
+    with MessageQueue(tmp_path / "q") as queue:
+        sending = Delivery(queue, Mqtt(f"mqtt://127.0.0.1:{free_port()}/a"), said.append)
+        wait_until(lambda: said)
+        queue.put(["x"], ["for another"])
+        sending.close()
+    assert len(said) == 1
+    assert "cannot be reached: Connection refused. Events wait" in said[0]
+
+
+@pytest.mark.parametrize(
+    ("address", "what"),
+    [
+        ("mqtt://host", "lacks a host or a topic"),
+        ("mqtt:///topic", "lacks a host or a topic"),
+        ("mqtt://host/a/%23", "is a pattern"),
+        ("mqtt://host:99999/a", "is no address"),
+    ],
+)
+def test_addresses_of_mqtt_that_make_no_sense(address: str, what: str) -> None:
+    with pytest.raises(ConfigError, match=what):
+        topic_of(address)
+
+
+def test_home_assistant_is_told_of_every_total() -> None:
+    places = Regions(
+        (Line((0, 0, 0, 9), "Gate 1", ("in", "out")),), (Zone((0, 0, 9, 0, 9, 9), "hof/ä"),)
+    )
+    ((topic, text),) = home_assistant.discovery("home/yard", places).items()
+    told = json.loads(text)
+    assert topic == "homeassistant/device/motes_home_yard/config"
+    assert told["device"]["identifiers"] == ["motes_home_yard"]
+    assert told["origin"]["name"] == "motes"
+    assert (told["state_topic"], told["availability_topic"]) == (
+        "home/yard/state",
+        "home/yard/status",
+    )
+    parts = told["components"]
+    assert len({part["unique_id"] for part in parts.values()}) == len(parts) == 6
+    assert parts["events"]["platform"] == "event"
+    assert "crosses" in parts["events"]["event_types"]
+    jinja2 = pytest.importorskip("jinja2", reason="templates need jinja2")
+    event = {"event": "crosses", "identity": 3, "place": "Gate 1"}
+    made = jinja2.Template(parts["events"]["value_template"]).render(value_json=event)
+    assert json.loads(made) == {**event, "event_type": "crosses"}
+    assert parts["gate_1_in"]["name"] == "Gate 1 in"
+    assert parts["gate_1_in"]["state_class"] == "total_increasing"
+    crosses = Event(1, 0.1, "crosses", 1, 0, 0, 0, "Gate 1", "in", label="car")
+    enters = Event(1, 0.1, "enters", 1, 0, 0, 0, "hof/ä")
+    totals = Counter(map(home_assistant.total_of, [crosses, enters, enters]))
+    numbers = json.loads(home_assistant.state(3, totals, places))
+    sensors = {key for key, part in parts.items() if part["platform"] == "sensor"}
+    assert sensors == set(numbers)
+    assert numbers == {
+        "objects": 3, "gate_1_in": 1, "gate_1_out": 0, "hof_ue4_enters": 2, "hof_ue4_leaves": 0
+    }  # fmt: skip

@@ -1,0 +1,231 @@
+"""Live pictures and metrics, over HTTP and in a window."""
+
+from __future__ import annotations
+
+import http.client
+import io
+import socket
+import sys
+import time
+import urllib.error
+import urllib.request
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from brokers import wait_until
+from motes.core.errors import ConfigError
+from motes.output import live_picture
+from motes.output.live_picture import Page, Window, view
+from motes.output.local_server import Server, reply
+from motes.output.metrics import CONTENT_TYPE, Metric, text
+
+
+def gray(value: int) -> NDArray[np.uint8]:
+    return np.full((32, 48, 3), value, np.uint8)
+
+
+class Reader:
+    """Reads the stream of a page, picture by picture."""
+
+    def __init__(self, address: str) -> None:
+        parts = urlsplit(address)
+        assert parts.hostname == "127.0.0.1"
+        self._connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=20)
+        self._connection.request("GET", "/stream")
+        self._answer = self._connection.getresponse()
+        kind = self._answer.headers["Content-Type"]
+        assert kind == "multipart/x-mixed-replace; boundary=picture"
+
+    def next(self) -> int:
+        """Return the mean gray level of the next picture."""
+        assert self._answer.readline() == b"--picture\r\n"
+        assert self._answer.readline() == b"Content-Type: image/jpeg\r\n"
+        size = int(self._answer.readline().split()[1])
+        self._answer.readline()
+        with Image.open(io.BytesIO(self._answer.read(size))) as image:
+            mean = np.array(image).mean()
+        self._answer.readline()
+        return round(float(mean))
+
+    def ended(self) -> bool:
+        """Return whether the stream has ended."""
+        return self._answer.readline() == b""
+
+    def close(self) -> None:
+        """Go away."""
+        self._answer.close()
+        self._connection.close()
+
+
+def test_a_page_shows_the_newest_picture_and_ends_with_the_run() -> None:
+    page = Page()
+    drawn: list[int] = []
+
+    def draw(value: int) -> NDArray[np.uint8]:
+        drawn.append(value)
+        return gray(value)
+
+    for value in (10, 20, 30):
+        page.offer(partial(draw, value))
+    assert drawn == []  # nobody looks
+    with urllib.request.urlopen(page.address) as answer:
+        assert b"/stream" in answer.read()
+    first, second = Reader(page.address), Reader(page.address)
+    assert (first.next(), second.next()) == (30, 30)
+    page.offer(partial(draw, 40))
+    assert (first.next(), second.next()) == (40, 40)
+    assert drawn == [30, 40]  # both share each picture
+    page.close()
+    assert first.ended()
+    assert second.ended()
+    first.close()
+    second.close()
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(page.address)
+
+
+def test_a_slow_browser_misses_pictures_and_holds_up_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(live_picture, "FASTEST", 0.0)
+    page = Page()
+    noise = np.random.default_rng(0).integers(0, 256, (600, 800, 3)).astype(np.uint8)
+    slow = socket.create_connection(("127.0.0.1", urlsplit(page.address).port or 0))
+    slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    slow.sendall(b"GET /stream HTTP/1.0\r\nHost: localhost:1\r\n\r\n")
+    drawn: list[int] = []
+
+    def draw() -> NDArray[np.uint8]:
+        drawn.append(1)
+        return noise
+
+    for _ in range(100):  # of which a socket takes some, and then no more
+        page.offer(draw)
+        time.sleep(0.002)
+    assert len(drawn) < 90
+    page.close()  # returns, though the browser takes nothing
+    slow.close()
+
+
+def test_foreign_pages_see_nothing() -> None:
+    page = Page()
+    page.offer(lambda: gray(1))
+    for host, path, status in (("evil.example:1", "/", 403), ("localhost:1", "/other", 404)):
+        request = urllib.request.Request(page.address + path[1:], headers={"Host": host})
+        with pytest.raises(urllib.error.HTTPError) as caught:
+            urllib.request.urlopen(request)
+        assert caught.value.code == status
+        caught.value.close()
+    page.close()
+
+
+class Screen:
+    """Stands in for OpenCV with windows."""
+
+    WINDOW_NORMAL = 0
+    error = RuntimeError
+
+    def __init__(self, works: bool) -> None:
+        self.works, self.shown = works, list[Any]()
+
+    def namedWindow(self, *_: Any) -> None:  # noqa: N802
+        """Open a window, if there can be one."""
+        if not self.works:
+            raise self.error
+
+    def imshow(self, _: str, pixels: NDArray[np.uint8]) -> None:
+        """Note a picture."""
+        self.shown.append(pixels[0, 0].tolist())
+
+    def waitKey(self, _: int) -> None:  # noqa: N802
+        """Do nothing."""
+
+    def destroyAllWindows(self) -> None:  # noqa: N802
+        """Note the end."""
+        self.shown.append("closed")
+
+
+def test_a_window_where_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Screen(works=True)
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setitem(sys.modules, "cv2", screen)
+    shown = view()
+    assert isinstance(shown, Window)
+    color = np.full((4, 4, 3), (1, 2, 3), np.uint8)
+    shown.offer(lambda: color)
+    shown.offer(lambda: color)  # too soon after the first
+    shown.close()
+    assert screen.shown == [[3, 2, 1], "closed"]
+
+
+@pytest.mark.parametrize("screen", [None, Screen(works=False)])
+def test_a_page_where_there_is_no_window(
+    screen: Screen | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setitem(sys.modules, "cv2", screen)
+    shown = view()
+    assert isinstance(shown, Page)
+    shown.close()
+
+
+def test_no_screen_no_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr(live_picture, "sys", SimpleNamespace(platform="linux"))
+    monkeypatch.setitem(sys.modules, "cv2", Screen(works=True))
+    shown = view()
+    assert isinstance(shown, Page)
+    shown.close()
+
+
+def test_a_port_that_is_taken_is_one_clear_line() -> None:
+    server = Server("127.0.0.1", 0, lambda request: reply(request, "text/plain", b"hello"))
+    port = urlsplit(server.address).port or 0
+    with pytest.raises(ConfigError, match="choose another port"):
+        Server("127.0.0.1", port, lambda request: None)
+    with urllib.request.urlopen(server.address) as answer:
+        assert answer.read() == b"hello"
+    server.close()
+
+
+def test_prometheus_reads_metrics() -> None:
+    parser = pytest.importorskip("prometheus_client.parser")
+    name = 'gate "1" \\ north\nside'
+    families = parser.text_string_to_metric_families(
+        text(
+            [
+                Metric("motes_frames_total", "counter", "Frames.", {(): 1e7}),
+                Metric("motes_events_total", "counter", "Events.", {(name, ""): 3}, ("place", "c")),
+                Metric("motes_lag_seconds", "gauge", "Lag.", {(): 0.0625}),
+                Metric("motes_none", "gauge", "Nothing.", {}, ("a",)),
+            ]
+        )
+    )
+    found = {family.name: family for family in families}
+    assert found["motes_frames"].type == "counter"
+    assert found["motes_frames"].samples[0].value == 1e7
+    assert found["motes_events"].samples[0].labels == {"place": name, "c": ""}
+    assert found["motes_lag_seconds"].samples[0].value == 0.0625
+    assert found["motes_none"].samples == []
+    assert "version=0.0.4" in CONTENT_TYPE
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    page = Page()
+    page.offer(lambda: gray(1))
+    reader = Reader(page.address)
+    reader.next()
+    reader.close()
+    for value in range(3):
+        page.offer(partial(gray, value))
+    other = Reader(page.address)
+    wait_until(lambda: other.next() == 2)
+    page.close()
+    other.close()

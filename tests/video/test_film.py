@@ -1,0 +1,108 @@
+"""Films in any order: the frames are those of a source, and the memory is bounded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes.core.errors import ConfigError, SourceError
+from motes.video import film as film_module
+from motes.video.film import Film
+from motes.video.sources import open_source
+from oracles import mosaic
+
+KINDS: dict[str, tuple[str, str, dict[str, str]]] = {
+    "h264": ("libx264", "mp4", {"g": "8", "bf": "2"}),
+    "open_groups": ("libx264", "mkv", {"g": "8", "bf": "2", "x264-params": "open-gop=1"}),
+    "one_group": ("libx264", "mp4", {"g": "250"}),
+    "mpeg1": ("mpeg1video", "mpg", {"g": "6", "bf": "2"}),
+    "mpeg4": ("mpeg4", "avi", {"g": "10"}),
+    "transport": ("mpeg2video", "ts", {"g": "6", "bf": "2"}),
+    "mjpeg": ("mjpeg", "avi", {}),
+}
+
+
+def video(path: Path, codec: str, options: dict[str, str], frames: int = 30) -> Path:
+    """Write a film whose pictures all differ."""
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream(codec, 25, options=options)
+        stream.width, stream.height = 64, 48
+        stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+        for i in range(frames):
+            pixels = np.roll(mosaic(3, 48, 64), 2 * i, axis=1)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+        container.mux(stream.encode(None))
+    return path
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_order_gives_the_frames_of_the_source(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    codec, ending, options = KINDS[kind]
+    path = video(tmp_path / f"film.{ending}", codec, options)
+    expected = [*open_source(path)]
+    film = Film(path)
+    assert film.frames == range(len(expected))
+    assert film.times == [frame.time for frame in expected]
+    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)  # four frames at a time
+    last = len(expected) - 1
+    order = [*film.backward(last, 0), *film.forward(11, 20), film.frame(13)]
+    assert [frame.index for frame in order] == [*range(last, -1, -1), *range(11, 21), 13]
+    for frame in order:
+        assert (frame.pixels == expected[frame.index].pixels).all(), frame
+        assert frame.time == expected[frame.index].time
+
+
+def test_a_part_is_decoded_from_the_last_key_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the beginning, 30 pictures in parts of four would take 144."""
+    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8", "bf": "0"}))
+    decoded = 0
+    numbered = Film._numbered
+
+    def counted(self: Film, pictures: Any, first: int | None) -> Any:
+        def each() -> Any:
+            nonlocal decoded
+            for picture in pictures:
+                decoded += 1
+                yield picture
+
+        return numbered(self, each(), first)
+
+    monkeypatch.setattr(Film, "_numbered", counted)
+    monkeypatch.setattr(film_module, "PART", 3 * 48 * 64 * 4)
+    assert len([*film.backward(29, 0)]) == 30
+    assert decoded < 70
+
+
+def test_images_and_ranges(tmp_path: Path) -> None:
+    for i in range(6):
+        Image.fromarray(mosaic(i, 20, 30)).save(tmp_path / f"{i}.png")
+    film = Film(tmp_path, start=2, end=5)
+    assert film.frames == range(2, 5)
+    assert (film.width, film.height) == (30, 20)
+    frames = [*film.backward(4, 2)]
+    assert [frame.index for frame in frames] == [4, 3, 2]
+    assert (frames[0].pixels == mosaic(4, 20, 30)).all()
+    with pytest.raises(ConfigError, match="6 frames, none of them from 6 on"):
+        Film(tmp_path, start=6)
+
+
+def test_sources_that_cannot_be_read_twice() -> None:
+    with pytest.raises(SourceError, match="record it first"):
+        Film("0")
+
+
+def test_a_film_that_changes_meanwhile(tmp_path: Path) -> None:
+    path = video(tmp_path / "film.avi", "mjpeg", {})
+    film = Film(path)
+    video(path, "mjpeg", {}, frames=10)
+    with pytest.raises(SourceError, match="has fewer frames than before"):
+        film.frame(20)
