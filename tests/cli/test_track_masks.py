@@ -57,7 +57,7 @@ def test_masks_follow_the_colors_and_not_the_ellipse() -> None:
     for i in range(4):
         ellipse = Ellipse(60 + 3 * i, 60, 20.5, 20.5)
         mask = segmenter.update(picture(60 + 3 * i, i), ellipse)
-        assert overlap(mask, 60 + 3 * i) > 0.85  # the ellipse itself has 0.64
+        assert overlap(mask, 60 + 3 * i) > 0.85  # the ellipse itself has less
     assert not segmenter.update(picture(60, 0), Ellipse(-500, 60, 20, 20)).any()
 
 
