@@ -89,9 +89,7 @@ def test_passes_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatc
 def test_the_annotator_stops_when_enough_is_right(sequence: Path) -> None:
     work = film(sequence)
     truth = np.tile([20.0, 20, 16, 12], (FRAMES, 1))
-    truth[:, 0] += 0.4 * np.arange(
-        FRAMES
-    )  # straight: two keyframes are enough
+    truth[:, 0] += 0.4 * np.arange(FRAMES)  # straight: two keyframes are enough
     asked: list[list[int]] = []
 
     def method(work: Film, keys: Keyframes) -> Rows:

@@ -19,7 +19,7 @@ from motes.cli.options import OutputOptions
 from motes.cli.progress import Progress
 from motes.cli.track_loop import Step
 from motes.cli.track_outputs import AsObjects, Output, Overlay, Rows
-from motes.cli.watch_outputs import format_of, objects_output
+from motes.cli.watch_outputs import format_of, objects_output, row_form
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -168,8 +168,8 @@ def write_stretches(
 def rows_output(output: str, film: Film, outputs: OutputOptions) -> Output:
     """Return the output of rows or of another format."""
     form = format_of(output, outputs.format)
-    if form == "csv" or form == "jsonl":
-        return Rows(output, form, overwrite=outputs.overwrite, columns=CORRECTED)
+    if rows := row_form(form):
+        return Rows(output, rows, overwrite=outputs.overwrite, columns=CORRECTED)
     return AsObjects(
         objects_output(
             output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
