@@ -31,7 +31,7 @@ def masks(
     ] = 5,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Masks of motes track --masks and of GrabCut on the same ellipses, against the truth.
+    """Masks of motes track, and of GrabCut on the same ellipses.
 
     Parameters
     ----------
