@@ -179,7 +179,7 @@ def fuse(
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
 
-    supported = used.any(axis=0)
+    supported: Flags = np.logical_or.reduce(used, axis=0)
     supported[[*keys]] = True
     bridged = _bridged(supported, absent)
     lost = ~(supported | bridged | absent)
