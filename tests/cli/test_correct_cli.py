@@ -12,8 +12,8 @@ from PIL import Image
 
 from motes.cli import main
 from motes.core.errors import FormatError
-from motes.correction import correct
 from motes.correction.history import History
+from motes.correction.passes import run_pass
 from motes.correction.rows import Rows
 from motes.evaluation.synthetic.clips import still
 from motes.output.track_rows import COLUMNS, CORRECTED
@@ -129,7 +129,6 @@ def test_an_interrupted_correction_is_finished_later(
     whole = Path("rows.csv").read_text()
     assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
     calls = 0
-    run_pass = correct.run_pass
 
     def interrupted(*arguments: object, **options: object) -> object:
         nonlocal calls
@@ -139,7 +138,7 @@ def test_an_interrupted_correction_is_finished_later(
         return run_pass(*arguments, **options)  # type: ignore[arg-type]
 
     with monkeypatch.context() as patched:
-        patched.setattr(correct, "run_pass", interrupted)
+        patched.setattr("motes.correction.correct.run_pass", interrupted)
         code, said = go("refine FILM rows.csv --at 12=31,25,30,40")
     assert (code, "interrupted after 1 correction" in said) == (130, True)
     kept = Path("rows.csv").read_text().splitlines()
