@@ -109,6 +109,7 @@ def test_every_table_has_rows_and_a_date(block: Any) -> None:
     assert re.fullmatch(r"Measured on \d{4}-\d\d-\d\d\.", lines[-1]) or lines[-1] == results.EARLIER
 
 
+@pytest.mark.slow
 def test_a_page_has_the_form_that_the_command_writes(tmp_path: Path) -> None:
     shortest = min(BLOCKS, key=lambda block: block.minutes)
     assert shortest.minutes <= 0.1

@@ -96,6 +96,7 @@ def test_a_box_is_the_person_that_it_overlaps_by_half() -> None:
     assert identities(there, moved) == {(1, 2): 5}
 
 
+@pytest.mark.slow
 def test_on_the_command_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     film = write_crowd(tmp_path / "data" / "film", frames=FRAMES)
     there = truth(PASSING)

@@ -13,7 +13,7 @@ from motes.core.detection import Detection
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
 from motes.core.types import Bytes
-from motes.mot.detection.background import BackgroundDetector
+from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
 from motes.mot.detection.lookalike import LookalikeDetector
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector, before_moving_camera
@@ -159,3 +159,19 @@ def test_watch_follows_before_a_camera_that_pans(
     assert iou(box, Box(*map(float, last[3:7]))) > 0.5
     assert main(["watch", str(film), "-o", str(tmp_path / "s.csv")]) == 4
     assert "the camera moves; what moves before it is not seen" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("trial", "found"), [(10.0, True), (0.0, False)])
+def test_who_stops_is_found_for_the_time_of_a_trial(trial: float, found: bool) -> None:
+    detector = PannedDetector(BackgroundConfig(trial=trial))
+    hits = []
+    for index in range(60):
+        pixels = ground()
+        x = max(430 - 6 * index, 280)
+        pixels[180:210, x : x + 20] = RED
+        camera_x = 260 + index
+        frame = Frame(index, index / 25, picture(shown(camera_x, 200), pixels))
+        box = Box(x + 120 - camera_x, 60, 20, 30)
+        hits.append(any(iou(box, each.box) > 0.6 for each in detector(frame)))
+    assert hits[24] or not found  # on the way
+    assert hits[-1] == found

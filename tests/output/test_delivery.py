@@ -160,6 +160,22 @@ def test_the_end_of_a_run_waits_for_a_limited_time(
         assert queue.waiting() == {"stubborn": 1}
 
 
+class Broken(Stubborn):
+    """A receiver with an error of its own."""
+
+    def send(self, bodies: Sequence[str]) -> None:
+        """Fail in a way that nobody expects."""
+        raise ZeroDivisionError("oh")
+
+
+def test_a_receiver_that_breaks_ends_the_run(tmp_path: Path) -> None:
+    with MessageQueue(tmp_path / "q") as queue:
+        sending = Delivery(queue, Broken(), lambda line: None)
+        wait_until(lambda: sending.error)
+        assert str(sending.error) == "stubborn failed: ZeroDivisionError('oh')."
+        sending.close()
+
+
 def test_a_broker_gets_all_though_it_dies(tmp_path: Path) -> None:
     said: list[str] = []
     with Broker(tmp_path) as broker, MessageQueue(tmp_path / "q") as queue:
@@ -230,6 +246,10 @@ def test_home_assistant_is_told_of_every_total() -> None:
     assert len({part["unique_id"] for part in parts.values()}) == len(parts) == 6
     assert parts["events"]["platform"] == "event"
     assert "crosses" in parts["events"]["event_types"]
+    jinja2 = pytest.importorskip("jinja2", reason="templates need jinja2")
+    event = {"event": "crosses", "identity": 3, "place": "Gate 1"}
+    made = jinja2.Template(parts["events"]["value_template"]).render(value_json=event)
+    assert json.loads(made) == {**event, "event_type": "crosses"}
     assert parts["gate_1_in"]["name"] == "Gate 1 in"
     assert parts["gate_1_in"]["state_class"] == "total_increasing"
     crosses = Event(1, 0.1, "crosses", 1, 0, 0, 0, "Gate 1", "in", label="car")

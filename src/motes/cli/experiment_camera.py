@@ -18,7 +18,7 @@ def moving_camera(
     seeds: Seeds = 1,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Identities that are kept before a camera that moves.
+    """Hard films: identities before a camera that moves.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class Delivery:
         self._closing = threading.Event()
         self._until = float("inf")
         self.error: MotesError | None = None
-        """Why the thread ended before its time: the queue's file failed."""
+        """Why the thread ended before its time: the queue's file failed, or the receiver's code."""
         self._thread = threading.Thread(target=self._run, name="delivery", daemon=True)
         self._thread.start()
 
@@ -85,6 +85,8 @@ class Delivery:
             self._deliver()
         except MotesError as error:
             self.error = error
+        except Exception as error:  # else events would wait unnoticed
+            self.error = DeliveryError(f"{self.receiver.name} failed: {error!r}.")
         finally:
             self.receiver.close()
 

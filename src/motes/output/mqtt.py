@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 import time
 from collections.abc import Mapping, Sequence
@@ -81,8 +82,9 @@ class Mqtt:
         if client is None:
             return
         if client.is_connected():
-            # A client that says goodbye has no last will.
-            client.publish(f"{self.topic}/status", OFFLINE, 1, True).wait_for_publish(1.0)
+            # A client that says goodbye has no last will. The connection may break at any moment.
+            with contextlib.suppress(RuntimeError, ValueError):
+                client.publish(f"{self.topic}/status", OFFLINE, 1, True).wait_for_publish(1.0)
         client.disconnect()
         client.loop_stop()
 

@@ -195,7 +195,7 @@ def moving_camera(
                 counts.append(followed(sequence, truth, frames, detector, config, seed))
             rows.append(_identities(f"{sequence.name}, {arm.name}", counts))
             tables["identities"] = Table(
-                "Identities before a camera that moves",
+                "A moving camera: identities",
                 ("film, detections, camera", "HOTA", "AssA", "IDF1", "switches"),
                 rows,
                 note=f"{seeds} run(s) with other random numbers each.",
@@ -206,7 +206,7 @@ def moving_camera(
         for name, make in _DRONE_ARMS:
             kept.append(_drone(film, name, make(), config))
             tables["drones"] = Table(
-                "One target from a drone",
+                "A moving camera: one target from a drone",
                 ("film, background", "frames with a track on it", "identities", "by the longest"),
                 kept,
                 note=f"A track is on the target at an IoU of {HIT} or above.",
@@ -248,6 +248,7 @@ def _arms(sequence: MotSequence) -> list[_Arm]:
         _Arm("given, at rest", False, given),
         _Arm("given, moves, taken for still", True, given),
         _Arm("given, moves, followed", True, lambda view: MovingCamera(given(view))),
+        _Arm("given, moves, motion known", True, lambda view: _Known(given(view), view)),
         *arms,
     ]
 
@@ -259,7 +260,7 @@ def _motions(errors: dict[str, list[Floats]]) -> Table:
         quantiles = np.quantile(all_of, [0.5, 0.95, 1])
         rows.append((Cell(name), *(number(float(value), 2) for value in quantiles)))
     head = ("taken for", "median", "95 % below", "worst")
-    return Table("The camera's motion, pixels off", head, rows)
+    return Table("A moving camera: its motion, in pixels off", head, rows)
 
 
 def _identities(name: str, counts: Sequence[Tally]) -> Row:
@@ -270,6 +271,19 @@ def _identities(name: str, counts: Sequence[Tally]) -> Row:
         number(over(each.idf1 for each in counts)),
         number(over(float(each.switches) for each in counts), 1),
     )
+
+
+class _Known:
+    """A detector whose camera moves as is known exactly."""
+
+    def __init__(self, detector: Detector, view: View) -> None:
+        self._detector, self._places = detector, view.places
+        self.motion: Floats | None = None
+
+    def __call__(self, frame: Frame) -> Sequence[Detection]:
+        now, before = self._places[frame.index], self._places[max(frame.index - 1, 0)]
+        self.motion = now @ np.linalg.inv(before)
+        return self._detector(frame)
 
 
 class _Ignored:

@@ -56,7 +56,7 @@ class PannedDetector:
     Parameters
     ----------
     config
-        The settings of a background; `deviations`, `noise` and those of patches count.
+        The settings of a background; `deviations`, `noise`, `trial` and those of patches count.
 
     Attributes
     ----------
@@ -71,7 +71,9 @@ class PannedDetector:
 
     def __init__(self, config: BackgroundConfig = BackgroundConfig()) -> None:  # noqa: B008
         self._config = config
-        self._background = PannedBackground(config.deviations, config.noise, "similarity")
+        self._background = PannedBackground(
+            config.deviations, config.noise, "similarity", config.trial
+        )
         self._moved: Sequence[Box] = ()
         self.motion: Floats | None = None
 
@@ -82,7 +84,8 @@ class PannedDetector:
     def __call__(self, frame: Frame) -> list[Detection]:
         """Return the moving objects in the next frame, the largest first, all with the score 1."""
         config = self._config
-        mask = self._background.foreground(np.ascontiguousarray(frame.pixels)).astype(np.uint8)
+        pixels = np.ascontiguousarray(frame.pixels)
+        mask = self._background.foreground(pixels, frame.time).astype(np.uint8)
         scale = mask.shape[1] / frame.width
         motion = self._background.motion
         self.motion = None if motion is None else unreduced(motion, scale)

@@ -32,6 +32,8 @@ class PannedBackground:
         As in `BackgroundConfig`.
     model
         What a motion of the camera is; see `GlobalMotion`.
+    trial
+        Seconds for which foreground is not learned; by default it is learned slowly.
 
     Attributes
     ----------
@@ -47,7 +49,11 @@ class PannedBackground:
     motion: Floats | None = None
 
     def __init__(
-        self, deviations: float = 4.0, noise: float = 4.0, model: Model = "homography"
+        self,
+        deviations: float = 4.0,
+        noise: float = 4.0,
+        model: Model = "homography",
+        trial: float | None = None,
     ) -> None:
         self._cv2 = opencv()
         if self._cv2 is None:
@@ -55,10 +61,11 @@ class PannedBackground:
                 "The motion of a camera needs OpenCV; install it with: pip install 'motes[opencv]'."
             )
         self._deviations, self._noise, self._model = deviations, noise, model
+        self._trial = trial
         self._gray: Mask | None = None
 
-    def foreground(self, pixels: Mask) -> NDArray[np.bool_]:
-        """Return the foreground of the next frame, reduced: (h, w).
+    def foreground(self, pixels: Mask, time: float = 0.0) -> NDArray[np.bool_]:
+        """Return the foreground of the next frame, at a time in seconds, reduced: (h, w).
 
         In the first frame, and if the camera's motion is not clear, all may be foreground. Where
         the background came into view a few frames ago, nothing is.
@@ -76,6 +83,7 @@ class PannedBackground:
             self._mean = small.astype(np.float32)
             self._variance = np.full((height, width), self._noise**2, np.float32)
             self._age = np.ones((height, width), np.float32)
+            self._clear = np.full((height, width), time, np.float32)
             return np.ones((height, width), np.bool_)
         size = width, height
         self._mean = cv2.warpPerspective(self._mean, motion, size)
@@ -90,7 +98,12 @@ class PannedBackground:
         known = self._age >= KNOWN
         moves = apart.astype(np.bool_) & known
         rate = 1 / np.minimum(self._age + 1, HISTORY)
-        rate[moves] /= SLOWER
+        if self._trial is None:
+            rate[moves] /= SLOWER
+        else:  # the time at which a pixel was background moves along, too
+            self._clear = cv2.warpPerspective(self._clear, motion, size, flags=cv2.INTER_NEAREST)
+            self._clear[~moves] = time
+            rate[moves & (time - self._clear < self._trial)] = 0
         self._mean += rate[:, :, None] * off
         self._variance += rate * (squared - self._variance)
         self._age += 1

@@ -48,8 +48,6 @@ FAR = 0.25
 the target is in doubt there."""
 CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
-MAX_LOOKS = 12
-"""Largest number of windows of a search: three places, each in up to four sizes."""
 NO_PARTICLES = np.empty((0, 5))
 """The search particles while nothing is searched for."""
 DRIFT_SIGMA = 0.15
@@ -287,12 +285,6 @@ class Discriminative(
             rng, state.appearance, searchers, frame, state.ellipse, state.target.frames_missed + 1
         )
         looks = [self.localizer.localize(rng, state, frame, place) for place in places]
-        # Histograms are similar in a part of the target too, so a found place may be too small.
-        # An estimate reaches 1.4 times the size; the loop also visits the looks that it adds.
-        for look in looks:
-            sized = self.sizes.estimate(rng, state.scale, state.border, frame, look)
-            if sized.pose != look.pose and len(looks) < MAX_LOOKS:
-                looks.append(self.localizer.localize(rng, state, frame, sized.pose))
         best = max(looks, key=lambda look: look.certainty)
         there = best.certainty > here
         there &= self.gate.accepts_redetection(best.certainty, state.target.reference)
