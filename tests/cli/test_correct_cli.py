@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -12,11 +12,13 @@ from PIL import Image
 
 from motes.cli import main
 from motes.core.errors import FormatError
+from motes.core.frame import Frame
 from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import Rows
 from motes.evaluation.synthetic.clips import still
 from motes.output.track_rows import COLUMNS, CORRECTED
+from motes.video.film import Film
 from motes.video.writer import VideoWriter
 
 Go = Callable[[str], tuple[int, str]]
@@ -147,6 +149,25 @@ def test_an_interrupted_correction_is_finished_later(
     assert kept[15:] == whole.splitlines()[15:]
     assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text().splitlines() == expected
+
+
+def test_an_interrupted_pass_leaves_its_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert go(f"track FILM --at 0=BOX -o expected.csv {OPTIONS}")[0] == 0
+    forward = Film.forward
+
+    def interrupted(film: Film, first: int, last: int) -> Iterator[Frame]:
+        for frame in forward(film, first, last):
+            if frame.index == 9:
+                raise KeyboardInterrupt
+            yield frame
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Film, "forward", interrupted)
+        code, said = go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")
+    assert (code, "interrupted after 9 frames" in said) == (130, True)
+    assert [row["frame"] for row in rows("rows.csv")] == [str(i) for i in range(9)]
+    assert go("refine FILM rows.csv")[0] == 0
+    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
 def test_smoothed_rows(go: Go) -> None:
