@@ -26,6 +26,7 @@ from motes.evaluation.report.tables import Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
 from motes.sot.discriminative.localization import Localizer
+from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
 
 FRAMES, ROUNDS = 31, 10
@@ -36,7 +37,7 @@ PARTS = {
     "place: color posterior": (Posterior, "integral"),
     "place: particles, certainty": (Localizer, "localize"),
     "size: sampled, cells, transform": (ScaleFilter, "spectra"),
-    "size: weighed": (Discriminative, "_sized"),
+    "size: weighed": (SizeEstimator, "estimate"),
     "learn: filter": (Correlation, "updated"),
     "learn: colors": (Posterior, "updated"),
     "learn: size": (ScaleFilter, "updated"),

@@ -4,12 +4,14 @@
     python benchmarks/hazards.py memory SECONDS COMMAND ...
     python benchmarks/hazards.py returns TIMES
     python benchmarks/hazards.py signals SIGINT TIMES SECONDS
+    python benchmarks/hazards.py events TIMES SECONDS
 
 `film` renders the demo's clip at 320x240, to and fro. `memory` runs a command and prints, every
 so many seconds, the memory of its process and of its children in MB, and their open handles.
 `returns` is about a camera that goes away and comes back. `signals` sends a signal at a random
 moment of the first so many seconds of a run, and counts exit codes and messages that are no
-summary.
+summary. `events` kills `motes watch` so many seconds after its first events at the most, and every
+other time the MQTT broker too, and counts the events that do not arrive.
 """
 
 from __future__ import annotations
@@ -24,9 +26,11 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Event
 from pathlib import Path
+from typing import Any
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path += [str(TESTS), str(TESTS / "mot")]
@@ -71,6 +75,78 @@ def signals(name: str, times: str, seconds: str) -> None:
             print(*odd, sep="\n", end="\n" if odd else "")
     for (code, strange), count in sorted(ends.items()):
         print(count, "times exit code", code, "with other messages" * strange)
+
+
+def events(times: str, seconds: str) -> None:
+    """Kill runs that send events, and the broker."""
+    import json
+
+    import numpy as np
+
+    from brokers import Broker, Listener, wait_until
+    from motes.output.delivery import Delivery
+    from motes.output.event_queue import MessageQueue
+    from motes.output.mqtt import Mqtt
+    from motes.video.writer import VideoWriter
+
+    rng, noise = random.Random(0), np.random.default_rng(0)
+    expected: set[tuple[str, ...]] = set()
+    with tempfile.TemporaryDirectory() as folder, Broker(Path(folder)) as broker:
+        path, queue = Path(folder, "film.mkv"), Path(folder, "queue")
+        with VideoWriter(path, 25) as writer:
+            for index in range(3000):
+                pixels = noise.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+                x = 4 * (index % 60) - 16
+                pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+                writer.write(pixels)
+        address = f"mqtt://127.0.0.1:{broker.port}/a"
+        ears = Listener(broker.port, "a")
+
+        def keys_heard() -> set[tuple[str, ...]]:
+            heard = (json.loads(text) for text in ears.texts("a"))
+            return {_key(event["source"], event) for event in heard}
+
+        for number in range(int(times)):
+            source, lines = Path(folder, f"{number}.mkv"), Path(folder, f"{number}.jsonl")
+            source.symlink_to(path)
+            line = ["watch", str(source), "--detector", "gaussian", "--line", "80,0,80,96"]
+            line += ["--events", str(lines), "--events", address, "--queue", str(queue)]
+            with subprocess.Popen(
+                [sys.executable, "-m", "motes", *line], stderr=subprocess.DEVNULL
+            ) as program:
+                wait_until(partial(_begun, lines))
+                time.sleep(rng.uniform(0, float(seconds)))
+                if number % 2:
+                    broker.kill()
+                    time.sleep(rng.uniform(0, 1))
+                program.kill()
+            if number % 2:
+                broker.start()
+            found = [json.loads(text) for text in lines.read_text().splitlines()]
+            last = found[-1]["frame"]  # its events may not be in the queue yet
+            keys = {_key(str(source), each) for each in found if each["frame"] < last}
+            expected |= keys
+        with MessageQueue(queue) as left:
+            sending = Delivery(left, Mqtt(address), lambda line: None)
+            wait_until(lambda: not left.waiting())
+            sending.close()
+        end = time.monotonic() + 5
+        while time.monotonic() < end and not expected <= (heard := keys_heard()):
+            time.sleep(0.1)
+        texts = ears.texts("a")
+        ears.close()
+    twice = len(texts) - len({json.loads(text)["id"] for text in texts})
+    print(f"{len(expected)} events, {len(expected - heard)} lost, {twice} arrived twice")
+
+
+def _begun(path: Path) -> bool:
+    """Return whether something is in a file."""
+    return path.exists() and path.stat().st_size > 0
+
+
+def _key(source: str, event: dict[str, Any]) -> tuple[str, ...]:
+    """Return what tells an event from all others."""
+    return source, *(str(event.get(name)) for name in ("frame", "event", "identity"))
 
 
 def _is_odd(message: str) -> bool:
@@ -164,6 +240,7 @@ if __name__ == "__main__":
         "film": film,
         "memory": memory,
         "returns": returns,
+        "events": events,
         "signals": signals,
     }
     if len(sys.argv) < 3 or sys.argv[1] not in actions:

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import pytest
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Seconds after which a test gives up; a busy machine is no failure."""
 
 

@@ -24,7 +24,7 @@ ORDER = [
     {"output"},
     {"correction"},
     {"formats"},
-    {"evaluation"},
+    {"evaluation", "services"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},
 ]

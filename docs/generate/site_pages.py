@@ -26,6 +26,7 @@ PACKAGES = {
     "sot": "One object",
     "mot": "Many objects",
     "video": "Sources and writers of frames",
+    "correction": "Corrected tracks",
     "output": "Rows and drawings",
     "core": "Frames, results and errors",
 }

@@ -206,7 +206,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
         ("track FILM --at 3=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --at 3=BOX --stride 2", 2, "--stride, --figures"),
+        ("track FILM --at 3=BOX --stride 2", 2, "not for keyframes; omit them"),
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
         ("track FILM --keyframes none.csv", 5, "cannot be read"),
         ("track 0 --at 3=BOX", 3, "record it first"),

@@ -73,7 +73,7 @@ def test_pyarrow_reads_the_columns_of_the_csv(tmp_path: Path) -> None:
             if rows[name].dtype.kind == "U":
                 assert values == rows[name].tolist()
             else:
-                numbers = [np.nan if value == "" else value for value in values]
+                numbers = np.array([np.nan if value == "" else value for value in values], float)
                 np.testing.assert_allclose(numbers, rows[name], atol=6e-4)
 
 

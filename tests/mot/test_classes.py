@@ -143,7 +143,7 @@ def test_rows_have_classes(form: str, tmp_path: Path) -> None:
     import motes
 
     path = tmp_path / f"rows.{form}"
-    with Rows(str(path), form, False) as rows:  # type: ignore[arg-type]
+    with Rows(str(path), form, False) as rows:
         for index, tracks in enumerate(objects_of_two_classes()):
             frame = Frame(index, index / 4, np.zeros((100, 200, 3), np.uint8))
             rows.write(FrameResult(frame, tracks, []))

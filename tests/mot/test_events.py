@@ -208,6 +208,7 @@ def test_who_is_found_on_the_line_crosses_it_if_its_path_does() -> None:
     assert crossings(gate(), [49.5, 53, 56, 59]) == [(1, "left")]
     assert crossings(gate(), [50.5, 50.7, 51.2, 51.3, 51.4]) == []  # and hardly moves
     assert crossings(gate(), [52, 53, 56, 59]) == []  # and is clear of it at first
+    assert crossings(gate(), [51, 52.4, 53, 54, 55]) == []  # one step goes back no further
 
 
 def test_who_is_known_for_a_moment_is_not_counted() -> None:

@@ -19,6 +19,7 @@ from motes.cli.experiment_maggio import (
     maggio_rotation,
     maggio_table1,
 )
+from motes.cli.experiment_masks import masks
 from motes.cli.experiment_ng_delp import ng_delp_figure3, ng_delp_table1
 from motes.cli.experiment_nummiaro import handover, nummiaro_figure9, nummiaro_leaps, two_rooms
 from motes.cli.experiment_occlusions import occlusions, real_occlusions
@@ -53,6 +54,7 @@ for _experiment in (
     real_occlusions,
     moving_camera,
     dials,
+    masks,
     effort,
 ):
     app.command(_experiment)

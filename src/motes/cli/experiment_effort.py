@@ -31,7 +31,7 @@ def effort(
     workers: Workers = None,
     results: ResultOptions = ResultOptions(),
 ) -> int:
-    """Effort of annotation: keyframes until 95 % of the frames are right.
+    """Effort of annotation: keyframes until 95 % is right.
 
     A simulated annotator marks the first frame, and then one frame after the other with its true
     box, until 95 % of the frames have an IoU of 0.7 or more. Between the keyframes are tracks in

@@ -18,6 +18,7 @@ from motes.cli.input_checks import (
     check_not_source,
     default_output,
     point_out_leftovers,
+    stem_of,
 )
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.load_config import tracker_config
@@ -33,14 +34,15 @@ from motes.cli.options import (
 )
 from motes.cli.settings import HELP, Settings, default_preset
 from motes.cli.track_target import TargetOptions
+from motes.cli.track_units import UnitOptions, motion_names
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
 
 if TYPE_CHECKING:
-    from motes.cli.track_loop import Begin
+    from motes.cli.track_loop import Begin, Steps
     from motes.cli.track_outputs import Output
     from motes.cli.watch_outputs import Output as ObjectsOutput
-    from motes.output.track_rows import Form
+    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
     from motes.sot.tracker import Tracker
     from motes.video.sources import Source
@@ -59,7 +61,20 @@ app = App(
 class TrackOutputs(OutputOptions):
     """The outputs of `motes track`."""
 
-    figures: Annotated[Path | None, Parameter(help="Folder for the figures of the papers.")] = None
+    figures: Annotated[
+        str | None,
+        Parameter(
+            help="Folder for the figures of the papers; or the names of figures of the motion, "
+            "path,speed,size, which become NAME.path.pdf and so on, beside the rows NAME.csv."
+        ),
+    ] = None
+    masks: Annotated[
+        Path | None,
+        Parameter(
+            help="Pixels of the target, as far as its colors differ from those around it: a folder "
+            "for PNG files, or a .json document of COCO."
+        ),
+    ] = None
     resume: Annotated[
         bool,
         FLAG,
@@ -77,6 +92,7 @@ def track(
     target: TargetOptions = TargetOptions(),
     keys: KeyframeOptions = KeyframeOptions(),
     frames: FrameOptions = FrameOptions(),
+    units: UnitOptions = UnitOptions(),
     outputs: TrackOutputs = TrackOutputs(),
     preset: TrackPreset = None,
     values: ConfigOptions = ConfigOptions(),
@@ -120,35 +136,44 @@ def track(
     if values.seed < 0:
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     if keys.given:
-        pictures = outputs.figures is not None or outputs.show
-        if frames.stride != 1 or pictures or outputs.resume or fps_target is not None:
+        others = (outputs.figures, outputs.masks, outputs.show, outputs.resume, fps_target)
+        if frames.stride != 1 or any(others) or units.units() is not None:
             raise ConfigError(
-                "--stride, --figures, --show, --resume and --fps-target are not for keyframes; "
-                "omit them."
+                "--stride, --scale, --ground, --figures, --masks, --show, --resume and "
+                "--fps-target are not for keyframes; omit them."
             )
         check_keyframe_error(outputs.keyframe_error)
         return _track_keyframes(sources, keys, target, frames, outputs, config, values.seed)
     if len(sources) > 1:
-        others = " ".join(sources[1:])
         raise ConfigError(
-            f"No option takes {others}; numbers of one option need commas, and several videos "
-            f"--keyframes."
+            f"No option takes {' '.join(sources[1:])}; numbers of one option need commas, and "
+            f"several videos --keyframes."
         )
     (source,) = sources
     if outputs.resume and fps_target is not None:
         raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
     boxes = target.boxes()
     begin = target.begin(known)
-    if len(boxes) > 1 and (outputs.figures is not None or outputs.resume or fps_target is not None):
-        raise ConfigError("--figures, --resume and --fps-target are for one --init; omit them.")
+    single = (outputs.figures, outputs.masks, outputs.resume, fps_target)
+    if len(boxes) > 1 and any(single):
+        raise ConfigError(
+            "--figures, --masks, --resume and --fps-target are for one --init; omit them."
+        )
+    plane = units.units()
+    if plane is not None and len(boxes) > 1:
+        raise ConfigError("--scale, --ground and --lens are for one --init; omit them.")
     output = outputs.output
-    pictures = outputs.overlay is not None or outputs.figures is not None or outputs.show
-    if output is None and not pictures:
+    besides = (outputs.overlay, outputs.figures, outputs.masks, outputs.show)
+    if output is None and not any(besides):
         output = default_output(source)
-    check_label(outputs.label, output, outputs.format)
+    if outputs.masks is None or outputs.masks.suffix != ".json":
+        check_label(outputs.label, output, outputs.format)
     check_keyframe_error(outputs.keyframe_error)
     where = Path(output) if output else None
-    check_not_source(source, where, outputs.overlay, outputs.figures)
+    folder = None if motion_names(outputs.figures) else outputs.figures
+    check_not_source(
+        source, where, outputs.overlay, outputs.masks, Path(folder) if folder else None
+    )
     point_out_leftovers(where, outputs.overlay)
     if outputs.resume and output is None:
         raise ConfigError("--resume continues a file of rows; name it with -o.")
@@ -162,7 +187,7 @@ def track(
     from motes.sot.tracker import Tracker
 
     tracker = Tracker(config, values.seed, fps_target)
-    return _track_one(source, tracker, begin, frames, output, outputs)
+    return _track_one(source, tracker, begin, frames, output, outputs, plane)
 
 
 def _track_keyframes(
@@ -246,14 +271,19 @@ def _track_one(
     frames: FrameOptions,
     output: str | None,
     outputs: TrackOutputs,
+    units: RealUnits | None,
 ) -> int:
     """Track one object."""
+    from motes.cli.track_loop import follow
     from motes.cli.track_outputs import AsObjects, Figures, Overlay, Rows
-    from motes.cli.watch_outputs import format_of, objects_output
+    from motes.cli.track_units import MotionFigures, check_size, measured
+    from motes.cli.watch_outputs import format_of, objects_output, row_form
+    from motes.mot.analytics.real_units import PIXELS
+    from motes.output.track_rows import COLUMNS, GROUND
 
     resume = outputs.resume
     form = None if output is None else format_of(output, outputs.format)
-    rows: Form | None = form if form == "csv" or form == "jsonl" else None
+    rows = row_form(form)
     if resume and not rows:
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     anew = outputs.overwrite or resume
@@ -263,35 +293,50 @@ def _track_one(
         opened: list[Output] = []
         if outputs.overlay is not None:
             opened.append(Overlay(outputs.overlay, film, frames.stride, overwrite=anew))
-        if outputs.figures is not None:
-            opened.append(Figures(outputs.figures, tracker.config, overwrite=anew))
+        check_size(units, film)
+        steps: Steps = partial(follow, tracker, begin)
+        if names := motion_names(outputs.figures):
+            stem = Path(stem_of(source) if output in (None, "-") else str(output))
+            unit = "pixels" if units is None else "m"
+            opened.append(MotionFigures(stem.with_suffix(""), names, unit, overwrite=anew))
+        elif outputs.figures is not None:
+            opened.append(Figures(Path(outputs.figures), tracker.config, overwrite=anew))
+        if outputs.masks is not None:
+            from motes.cli.track_masks import masks_output
+
+            opened.append(masks_output(outputs.masks, film, outputs.label, overwrite=anew))
+        if names or units is not None:
+            steps = measured(units or PIXELS, steps)
         if outputs.show:
             from motes.cli.show import show_track
 
             opened.append(show_track())
         if output is not None and rows:
-            opened.append(Rows(output, rows, overwrite=outputs.overwrite, resume=resume))
+            opened.append(
+                Rows(
+                    output, rows, overwrite=outputs.overwrite, resume=resume,
+                    columns=COLUMNS if units is None else (*COLUMNS, *GROUND),
+                )
+            )  # fmt: skip
         elif output is not None:
             inner = objects_output(
                 output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
                 keyframe_error=outputs.keyframe_error,
             )  # fmt: skip
             opened.append(AsObjects(inner))
-        return _run(film, tracker, begin, opened, quiet=output == "-")
+        return _run(film, tracker, steps, opened, quiet=output == "-")
 
 
 def _run(
-    film: Source, tracker: Tracker, begin: Begin, outputs: Sequence[Output], *, quiet: bool
+    film: Source, tracker: Tracker, steps: Steps, outputs: Sequence[Output], *, quiet: bool
 ) -> int:
     """Track the target through the film, write the outputs and print a summary."""
     from motes.cli.frame_loop import run, summarize
     from motes.cli.progress import RunStatistics
-    from motes.cli.track_loop import follow
     from motes.sot.particle_filter import ParticleFilter
 
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     tally = RunStatistics(budget=chooses)
-    steps = partial(follow, tracker, begin)
 
     def finish(interrupted: KeyboardInterrupt | None = None) -> None:
         if tally.frames:

@@ -19,7 +19,7 @@ from motes.cli.options import OutputOptions
 from motes.cli.progress import Progress
 from motes.cli.track_loop import Step
 from motes.cli.track_outputs import AsObjects, Output, Overlay, Rows
-from motes.cli.watch_outputs import format_of, objects_output
+from motes.cli.watch_outputs import format_of, objects_output, row_form
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -29,12 +29,9 @@ from motes.correction.correct import stretches
 from motes.correction.history import History, history_path
 from motes.correction.join import Stretch
 from motes.correction.keyframes import check_keyframes, keyframes
-from motes.output.track_rows import CORRECTED, Form, check_writable
+from motes.output.track_rows import CORRECTED, check_writable
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
-
-ROWS: dict[str, Form] = {"csv": "csv", "jsonl": "jsonl"}
-"""The formats of rows of one target."""
 
 
 class Hindsight(NamedTuple):
@@ -171,8 +168,8 @@ def write_stretches(
 def rows_output(output: str, film: Film, outputs: OutputOptions) -> Output:
     """Return the output of rows or of another format."""
     form = format_of(output, outputs.format)
-    if form in ROWS:
-        return Rows(output, ROWS[form], overwrite=outputs.overwrite, columns=CORRECTED)
+    if rows := row_form(form):
+        return Rows(output, rows, overwrite=outputs.overwrite, columns=CORRECTED)
     return AsObjects(
         objects_output(
             output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
@@ -189,7 +186,7 @@ def history_of(output: str, outputs: OutputOptions) -> Path | None:
     FormatError
         If it exists and must not be overwritten.
     """
-    if output == "-" or format_of(output, outputs.format) not in ROWS:
+    if output == "-" or format_of(output, outputs.format) not in ("csv", "jsonl"):
         return None
     path = history_path(Path(output))
     check_writable(path, outputs.overwrite)

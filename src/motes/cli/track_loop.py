@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from motes.core.detection import Detector
 from motes.core.frame import Frame
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, finite
+from motes.mot.analytics.real_units import GroundPlace
 from motes.sot.known_target import Target
 from motes.sot.places import Place
 from motes.sot.step_info import StepInfo
@@ -27,11 +28,23 @@ class Step:
         The tracker's report; None before it has a target.
     seconds
         Time of the tracker.
+    place
+        The target's place on the ground; None if it is not measured, or not seen.
     """
 
     frame: Frame
     info: StepInfo | None
     seconds: float
+    place: GroundPlace | None = None
+
+    @property
+    def ground(self) -> dict[str, float | None]:
+        """The columns of the place."""
+        return (
+            {}
+            if self.place is None
+            else {name: finite(value) for name, value in self.place._asdict().items()}
+        )
 
     @property
     def track(self) -> Track | None:
@@ -44,6 +57,8 @@ class Step:
         return self.info.track.status if self.info else Status.SEARCHING
 
 
+Steps = Callable[[Iterator[Frame]], Generator[Step, None, None]]
+"""Makes the steps of a run from its frames."""
 Begin = Callable[[Tracker, Frame], bool]
 """Tries to start a tracker on a frame; returns whether it has started."""
 

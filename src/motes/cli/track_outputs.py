@@ -63,7 +63,7 @@ class Rows:
 
     def write(self, step: Step) -> None:
         """Add a row."""
-        self._writer.write(step.frame.index, step.frame.time, step.track)
+        self._writer.write(step.frame.index, step.frame.time, step.track, step.ground)
 
     @property
     def result(self) -> str | None:
@@ -92,7 +92,7 @@ class AsObjects:
     def write(self, step: Step) -> None:
         """Add a frame."""
         there = step.track is not None and step.track.status is not Status.ABSENT
-        objects = (ObjectRow.of_target(step.track),) if step.track and there else ()
+        objects = (ObjectRow.of_target(step.track, step.ground),) if step.track and there else ()
         self._inner.add(FrameRow(step.frame.index, step.frame.time, objects))
 
     @property

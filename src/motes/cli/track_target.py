@@ -53,16 +53,6 @@ class TargetOptions:
         Path | None, Parameter(help="With --histogram: a picture without the target.")
     ] = None
 
-    def given(self) -> list[str]:
-        """Return the options that are given and name a target."""
-        ways = {
-            "--init": self.init,
-            "--ellipse": self.ellipse,
-            "--histogram": self.histogram,
-            "--detect": self.detect,
-        }
-        return [flag for flag, value in ways.items() if value]
-
     def boxes(self) -> list[list[float]]:
         """Return the boxes of --init; raise a ConfigError for a text that is none."""
         return [numbers_of("--init", text, "x,y,width,height") for text in self.init or []]

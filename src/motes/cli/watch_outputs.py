@@ -170,6 +170,12 @@ def format_of(name: str, form: str | None = None) -> str:
     return form
 
 
+def row_form(form: str | None) -> RowForm | None:
+    """Return the form of a format that has the rows of one target as it is written; or None."""
+    forms: dict[str | None, RowForm] = {"csv": "csv", "jsonl": "jsonl"}
+    return forms.get(form)
+
+
 def is_document(name: str, form: str | None = None) -> bool:
     """Return whether an output is made at the end of a run."""
     forms = [form] if form is not None else _usual_format(name)

@@ -217,8 +217,8 @@ def _read_track(
 def _between(start: Ellipse, end: Ellipse, share: float) -> Ellipse:
     """Return the interpolated ellipse; it turns the shorter way."""
     turn = (end.theta - start.theta + math.pi) % (2 * math.pi) - math.pi
-    sides = [one + share * (two - one) for one, two in zip(start[:4], end[:4], strict=True)]
-    return Ellipse(*sides, start.theta + share * turn)
+    sides = (one + share * (two - one) for one, two in zip(start, end, strict=True))
+    return Ellipse(*sides)._replace(theta=start.theta + share * turn)
 
 
 def _row(shape: Element, identity: int, label: str | None) -> ObjectRow:

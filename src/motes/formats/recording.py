@@ -15,7 +15,9 @@ from motes.core.track import Status
 from motes.formats.regions import MAX_FRAME
 from motes.output.journal import FrameRow, Header, ObjectRow
 
-SHOWN = (Status.TRACKING, Status.OCCLUDED, Status.INTERPOLATED)
+VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
+"""The states of an object that is in the picture."""
+SHOWN = (*VISIBLE, Status.OCCLUDED)
 """The states with a known position; that of a searched or lost object is only a guess."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
@@ -148,7 +150,7 @@ def shown(row: FrameRow) -> Iterator[ObjectRow]:
 
 def visible(row: FrameRow) -> Iterator[ObjectRow]:
     """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
-    return (each for each in row.objects if each.status is Status.TRACKING)
+    return (each for each in row.objects if each.status in VISIBLE)
 
 
 def aspects(recorded: Recorded) -> set[str]:

@@ -157,7 +157,7 @@ def recording_of_rows(
 def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow:
     if "theta" in names:
         ellipse = Ellipse(*(row[name] for name in Ellipse._fields))
-        used = (*Ellipse._fields, *COLUMNS[:-2])
+        used: tuple[str, ...] = (*Ellipse._fields, *COLUMNS[:-2])
     else:
         ellipse = Ellipse.from_box([row[name] for name in ("x", "y", "width", "height")])
         used = OBJECT_COLUMNS

@@ -224,6 +224,8 @@ PyObject* object_of(const ScratchPlane<T>& values) {
 
 template <std::size_t N>
 PyObject* object_of(const std::array<double, N>& values);
+template <typename... Values>
+PyObject* object_of(const std::tuple<Values...>& values);
 
 template <typename... Values>
 PyObject* tuple_of(const Values&... values) {

@@ -23,8 +23,7 @@ using Observation =
                Scratch<double> /* weights */, bool /* degenerate */,
                std::array<double, 5> /* mean */, ScratchPlane<double> /* covariance */,
                double /* distance */, Index /* appearing */, double /* support */>;
-using Outcome = decltype(std::tuple_cat(std::declval<std::tuple<ScratchPlane<double>>>(),
-                                        std::declval<Observation>()));  // states first
+using Outcome = std::tuple<ScratchPlane<double> /* states */, Observation>;
 
 // Weighs particles (N, d) by their colors and estimates the target (Nummiaro et al., figure 2).
 //
@@ -64,7 +63,7 @@ inline Outcome step(Picture picture, Plane<const double> before, Floats before_w
                     states);
     Observation seen =
         observe(picture, {states.begin(), count, columns}, target, likelihood, threshold);
-    return std::tuple_cat(std::make_tuple(std::move(states)), std::move(seen));
+    return {std::move(states), std::move(seen)};
 }
 
 }  // namespace motes::color_filter

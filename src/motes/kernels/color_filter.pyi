@@ -24,7 +24,7 @@ def step(
     target: ColorTarget,
     likelihood: tuple[float, float],
     threshold: float,
-) -> tuple[Floats, *Observation]: ...
+) -> tuple[Floats, Observation]: ...
 def observe(
     picture: Bytes,
     states: Floats,

@@ -7,7 +7,7 @@ is killed loses no frame. The first line is a `Header`, each other line a `Frame
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Self
 
@@ -62,11 +62,12 @@ class ObjectRow(msgspec.Struct, frozen=True, array_like=True):
         )
 
     @classmethod
-    def of_target(cls, track: Track) -> Self:
+    def of_target(cls, track: Track, further: Mapping[str, float | None] = {}) -> Self:
         """Return the row of the one target of a tracker, with the identity 1."""
         more = {
             "distance": finite(track.distance),
             "effective_sample_size": finite(track.effective_sample_size),
+            **further,
         }
         return replace(cls.of(SceneTrack(1, track)), more=more)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError, MissingDependencyError
-from motes.output.track_rows import DEVIATIONS, form_of
+from motes.output.track_rows import DEVIATIONS, GROUND, form_of
 
 WHOLE = ("frame", "identity", "outlier")
 """Columns of whole numbers."""
@@ -22,7 +22,7 @@ TEXT = ("status", "camera", "class")
 """Columns of text."""
 NUMBERS = (
     "time", "x", "y", "a", "b", "theta", "width", "height", "confidence", "distance",
-    "effective_sample_size", "occluded_by", *DEVIATIONS,
+    "effective_sample_size", "occluded_by", *DEVIATIONS, *GROUND,
 )  # fmt: skip
 """Columns of floating-point numbers."""
 TYPES: dict[str, type] = {

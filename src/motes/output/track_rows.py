@@ -11,7 +11,7 @@ import contextlib
 import math
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, Literal, Self
 
@@ -40,6 +40,8 @@ COLUMNS = (
 )
 DEVIATIONS = ("x_std", "y_std", "a_std", "b_std", "theta_std")
 """Columns of standard deviations, in the order of an ellipse."""
+GROUND = ("x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std")
+"""Columns of places in metres and speeds in metres per second."""
 CORRECTED = (*COLUMNS, *DEVIATIONS, "outlier")
 """The columns of tracks that are known in hindsight: smoothed or corrected ones."""
 
@@ -114,7 +116,8 @@ class TrackWriter:
         Whether an existing file is the beginning of these rows. Each existing row is compared with
         the new one; a last line that was cut off is completed.
     columns
-        The columns: `COLUMNS`, or `CORRECTED` for tracks that are smoothed or corrected.
+        The columns: `COLUMNS`, perhaps with `GROUND`; or `CORRECTED` for tracks that are smoothed
+        or corrected.
 
     Attributes
     ----------
@@ -165,11 +168,24 @@ class TrackWriter:
             except OSError as error:
                 raise self._failure(error) from error
 
-    def write(self, frame: int, time: float, track: Track | None) -> None:
-        """Write the row of a frame: its index, its time in seconds, and its track or None."""
+    def write(
+        self,
+        frame: int,
+        time: float,
+        track: Track | None,
+        further: Mapping[str, float | None] = {},
+    ) -> None:
+        """Write the row of a frame: its index, its time in seconds, and its track or None.
+
+        Columns that a track does not have are taken from `further`; others stay empty.
+        """
         if not self.rows and self.form == "csv":
             self._put(",".join(self._columns), "its first line")
-        line = line_of(self.form, self._columns, fields_of(frame, time, track, self._columns))
+        fields = fields_of(frame, time, track, self._columns)
+        for i, name in enumerate(self._columns):
+            value = further.get(name)
+            fields[i] = fields[i] if value is None else _number(value, 5)
+        line = line_of(self.form, self._columns, fields)
         self._put(line, f"the row of frame {frame}")
         self.rows += 1
         self.resumed += self._old is not None

@@ -80,7 +80,7 @@ def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:
     scale = min(LARGEST / side, 1)
     size = round(image.width * scale), round(image.height * scale)
     part = np.asarray(image.resize(size, Image.Resampling.LANCZOS))
-    mask = _grab(part, (box - (left, top, 0, 0)) * scale)
+    mask = grab_cut(part, (box - (left, top, 0, 0)) * scale)
     mask = ndimage.binary_opening(ndimage.binary_closing(mask, iterations=1), iterations=1)
     labels, _ = ndimage.label(mask)
     if not labels.any():
@@ -91,7 +91,7 @@ def _cut(pixels: Bytes, box: NDArray[np.float64]) -> Cutout | None:
     return _soft(part, mask)
 
 
-def _grab(part: Bytes, box: NDArray[np.float64]) -> NDArray[np.bool_]:
+def grab_cut(part: Bytes, box: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the mask (H, W) of the object in a box that GrabCut finds.
 
     What lies outside of the box is not the object; what lies around its center is.

@@ -409,10 +409,11 @@ def _past(walk: _Trajectory, foot: Point, now: float) -> Point:
     """Return where an object was before its first place, if it has gone evenly; or its place.
 
     A foot that was clear of a line from the start has no past there: its first place is its place.
+    A path is continued for no longer than it is: that of a few frames shows how a box grows.
     """
     if now == walk.since:
         return foot
-    share = PAST / (now - walk.since)
+    share = min(1.0, PAST / (now - walk.since))
     x, y = walk.first
     return x - share * (foot[0] - x), y - share * (foot[1] - y)
 

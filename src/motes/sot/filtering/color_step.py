@@ -78,7 +78,7 @@ class ColorStep:
         `dt` seconds have passed; `first` is the target's first region. A particle appears with a
         rho above `threshold`.
         """
-        moved, *seen = kernels.color_filter.step(
+        moved, seen = kernels.color_filter.step(
             frame.pixels, states, weights.values, rng.random(n), self.motion.normal(rng, n),
             self.motion.kernel_noise, dt / FRAME_INTERVAL, first[2:4], self.color.target(model),
             self.likelihood, threshold,

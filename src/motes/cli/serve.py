@@ -1,0 +1,54 @@
+"""`motes serve`: trackers for annotation tools."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from motes.cli.exit_codes import DONE
+from motes.cli.messages import log
+from motes.cli.options import ObjectPreset
+from motes.core.errors import ConfigError, SourceError
+
+app = App(name="serve", help_format="plaintext", help="Track for annotation tools.")
+
+
+@app.command(name="label-studio")
+def label_studio(
+    files: Path,
+    /,
+    *,
+    host: Annotated[
+        str, Parameter(help="Address to listen at; others cannot reach the default.")
+    ] = "127.0.0.1",
+    port: Annotated[int, Parameter(help="Port to listen at.")] = 9090,
+    preset: ObjectPreset = "default",
+) -> int:
+    """Answer Label Studio as its ML backend, until Ctrl-C.
+
+    Add http://ADDRESS:PORT to a project of video object tracking as a model, and switch on
+    interactive preannotations. A rectangle that is drawn is then tracked to the end of the video.
+
+    Parameters
+    ----------
+    files
+        The folder of the videos, which Label Studio reads too. No other file is opened.
+    """
+    from motes.services.label_studio import server
+    from motes.sot.presets import preset as preset_of
+
+    preset_of(preset)
+    if not files.is_dir():
+        raise SourceError(f"There is no folder {files}; give that of the videos.")
+    if not 0 < port < 65536:
+        raise ConfigError(f"--port is {port}; give 1 to 65535.")
+    try:
+        answering = server(host, port, files, preset)
+    except OSError as error:
+        raise ConfigError(f"{host}:{port} cannot be used: {error.strerror}.") from None
+    with answering:
+        log(f"Label Studio finds the tracker at http://{host}:{port}; Ctrl-C ends it.")
+        answering.serve_forever()
+    return DONE

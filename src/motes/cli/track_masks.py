@@ -1,0 +1,143 @@
+"""Masks of `motes track`: a folder of PNG files, or a document of COCO."""
+
+from __future__ import annotations
+
+import io
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from msgspec.structs import replace
+
+from motes.cli.track_loop import Step
+from motes.cli.watch_outputs import Document
+from motes.core.errors import ConfigError, FormatError
+from motes.core.files import write_whole
+from motes.core.track import Status
+from motes.formats import runs
+from motes.formats.shapes import frame_name
+from motes.output.journal import FrameRow, ObjectRow
+from motes.sot.segmentation import Mask, Segmenter
+
+if TYPE_CHECKING:
+    from motes.video.sources import Source
+
+
+def masks_output(path: Path, film: Source, label: str | None, *, overwrite: bool) -> Masks:
+    """Return the output of masks: of a document if the name ends in .json, else of a folder.
+
+    Raises
+    ------
+    ConfigError
+        If the name has another ending.
+    FormatError
+        If it exists and must not be overwritten, or cannot be made.
+    """
+    if path.suffix.lower() == ".json":
+        document = Document(str(path), "coco", film, label or "object", overwrite, None)
+        return DocumentMasks(document)
+    if path.suffix:
+        raise ConfigError(f"--masks {path}: give a folder for PNG files, or a .json of COCO.")
+    return FolderMasks(path, film, overwrite=overwrite)
+
+
+class Masks(ABC):
+    """Makes the mask of each frame in which the target is tracked."""
+
+    def __init__(self) -> None:
+        self._segmenter = Segmenter()
+
+    def write(self, step: Step) -> None:
+        """Add a frame."""
+        track = step.track
+        tracked = track is not None and track.status is Status.TRACKING
+        pixels = step.frame.pixels
+        if track is not None and tracked:
+            self.add(step, self._segmenter.update(pixels, track.ellipse))
+        else:
+            self.add(step, np.zeros(pixels.shape[:2], np.bool_))
+
+    @abstractmethod
+    def add(self, step: Step, mask: Mask) -> None:
+        """Write the mask of a frame; it is empty where the target is not tracked."""
+
+    @property
+    @abstractmethod
+    def result(self) -> str | None:
+        """What was written."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    @abstractmethod
+    def __exit__(self, *exception: object) -> None: ...
+
+
+class FolderMasks(Masks):
+    """A PNG file for each frame, white where the target is; the name is that of the image."""
+
+    def __init__(self, folder: Path, film: Source, *, overwrite: bool) -> None:
+        super().__init__()
+        self._folder, self._film, self._count = folder, film, 0
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FormatError(
+                f"The folder {folder} cannot be made: {error.strerror}; choose another place."
+            ) from None
+        if not overwrite and any(folder.iterdir()):
+            raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
+
+    def add(self, step: Step, mask: Mask) -> None:
+        """Write the file of a frame."""
+        from PIL import Image
+
+        file = self._film.file_of(step.frame.index)
+        stem = Path(file).stem if file else frame_name(step.frame.index)
+        data = io.BytesIO()
+        Image.fromarray(mask.astype(np.uint8) * 255).save(data, "PNG")
+        path = self._folder / f"{stem}.png"
+        try:
+            write_whole(path, data.getvalue())
+        except OSError as error:
+            raise FormatError(
+                f"{path} cannot be written: {error.strerror}; make room, or choose another place. "
+                f"The masks before it are kept."
+            ) from error
+        self._count += 1
+
+    @property
+    def result(self) -> str | None:
+        """The folder."""
+        return f"{self._count} masks in {self._folder}" if self._count else None
+
+    def __exit__(self, *exception: object) -> None:
+        """Leave the files as they are; each one is complete."""
+
+
+class DocumentMasks(Masks):
+    """A document of COCO whose objects have masks in place of outlines."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+
+    def add(self, step: Step, mask: Mask) -> None:
+        """Add the object of a frame, if its mask is not empty."""
+        objects: tuple[ObjectRow, ...] = ()
+        if step.track is not None and mask.any():
+            objects = (replace(ObjectRow.of_target(step.track), mask=runs.encode(mask)),)
+        self._document.add(FrameRow(step.frame.index, step.frame.time, objects))
+
+    @property
+    def result(self) -> str | None:
+        """The document, or the rows in its place."""
+        return self._document.result
+
+    def __enter__(self) -> Self:
+        self._document.__enter__()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._document.__exit__(*exception)

@@ -1,0 +1,189 @@
+"""Real units of `motes track`: its options, places on the ground, and figures of the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from cyclopts import Group, Parameter
+
+from motes.cli.input_checks import read_text
+from motes.cli.load_config import error_context
+from motes.core.errors import ConfigError, FormatError, MissingDependencyError
+from motes.core.track import Status
+
+if TYPE_CHECKING:
+    from motes.cli.track_loop import Step, Steps
+    from motes.core.frame import Frame
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.video.sources import Source
+
+MOTION = ("path", "speed", "size")
+"""Figures of the motion."""
+
+
+@Parameter(name="*", group=Group("Real units", sort_key=2))
+@dataclass(frozen=True, kw_only=True)
+class UnitOptions:
+    """How pixels become metres."""
+
+    scale: Annotated[
+        float | None,
+        Parameter(help="Pixels per metre: rows get x_m, y_m and speed, with deviations."),
+    ] = None
+    ground: Annotated[
+        Path | None,
+        Parameter(
+            help="TOML file with [ground]: scale, homography (9 numbers), or points (four or more "
+            "[x, y, X, Y]), as for motes watch --places."
+        ),
+    ] = None
+    lens: Annotated[
+        Path | None,
+        Parameter(
+            help="With --scale or --ground: distortion of the lens, the YAML or XML file of "
+            "OpenCV's calibration."
+        ),
+    ] = None
+
+    def units(self) -> RealUnits | None:
+        """Return the units of the options; None if there are none.
+
+        Raises
+        ------
+        ConfigError
+            If options contradict each other, or a file does not describe the ground or a lens.
+        SourceError
+            If a file cannot be read.
+        """
+        if self.scale is None and self.ground is None and self.lens is None:
+            return None
+        from motes.mot.analytics.events import Regions
+        from motes.mot.analytics.ground_plane import Ground
+        from motes.mot.analytics.lens import Lens
+        from motes.mot.analytics.real_units import RealUnits
+
+        if (self.scale is None) == (self.ground is None):
+            raise ConfigError("Give either --scale or --ground; --lens needs one of them.")
+        plane: Ground | None = None
+        if self.ground is not None:
+            text = read_text(self.ground)
+            with error_context(self.ground):
+                plane = Regions.parse(text).ground
+                if plane is None:
+                    raise ConfigError("it has no [ground]; add scale, homography or points.")
+        else:
+            with error_context("--scale"):
+                plane = Ground(self.scale)
+        lens: Lens | None = None
+        if self.lens is not None:
+            text = read_text(self.lens)
+            with error_context(self.lens):
+                lens = Lens.parse(text)
+        return RealUnits(plane, lens)
+
+
+def check_size(units: RealUnits | None, film: Source) -> None:
+    """Raise a ConfigError if the lens was calibrated with pictures of another size."""
+    size = None if units is None or units.lens is None else units.lens.size
+    if size is not None and size != (film.width, film.height):
+        raise ConfigError(
+            f"The lens was calibrated at {size[0]}x{size[1]}, and {film.name} has {film.width}x"
+            f"{film.height} pixels; give the calibration of this film's camera."
+        )
+
+
+def measured(units: RealUnits, steps: Steps) -> Steps:
+    """Return the same steps, each with its place on the ground."""
+    from motes.mot.analytics.real_units import GroundMotion
+
+    def located(frames: Iterator[Frame]) -> Generator[Step, None, None]:
+        motion = GroundMotion(units)
+        with closing(steps(frames)) as made:
+            for step in made:
+                yield replace(step, place=motion.update(step.track))
+
+    return located
+
+
+def motion_names(figures: str | None) -> tuple[str, ...]:
+    """Return the figures of the motion that --figures names; none if it names a folder."""
+    names = tuple(figures.split(",")) if figures is not None else ()
+    return names if names and set(names) <= set(MOTION) else ()
+
+
+class MotionFigures:
+    """Figures of the motion, as PDF beside the rows, made at the end, also when interrupted.
+
+    Parameters
+    ----------
+    stem
+        The path of the files without `.path.pdf` and so on.
+    names
+        The figures.
+    unit
+        The unit of length.
+    overwrite
+        Whether existing files may be replaced.
+    """
+
+    def __init__(self, stem: Path, names: Sequence[str], unit: str, *, overwrite: bool) -> None:
+        from motes.output.track_rows import check_writable
+
+        try:
+            import matplotlib  # noqa: F401
+        except ImportError:
+            raise MissingDependencyError(
+                "Drawing figures needs matplotlib; install it with: pip install 'motes[report]'."
+            ) from None
+        self._files = {name: stem.with_name(f"{stem.name}.{name}.pdf") for name in names}
+        for path in self._files.values():
+            check_writable(path, overwrite)
+        self._unit, self._done = unit, False
+        self._rows: list[tuple[float, ...]] = []
+
+    def write(self, step: Step) -> None:
+        """Record a frame."""
+        place, track = step.place, step.track
+        nothing = (np.nan,) * 10
+        if track is None or place is None or track.status is not Status.TRACKING:
+            self._rows.append((step.frame.time, *nothing))
+            return
+        deviations = np.sqrt(np.diagonal(track.covariance)).tolist()
+        ellipse = track.ellipse
+        self._rows.append(
+            (
+                step.frame.time, place.x_m, place.y_m, place.x_m_std, place.y_m_std, place.speed,
+                place.speed_std, ellipse.a, ellipse.b, deviations[2], deviations[3],
+            )
+        )  # fmt: skip
+
+    @property
+    def result(self) -> str | None:
+        """The files."""
+        return ", ".join(map(str, self._files.values())) if self._done else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if not self._rows or not (kind is None or issubclass(kind, KeyboardInterrupt)):
+            return
+        from motes.output.motion_charts import FIGURES, MotionSeries, style
+
+        series = MotionSeries(*np.array(self._rows).T)
+        with style():
+            for name, path in self._files.items():
+                try:
+                    # Without a date, equal runs give equal files.
+                    FIGURES[name](series, self._unit).savefig(path, metadata={"CreationDate": None})
+                except OSError as error:
+                    raise FormatError(
+                        f"The figure {path} cannot be written: {error.strerror}; make room, or "
+                        f"choose another place for -o."
+                    ) from None
+        self._done = True

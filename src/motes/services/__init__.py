@@ -1,0 +1,1 @@
+"""Annotation tools call these as trackers: CVAT and Label Studio."""

@@ -1,0 +1,76 @@
+"""A tracking function for CVAT's agents: `cvat-cli function run-agent` runs it on any machine.
+
+    cvat-cli function create-native motes --function-module motes.services.cvat_agent
+    cvat-cli function run-agent ID --function-module motes.services.cvat_agent
+
+It needs the package cvat-cli. https://docs.cvat.ai/docs/api_sdk/sdk/auto-annotation/
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from motes.core.errors import MissingDependencyError
+from motes.core.frame import Frame
+from motes.core.track import Status
+from motes.services.cvat import PRESET, box_of, corners_of
+from motes.sot.tracker import Tracker
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+
+def _sdk() -> Any:
+    try:
+        import cvat_sdk.auto_annotation
+    except ImportError:
+        raise MissingDependencyError(
+            "CVAT's agent needs its package; install it with: pip install cvat-cli"
+        ) from None
+    return cvat_sdk.auto_annotation
+
+
+class TrackingFunction:
+    """Tracks rectangles, as `cvat_sdk.auto_annotation.TrackingFunction` describes it.
+
+    Parameters
+    ----------
+    preset
+        The preset of the tracker.
+    """
+
+    def __init__(self, preset: str = PRESET) -> None:
+        self._preset = preset
+        self._sdk = _sdk()
+
+    @property
+    def spec(self) -> Any:
+        """The shapes that can be tracked."""
+        return self._sdk.TrackingFunctionSpec(supported_shape_types=["rectangle"])
+
+    def preprocess_image(self, context: Any, image: Image) -> Frame:
+        """Return an image as a frame; all shapes on it share what cues compute from it."""
+        del context
+        return Frame(0, 0.0, np.asarray(image.convert("RGB")))
+
+    def init_tracking_state(self, context: Any, pp_image: Frame, shape: Any) -> Tracker:
+        """Return a tracker of a shape."""
+        del context
+        tracker = Tracker(self._preset)
+        tracker.init(pp_image, box_of(shape.points))
+        return tracker
+
+    def track(self, context: Any, pp_image: Frame, state: Tracker) -> Any:
+        """Return the shape in the next image; None if it is not found."""
+        del context
+        track = state.update(pp_image.pixels)
+        if track.status is not Status.TRACKING:
+            return None
+        return self._sdk.TrackableShape(type="rectangle", points=corners_of(track.box))
+
+
+def create(preset: str = PRESET) -> TrackingFunction:
+    """Return the function; the agent calls this, with the parameters of its command line (-p)."""
+    return TrackingFunction(preset)

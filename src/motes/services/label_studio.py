@@ -1,0 +1,245 @@
+"""Label Studio's ML backend: it tracks the rectangles that a user has drawn in a video.
+
+Label Studio asks for `/health`, `/setup` and `/predict`. A request to predict holds the task and,
+as its context, the regions drawn so far; the answer continues their sequences to the video's end.
+https://labelstud.io/guide/ml_create
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, unquote, urlsplit
+from xml.etree import ElementTree
+
+import msgspec
+
+from motes import __version__
+from motes.core.errors import ConfigError, MotesError
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.formats.label_studio import regions
+from motes.formats.recording import FilmFacts, recording_of
+from motes.formats.thinning import KEYFRAME_ERROR
+from motes.output.journal import ObjectRow
+from motes.sot.tracker import Tracker
+from motes.video.sources import open_source
+
+LARGEST_REQUEST = 1 << 26
+"""Bytes; the regions of hours of video are smaller."""
+
+
+class Keyframe(msgspec.Struct):
+    """A rectangle that a user has drawn, in percent of the picture; frames count from 1."""
+
+    frame: int
+    x: float
+    y: float
+    width: float
+    height: float
+
+
+class Value(msgspec.Struct):
+    """The rectangles of a region, and its classes."""
+
+    sequence: list[Keyframe] = []
+    labels: list[str] = []
+
+
+class Region(msgspec.Struct):
+    """An object that a user has drawn."""
+
+    value: Value
+    id: str = ""
+    type: str = ""
+
+
+class Context(msgspec.Struct):
+    """What a user has drawn."""
+
+    result: list[Region] = []
+
+
+class Params(msgspec.Struct):
+    """The parameters of a request."""
+
+    context: Context | None = None
+
+
+class Task(msgspec.Struct):
+    """A task: its data, by the names in the labeling configuration."""
+
+    data: dict[str, Any]
+
+
+class Request(msgspec.Struct):
+    """A request to predict."""
+
+    tasks: list[Task]
+    label_config: str = ""
+    params: Params = msgspec.field(default_factory=Params)
+
+
+def predict(body: bytes, files: Path, preset: str = "default") -> dict[str, Any]:
+    """Return the answer to a request.
+
+    Parameters
+    ----------
+    body
+        The request, in JSON.
+    files
+        The folder of the videos; none outside of it is opened.
+    preset
+        The preset of the trackers.
+
+    Raises
+    ------
+    ConfigError
+        If the request has another form, or its video is not in the folder.
+    SourceError
+        If the video cannot be read.
+    """
+    try:
+        request = msgspec.json.decode(body, type=Request)
+    except (msgspec.MsgspecError, RecursionError) as error:
+        raise ConfigError(f"The request is none of Label Studio: {error}") from None
+    box, video, key = tags(request.label_config)
+    results = []
+    for task in request.tasks:
+        drawn = request.params.context.result if request.params.context else []
+        chosen = [region for region in drawn if region.value.sequence]
+        found = _track(video_path(task.data, key, files), chosen, preset) if chosen else []
+        for region in found:
+            region["from_name"], region["to_name"] = box, video
+        results.append({"result": found, "model_version": version()})
+    return {"results": results, "model_version": version()}
+
+
+def version() -> str:
+    """Return the name and version that Label Studio shows."""
+    return f"motes {__version__}"
+
+
+def tags(config: str) -> tuple[str, str, str]:
+    """Return the names of the tags of rectangles and of the video, and the key of the video's path.
+
+    Raises
+    ------
+    ConfigError
+        If the labeling configuration has no video with rectangles.
+    """
+    try:
+        root = ElementTree.fromstring(config)
+    except ElementTree.ParseError:
+        raise ConfigError("The labeling configuration is no XML.") from None
+    box, video = root.find(".//VideoRectangle"), root.find(".//Video")
+    if box is None or video is None:
+        raise ConfigError(
+            "The labeling configuration has no Video with a VideoRectangle; use the template for "
+            "video object tracking."
+        )
+    return box.get("name", "box"), video.get("name", "video"), video.get("value", "$video")[1:]
+
+
+def video_path(data: Mapping[str, Any], key: str, files: Path) -> Path:
+    """Return the video of a task: the file in a folder that its path or address ends with.
+
+    Raises
+    ------
+    ConfigError
+        If there is none.
+    """
+    address = urlsplit(str(data.get(key, "")))
+    given = parse_qs(address.query).get("d", [unquote(address.path)])[0]
+    parts = [part for part in Path(given).parts if part not in ("/", "..", ".")]
+    root = files.resolve()
+    for start in range(len(parts)):
+        path = root.joinpath(*parts[start:])
+        if path.exists() and path.resolve().is_relative_to(root):
+            return path
+    raise ConfigError(f"There is no video {given or key} in {files}; put it there.")
+
+
+def _track(video: Path, drawn: list[Region], preset: str) -> list[dict[str, Any]]:
+    """Return the regions with the tracks of their targets from each drawn rectangle on."""
+    objects: list[tuple[int, ObjectRow]] = []
+    times: dict[int, float] = {}
+    keys = [{each.frame - 1: each for each in region.value.sequence} for region in drawn]
+    with open_source(str(video)) as film:
+        facts = FilmFacts(source=video.name, width=film.width, height=film.height)
+        trackers: list[Tracker | None] = [None] * len(drawn)
+        for frame in film:
+            times[frame.index] = frame.time
+            for i, region in enumerate(drawn):
+                tracker, key = trackers[i], keys[i].get(frame.index)
+                if key is not None:
+                    tracker = trackers[i] = tracker or Tracker(preset, i)
+                    track = tracker.init(frame, _box(key, film.width, film.height))
+                elif tracker is not None:
+                    track = tracker.update(frame)
+                else:
+                    continue
+                if track.status is Status.TRACKING:
+                    label = next(iter(region.value.labels), None)
+                    row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
+                    objects.append((frame.index, msgspec.structs.replace(row, label=label)))
+    found = regions(recording_of(facts, objects, times), KEYFRAME_ERROR)
+    names = {f"motes-{i}": region for i, region in enumerate(drawn, start=1)}
+    for each in found:
+        region = names[each["id"]]
+        each["id"] = region.id or each["id"]
+        each["value"]["labels"] = region.value.labels
+    return found
+
+
+def _box(key: Keyframe, width: int, height: int) -> Box:
+    x, y = key.x / 100 * width, key.y / 100 * height
+    return Box(x, y, key.width / 100 * width, key.height / 100 * height)
+
+
+def server(host: str, port: int, files: Path, preset: str) -> ThreadingHTTPServer:
+    """Return the server of the backend; it answers in `serve_forever`."""
+
+    class Handler(BaseHTTPRequestHandler):
+        """Answers Label Studio."""
+
+        def do_GET(self) -> None:
+            if urlsplit(self.path).path in ("/", "/health"):
+                self._answer(200, {"status": "UP", "model_class": version()})
+            else:
+                self._answer(404, {"error": "There is nothing here; ask for /predict."})
+
+        def do_POST(self) -> None:
+            path = urlsplit(self.path).path
+            length = int(self.headers.get("Content-Length") or 0)
+            if length > LARGEST_REQUEST:
+                self._answer(413, {"error": "The request is too large."})
+                return
+            body = self.rfile.read(length)
+            if path in ("/setup", "/validate"):
+                self._answer(200, {"model_version": version()})
+            elif path in ("/webhook", "/train"):  # there is nothing to train
+                self._answer(201, {})
+            elif path == "/predict":
+                try:
+                    self._answer(200, predict(body, files, preset))
+                except MotesError as error:
+                    self._answer(400, {"error": str(error)})
+            else:
+                self._answer(404, {"error": "There is nothing here; ask for /predict."})
+
+        def _answer(self, status: int, content: Mapping[str, Any]) -> None:
+            data = json.dumps(content).encode()
+            self.send_response(status)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(data)))
+            self.end_headers()
+            self.wfile.write(data)
+
+        def log_message(self, *_: Any) -> None:
+            """Print nothing; errors are in the answers."""
+
+    return ThreadingHTTPServer((host, port), Handler)

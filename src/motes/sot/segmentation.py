@@ -1,0 +1,125 @@
+"""The pixels of a tracked target: a mask from the posterior of its colors, inside its ellipse.
+
+p(target | color, place) by Bayes' rule, from histograms of the colors inside the ellipse and around
+it, which follow the target as those of Staple do (Bertinetto et al., CVPR 2016, section 3.4). The
+prior is one half on the ellipse's border, and grows towards its center.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.geometry import Ellipse
+from motes.core.types import Bytes, Floats
+from motes.cues.color_posterior import BORDER, CORE_FRACTION, SURROUNDINGS
+
+LEVELS = 16
+"""Levels of each color: each bin of a target of a thousand pixels has some."""
+LEARNING_RATE = 0.04
+"""Share of a frame in the histograms, as in `cues.color_posterior`."""
+REACH = float(np.sqrt(2))
+"""A mask ends at this multiple of the half-axes: the ellipse around the ellipse's own rectangle."""
+SMOOTHING = 0.04
+"""Standard deviation of the blur of the posterior, relative to the mean side of the target."""
+
+Mask = NDArray[np.bool_]
+
+
+class Colors(NamedTuple):
+    """Shares of the colors inside a target and around it, (4096,) each."""
+
+    inside: Floats
+    outside: Floats
+
+
+class Window(NamedTuple):
+    """The part of a picture around a target.
+
+    Attributes
+    ----------
+    rows, columns
+        Where it is in the picture.
+    bins
+        (H, W), the bin of each pixel's color.
+    radius
+        (H, W), the distance of each pixel from the center: 1 on the ellipse.
+    """
+
+    rows: slice
+    columns: slice
+    bins: NDArray[np.intp]
+    radius: Floats
+
+
+def window_of(pixels: Bytes, ellipse: Ellipse) -> Window | None:
+    """Return the window of an ellipse in a picture (H, W, 3); None if they do not meet."""
+    reach = max(REACH, SURROUNDINGS * REACH) * max(ellipse.a, ellipse.b)
+    height, width = pixels.shape[:2]
+    top, bottom = (int(np.clip(ellipse.y + side, 0, height)) for side in (-reach, reach + 1))
+    left, right = (int(np.clip(ellipse.x + side, 0, width)) for side in (-reach, reach + 1))
+    if top >= bottom or left >= right:
+        return None
+    y, x = np.mgrid[top:bottom, left:right] - np.array([ellipse.y, ellipse.x])[:, None, None]
+    cos, sin = np.cos(ellipse.theta), np.sin(ellipse.theta)
+    along, across = (x * cos + y * sin) / ellipse.a, (y * cos - x * sin) / ellipse.b
+    part = pixels[top:bottom, left:right].astype(np.intp) * LEVELS // 256
+    bins = (part[..., 0] * LEVELS + part[..., 1]) * LEVELS + part[..., 2]
+    return Window(slice(top, bottom), slice(left, right), bins, np.hypot(along, across))
+
+
+def updated(colors: Colors | None, window: Window) -> Colors:
+    """Return the colors moved towards those of a window; those of the window if there are none."""
+    parts = window.radius <= CORE_FRACTION, (window.radius > 1) & (window.radius <= 2)
+    new = [np.bincount(window.bins[part], minlength=LEVELS**3).astype(float) for part in parts]
+    shares = [counts / max(counts.sum(), 1.0) for counts in new]
+    if colors is None:
+        return Colors(*shares)
+    moved = (
+        (1 - LEARNING_RATE) * old + LEARNING_RATE * share
+        for old, share in zip(colors, shares, strict=True)
+    )
+    return Colors(*moved)
+
+
+def segmented(colors: Colors, window: Window, side: float) -> Mask:
+    """Return the mask (H, W) of a target in a window; `side` is its mean side in pixels."""
+    from scipy import ndimage
+
+    prior = 1 / (1 + np.exp((window.radius - 1) / BORDER))
+    inside, outside = (each[window.bins] for each in colors)
+    joint, other = inside * prior, outside * (1 - prior)
+    total = joint + other
+    # A color that was never seen says nothing.
+    posterior = np.divide(joint, total, out=prior.copy(), where=total > 0)
+    smooth = ndimage.gaussian_filter(posterior, SMOOTHING * side, mode="nearest")
+    mask = (smooth > 0.5) & (window.radius <= REACH)
+    labels, count = ndimage.label(mask)
+    if count > 1:
+        mask = labels == 1 + int(np.argmax(np.bincount(labels.ravel())[1:]))
+    filled: Mask = ndimage.binary_fill_holes(mask)
+    return filled
+
+
+class Segmenter:
+    """Masks of a target, frame by frame; its colors are learned on the way."""
+
+    def __init__(self) -> None:
+        self._colors: Colors | None = None
+
+    def learn(self, pixels: Bytes, ellipse: Ellipse) -> Window | None:
+        """Learn the colors of a target that is tracked in an ellipse of a picture."""
+        window = window_of(pixels, ellipse)
+        if window is not None:
+            self._colors = updated(self._colors, window)
+        return window
+
+    def update(self, pixels: Bytes, ellipse: Ellipse) -> Mask:
+        """Learn the colors of a target, and return its mask (H, W)."""
+        mask = np.zeros(pixels.shape[:2], np.bool_)
+        window = self.learn(pixels, ellipse)
+        if window is not None and self._colors is not None:
+            mask[window.rows, window.columns] = segmented(self._colors, window, ellipse.side)
+        return mask

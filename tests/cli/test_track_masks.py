@@ -1,0 +1,98 @@
+"""`motes track --masks`: the pixels of a disk, in a folder and in a document."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.core.geometry import Ellipse
+from motes.formats import runs
+from motes.sot.segmentation import Segmenter
+
+Go = Callable[[str], tuple[int, str]]
+SIZE = (120, 160)
+
+
+def shape(x: float) -> np.ndarray:
+    """Return the mask of a cross, which no ellipse fits."""
+    v, u = np.mgrid[: SIZE[0], : SIZE[1]] - np.array([60, x])[:, None, None]
+    cross: np.ndarray = (np.minimum(abs(u), abs(v)) <= 7) & (np.maximum(abs(u), abs(v)) <= 20)
+    return cross
+
+
+def picture(x: float, seed: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    colors = np.where(shape(x)[..., None], (200, 60, 40), (60, 90, 150))
+    noisy: np.ndarray = np.clip(colors + rng.normal(0, 12, colors.shape), 0, 255)
+    return noisy.astype(np.uint8)
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run motes in a folder with a film of six images."""
+    monkeypatch.chdir(tmp_path)
+    Path("film").mkdir()
+    for i in range(6):
+        Image.fromarray(picture(60 + 3 * i, i)).save(f"film/{i}.png")
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        return main(line.split()), capfd.readouterr()[1]
+
+    return run
+
+
+def overlap(mask: np.ndarray, x: float) -> float:
+    return float((mask & shape(x)).sum() / (mask | shape(x)).sum())
+
+
+def test_masks_follow_the_colors_and_not_the_ellipse() -> None:
+    segmenter = Segmenter()
+    for i in range(4):
+        ellipse = Ellipse(60 + 3 * i, 60, 20.5, 20.5)
+        mask = segmenter.update(picture(60 + 3 * i, i), ellipse)
+        assert overlap(mask, 60 + 3 * i) > 0.9  # the ellipse itself has 0.6
+    assert not segmenter.update(picture(60, 0), Ellipse(-500, 60, 20, 20)).any()
+
+
+def test_a_folder_and_a_document(go: Go) -> None:
+    track = "track film --init 40,40,41,41 --preset mean_shift"
+    code, said = go(f"{track} --masks masks -o rows.csv")
+    assert (code, "wrote 6 masks in masks, rows.csv" in said) == (0, True), said
+    assert sorted(path.name for path in Path("masks").iterdir()) == [f"{i}.png" for i in range(6)]
+    with Image.open("masks/5.png") as image:
+        found = np.asarray(image) > 0
+    assert overlap(found, 75) > 0.8
+    code, said = go(f"{track} --masks masks.json --label cross")
+    assert (code, "wrote masks.json." in said) == (0, True), said
+    document = json.loads(Path("masks.json").read_text())
+    last = document["annotations"][-1]
+    assert last["segmentation"]["size"] == list(SIZE)
+    assert (runs.decode(last["segmentation"]["counts"], *SIZE) == found).all()
+    assert last["area"] == found.sum()
+    assert document["categories"][0]["name"] == "cross"
+    assert go("convert masks.json again.json")[0] == 0
+    again = json.loads(Path("again.json").read_text())
+    assert again["annotations"][-1]["segmentation"] == last["segmentation"]
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("--masks film", 2, "film is the source"),
+        ("--masks full", 5, "full has files; choose another"),
+        ("--masks a.mp4", 2, "--masks a.mp4: give a folder for PNG files, or a .json"),
+        ("--masks m --init 1,1,9,9", 2, "--masks, --resume and --fps-target are for one --init"),
+    ],
+)
+def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+    Path("full").mkdir()
+    Path("full/a").touch()
+    found, said = go(f"track film --init 40,40,41,41 -o r.csv {line}")
+    assert (found, message in said, said.count("\n")) == (code, True, 1), said

@@ -1,0 +1,102 @@
+"""`motes track` in metres: columns, figures of the motion, and options that do not fit."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.evaluation.synthetic.clips import crowd
+from motes.output.read_rows import read_track
+
+Go = Callable[[str], tuple[int, str]]
+TRACK = "track film --init 40,30,20,30 --preset nummiaro -o rows.csv"
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run motes in a folder with a film of twelve images."""
+    monkeypatch.chdir(tmp_path)
+    Path("film").mkdir()
+    for frame, _ in crowd((120, 90), (20, 30), 12):
+        Image.fromarray(frame.pixels).save(f"film/{frame.index}.png")
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        return main(line.split()), capfd.readouterr()[1]
+
+    return run
+
+
+def test_rows_have_places_and_speeds(go: Go) -> None:
+    assert go(f"{TRACK} --scale 20")[0] == 0
+    rows = read_track("rows.csv")
+    seen = rows["status"] == "tracking"
+    assert seen.any()
+    np.testing.assert_allclose(rows["x_m"][seen], rows["x"][seen] / 20, atol=1e-4)
+    assert (rows["x_m_std"][seen][1:] > 0).all()
+    assert np.isfinite(rows["speed"][seen][3:]).all()
+    assert go("track film --init 40,30,20,30 --preset nummiaro -o plain.csv")[0] == 0
+    old = list(csv.reader(Path("plain.csv").read_text().splitlines()))
+    new = list(csv.reader(Path("rows.csv").read_text().splitlines()))
+    assert [row[: len(old[0])] for row in new] == old
+    assert new[0][len(old[0]) :] == ["x_m", "y_m", "x_m_std", "y_m_std", "speed", "speed_std"]
+    assert go("convert rows.csv rows.jsonl")[0] == 0
+    assert (read_track("rows.jsonl")["speed"][seen] == rows["speed"][seen])[3:].all()
+
+
+def test_the_ground_and_the_lens_are_files(go: Go) -> None:
+    Path("ground.toml").write_text("[ground]\nhomography = [0.05, 0, 0, 0, 0.05, 0, 0, 0, 1]\n")
+    Path("lens.yml").write_text(
+        "%YAML:1.0\n---\nimage_width: 120\nimage_height: 90\ncamera_matrix: !!opencv-matrix\n"
+        "   rows: 3\n   cols: 3\n   dt: d\n   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
+        "   data: [ -0.2, 0., 0., 0., 0. ]\n"
+    )
+    assert go(f"{TRACK} --ground ground.toml --lens lens.yml")[0] == 0
+    assert np.isfinite(read_track("rows.csv")["x_m"]).any()
+
+
+def test_figures_of_the_motion(go: Go) -> None:
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    code, said = go(f"{TRACK} --scale 20 --figures path,speed,size")
+    assert code == 0
+    assert "wrote rows.path.pdf, rows.speed.pdf, rows.size.pdf, rows.csv." in said
+    for name in ("path", "speed", "size"):
+        data = Path(f"rows.{name}.pdf").read_bytes()
+        assert data.startswith(b"%PDF")
+        assert b"CreationDate" not in data
+    code, said = go(f"{TRACK} --overwrite --figures size")  # in pixels
+    assert code == 0
+    assert go(f"{TRACK} --overwrite --figures ./size")[0] == 0  # a folder of this name
+    assert Path("size").is_dir()
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("--scale 20 --ground g.toml", 2, "Give either --scale or --ground"),
+        ("--lens g.toml", 2, "Give either --scale or --ground; --lens needs one"),
+        ("--scale 0", 2, "--scale: "),
+        ("--ground none.toml", 3, "none.toml cannot be read"),
+        ("--ground g.toml", 2, "g.toml: it has no [ground]"),
+        ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),
+        ("--scale 20 --lens other.yml", 2, "calibrated at 640x480, and film has 120x90 pixels"),
+        ("--scale 20 --init 1,1,9,9", 2, "are for one --init"),
+    ],
+)
+def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:
+    Path("g.toml").write_text("[[line]]\npoints = [0, 0, 9, 9]\n")
+    Path("other.yml").write_text(
+        "image_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
+        "   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   data: [ 0., 0., 0., 0., 0. ]\n"
+    )
+    found, said = go(f"{TRACK} {line}")
+    assert (found, message in said, said.count("\n")) == (code, True, 1), said
+    assert not Path("rows.csv").exists()

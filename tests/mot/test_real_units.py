@@ -1,0 +1,133 @@
+"""Places in metres, speeds and lenses, against OpenCV, sampling and known motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes.core.errors import ConfigError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.mot.analytics.ground_plane import Ground
+from motes.mot.analytics.lens import Lens
+from motes.mot.analytics.real_units import GroundMotion, RealUnits, place_of
+
+MATRIX = (500.0, 0.0, 320.0, 0.0, 480.0, 240.0, 0.0, 0.0, 1.0)
+DISTORTIONS = {
+    4: (-0.3, 0.12, 0.001, -0.002),
+    5: (-0.3, 0.12, 0.001, -0.002, -0.02),
+    8: (0.4, -0.2, 0.001, -0.002, 0.05, 0.7, -0.1, 0.02),
+}
+COVARIANCE = np.diag([4.0, 1.0, 0.5, 0.5, 1e-4])
+COVARIANCE[:2, :2] += 0.3
+
+
+def track(
+    frame: int, x: float, y: float, status: Status = Status.TRACKING, covariance: float = 1.0
+) -> Track:
+    ellipse = Ellipse(x, y, 20.0, 12.0, 0.2)
+    return Track(frame, frame / 25, ellipse, COVARIANCE * covariance, 0.9, status, 0.1, 99.0)
+
+
+@pytest.mark.parametrize("count", DISTORTIONS)
+def test_a_lens_is_that_of_opencv(count: int) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
+    matrix, distortion = np.reshape(MATRIX, (3, 3)), np.array(DISTORTIONS[count])
+    rng = np.random.default_rng(0)
+    rays = np.hstack([rng.uniform(-0.5, 0.5, (50, 2)), np.ones((50, 1))])
+    seen, _ = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, distortion)
+    lens = Lens(MATRIX, DISTORTIONS[count])
+    for ray, pixel in zip(rays @ matrix.T, seen[:, 0].tolist(), strict=True):
+        np.testing.assert_allclose(lens.undistorted((pixel[0], pixel[1])), ray[:2], atol=1e-6)
+
+
+@pytest.mark.parametrize("ending", ["yml", "xml"])
+def test_opencvs_calibration_files(ending: str, tmp_path: Path) -> None:
+    cv2 = pytest.importorskip("cv2", reason="OpenCV is not installed")
+    path = tmp_path / f"camera.{ending}"
+    file = cv2.FileStorage(str(path), cv2.FileStorage_WRITE)
+    file.write("calibration_time", "today")
+    file.write("image_width", 640)
+    file.write("image_height", 480)
+    file.write("camera_matrix", np.reshape(MATRIX, (3, 3)))
+    file.write("distortion_coefficients", np.array([DISTORTIONS[5]]).T)
+    file.write("avg_reprojection_error", 0.2)
+    file.release()
+    assert Lens.parse(path.read_text()) == Lens(MATRIX, DISTORTIONS[5], (640, 480))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "no camera_matrix and distortion_coefficients"),
+        ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
+        ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "camera_matrix holds what is no"),
+    ],
+)
+def test_other_files_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        Lens.parse(text)
+
+
+def test_metres_are_those_of_the_scale_or_of_the_foot() -> None:
+    ellipse = Ellipse(99.5, 49.5, 10.0, 20.0)
+    assert RealUnits(Ground(scale=50.0)).metres(ellipse) == pytest.approx((1.99, 0.99))
+    square = ((0.0, 0.0, 0.0, 0.0), (100.0, 0.0, 2.0, 0.0), (0.0, 100.0, 0.0, 2.0),
+              (100.0, 100.0, 2.0, 2.0))  # fmt: skip
+    flat = RealUnits(Ground(points=square))
+    assert flat.metres(ellipse) == pytest.approx((1.99, 0.02 * 69), abs=1e-9)
+    lens = Lens(MATRIX, DISTORTIONS[5])
+    turned = RealUnits(Ground(points=square), lens).corrected()
+    for x, y, metres_x, metres_y in square:  # seen through the lens, they are where they were
+        assert turned.ground.metres(lens.undistorted((x, y))) == pytest.approx(
+            (metres_x, metres_y), abs=1e-6
+        )
+
+
+def test_covariances_are_those_of_samples() -> None:
+    ground = Ground(homography=(0.02, 0.001, -1.0, 0.0005, 0.03, -2.0, 1e-5, 4e-4, 1.0))
+    units = RealUnits(ground, Lens(MATRIX, DISTORTIONS[5]))
+    found = place_of(units, track(0, 200, 150))
+    assert found is not None
+    rng = np.random.default_rng(0)
+    mean = np.array(track(0, 200, 150).ellipse)
+    drawn = rng.multivariate_normal(mean, COVARIANCE, 4000)
+    places = np.array([units.metres(Ellipse(*each)) for each in drawn.tolist()])
+    np.testing.assert_allclose(found[0], places.mean(axis=0), atol=4e-3)
+    np.testing.assert_allclose(found[1], np.cov(places.T), rtol=0.12, atol=2e-5)
+
+
+def test_speeds_are_near_and_their_deviations_honest() -> None:
+    """Over many noisy walks at 2 m/s, about 95 % of the intervals hold the truth."""
+    rng = np.random.default_rng(1)
+    factor = np.linalg.cholesky(COVARIANCE[:2, :2])
+    inside, errors, deviations = [], [], []
+    for _ in range(200):
+        motion = GroundMotion(RealUnits(Ground(scale=50.0)))
+        for frame in range(20):
+            x, y = [3.2 * frame, 2.4 * frame] + factor @ rng.normal(size=2)
+            place = motion.update(track(frame, x, y))
+        assert place is not None
+        errors.append(place.speed - 2.0)
+        deviations.append(place.speed_std)
+        inside.append(abs(place.speed - 2.0) < 1.96 * place.speed_std)
+    assert abs(np.mean(errors)) < 0.03
+    assert 0.9 < np.mean(inside) <= 1.0
+    assert np.std(errors) == pytest.approx(np.mean(deviations), rel=0.3)
+
+
+def test_nothing_is_measured_while_the_target_is_lost() -> None:
+    motion = GroundMotion(RealUnits(Ground(scale=50.0)))
+    for frame in range(5):
+        place = motion.update(track(frame, 10.0 * frame, 0.0))
+    assert place is not None
+    assert place.speed == pytest.approx(5.0)
+    assert motion.update(track(5, 900.0, 0.0, Status.LOST)) is None
+    assert motion.update(None) is None
+    place = motion.update(track(6, 600.0, 0.0))
+    assert place is not None
+    assert np.isnan(place.speed)  # the way to where it was found again is no motion
+    horizon = RealUnits(Ground(homography=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.01, -1.0)))
+    assert GroundMotion(horizon).update(track(0, 5.0, 50.0)) is None

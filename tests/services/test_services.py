@@ -1,0 +1,191 @@
+"""The adapters for CVAT and Label Studio, with requests in the form that these tools send."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import threading
+import urllib.error
+import urllib.request
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from motes.core.errors import ConfigError, MotesError
+from motes.core.geometry import Box, iou
+from motes.evaluation.synthetic.clips import crowd
+from motes.services import cvat, cvat_agent, label_studio
+
+SIZE = (160, 120)
+CONFIG = (
+    '<View><Labels name="videoLabels" toName="clip"><Label value="Cell"/></Labels>'
+    '<Video name="clip" value="$film" framerate="25.0"/><VideoRectangle name="rect" toName="clip"/>'
+    "</View>"
+)
+
+
+def frames(count: int) -> list[tuple[Any, Box]]:
+    """Return the pictures of a moving target, with its boxes."""
+    return [(frame.pixels, truths[0].ellipse.box) for frame, truths in crowd(SIZE, (24, 30), count)]
+
+
+def encoded(pixels: Any) -> str:
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "PNG")
+    return base64.b64encode(data.getvalue()).decode()
+
+
+class Context:
+    """What Nuclio gives to a handler."""
+
+    def __init__(self) -> None:
+        self.logger = SimpleNamespace(info=lambda text: None)
+
+    def Response(self, **fields: Any) -> SimpleNamespace:  # noqa: N802
+        """Return an answer."""
+        return SimpleNamespace(**fields)
+
+
+def test_cvats_serverless_function_follows_shapes() -> None:
+    """CVAT sends each picture with the last shapes and states, to any worker."""
+    film = frames(6)
+    states: list[str] = []
+    shapes: list[list[float]] = []
+    for i, (pixels, truth) in enumerate(film):
+        if not i:
+            shapes = [cvat.corners_of(truth)]
+        event = SimpleNamespace(body={"image": encoded(pixels), "shapes": shapes, "states": states})
+        context = Context()
+        cvat.init_context(context)
+        answer = cvat.handler(context, event)
+        assert (answer.status_code, answer.content_type) == (200, "application/json")
+        found = json.loads(answer.body)
+        shapes, states = found["shapes"], found["states"]
+        assert iou(cvat.box_of(shapes[0]), truth) > 0.6
+        assert isinstance(states[0], str)
+    answer = cvat.handler(context, SimpleNamespace(body=json.dumps({"image": "", "shapes": []})))
+    assert answer.status_code == 400
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ({}, "none of CVAT"),
+        ({"image": "!"}, "none of CVAT"),
+        (b"{", "none of CVAT"),
+        ({"shapes": [[1, 2, 3]]}, "corners of a rectangle"),
+        ({"shapes": [[500, 500, 510, 510]]}, "center outside"),
+        ({"shapes": [[5, 5, 30, 30]], "states": ["bm9uZQ=="]}, "begin the track anew"),
+    ],
+)
+def test_other_requests_are_refused(body: Any, message: str) -> None:
+    if isinstance(body, dict) and "shapes" in body:
+        body = {"image": encoded(np.zeros((60, 80, 3), np.uint8)), **body}
+    with pytest.raises(MotesError, match=message):
+        cvat.respond(body)
+
+
+def test_cvats_agent_runs_the_function() -> None:
+    sdk = pytest.importorskip(
+        "cvat_sdk.auto_annotation",
+        reason="cvat-sdk is not installed; try it in an environment of its own",
+    )
+    function = cvat_agent.create()
+    assert function.spec.supported_shape_types == {"rectangle"}
+    film = frames(5)
+    first = function.preprocess_image(None, Image.fromarray(film[0][0]))
+    shape = sdk.TrackableShape(type="rectangle", points=cvat.corners_of(film[0][1]))
+    state = function.init_tracking_state(None, first, shape)
+    for pixels, truth in film[1:]:
+        found = function.track(
+            None, function.preprocess_image(None, Image.fromarray(pixels)), state
+        )
+        assert found.type == "rectangle"
+        assert iou(cvat.box_of(found.points), truth) > 0.6
+
+
+@pytest.fixture
+def videos(tmp_path: Path) -> Path:
+    """Return a folder with the film upload/cells: eight images."""
+    folder = tmp_path / "upload" / "cells"
+    folder.mkdir(parents=True)
+    for i, (pixels, _) in enumerate(frames(8)):
+        Image.fromarray(pixels).save(folder / f"{i}.png")
+    return tmp_path
+
+
+def request(truth: Box, frame: int, film: str = "/data/upload/cells") -> dict[str, Any]:
+    """Return a request as Label Studio sends it when a rectangle has been drawn."""
+    percent = [100 * value / SIZE[i % 2] for i, value in enumerate(truth)]
+    key = dict(zip(("x", "y", "width", "height"), percent, strict=True))
+    sequence = [{"frame": frame, "enabled": True, "rotation": 0, "time": frame / 25, **key}]
+    region = {
+        "id": "Xw3Tt", "type": "videorectangle", "from_name": "rect", "to_name": "clip",
+        "origin": "manual",
+        "value": {"framesCount": 8, "duration": 0.32, "sequence": sequence, "labels": ["Cell"]},
+    }  # fmt: skip
+    return {
+        "tasks": [{"id": 7, "data": {"film": film}}], "project": "1.1700000000",
+        "label_config": CONFIG, "params": {"context": {"result": [region]}, "login": None},
+    }  # fmt: skip
+
+
+def test_label_studio_asks_over_http(videos: Path) -> None:
+    truths = [truth for _, truth in frames(8)]
+    answering = label_studio.server("127.0.0.1", 0, videos, "default")
+    thread = threading.Thread(target=answering.serve_forever)
+    thread.start()
+    address = f"http://127.0.0.1:{answering.server_address[1]}"
+
+    def ask(path: str, content: Any = None) -> tuple[int, Any]:
+        data = None if content is None else json.dumps(content).encode()
+        try:
+            with urllib.request.urlopen(f"{address}{path}", data, timeout=60) as answer:
+                return answer.status, json.load(answer)
+        except urllib.error.HTTPError as error:
+            return error.code, json.load(error)
+
+    try:
+        assert ask("/health")[1]["status"] == "UP"
+        assert ask("/setup", {"project": "1", "schema": CONFIG})[0] == 200
+        status, answer = ask("/predict", request(truths[2], 3))
+        assert status == 200
+        (region,) = answer["results"][0]["result"]
+        assert (region["id"], region["from_name"], region["to_name"]) == ("Xw3Tt", "rect", "clip")
+        assert region["value"]["labels"] == ["Cell"]
+        sequence = region["value"]["sequence"]
+        assert (sequence[0]["frame"], sequence[-1]["frame"]) == (3, 8)
+        last = [sequence[-1][name] / 100 for name in ("x", "y", "width", "height")]
+        assert iou(np.multiply(last, [*SIZE, *SIZE]), truths[7]) > 0.6
+        status, answer = ask("/predict", {**request(truths[0], 1), "params": {}})
+        assert answer["results"][0]["result"] == []
+        status, answer = ask("/predict", request(truths[0], 1, "/data/none.mp4"))
+        assert (status, "There is no video /data/none.mp4" in answer["error"]) == (400, True)
+        assert ask("/nothing")[0] == ask("/nothing", {})[0] == 404
+    finally:
+        answering.shutdown()
+        answering.server_close()
+        thread.join()
+
+
+def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> None:
+    inner = videos / "upload"
+    for name in ("/data/../../etc/passwd", "http://host/etc/passwd", "/etc/passwd", ""):
+        with pytest.raises(ConfigError, match="There is no video"):
+            label_studio.video_path({"film": name}, "film", inner)
+    (inner / "link").symlink_to("/etc")
+    with pytest.raises(ConfigError, match="There is no video"):
+        label_studio.video_path({"film": "/link/passwd"}, "film", inner)
+    address = {"film": "/data/local-files/?d=my/cells"}
+    assert label_studio.video_path(address, "film", inner) == (inner / "cells").resolve()
+
+
+@pytest.mark.parametrize("config", ["", "<View><Video name='a' value='$b'/></View>"])
+def test_other_projects_are_refused(config: str, videos: Path) -> None:
+    with pytest.raises(ConfigError, match="labeling configuration"):
+        label_studio.predict(json.dumps({"tasks": [], "label_config": config}).encode(), videos)
