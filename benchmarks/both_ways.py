@@ -49,7 +49,9 @@ class Rendered:
         return (self._clip[i][0] for i in range(last, first - 1, -1))
 
 
-def films(dataset: Path | None, longest: int) -> Iterator[tuple[str, FrameReader, Floats]]:
+def films(
+    dataset: Path | None, longest: int, first_pixel: int | None
+) -> Iterator[tuple[str, FrameReader, Floats]]:
     """Yield the name, the frames and the true boxes of each film."""
     if dataset is None:
         for name in RENDERED:
@@ -57,7 +59,8 @@ def films(dataset: Path | None, longest: int) -> Iterator[tuple[str, FrameReader
             boxes = np.array([clip[i][1][0].ellipse.box for i in range(len(clip))])
             yield name, Rendered(clip), boxes
         return
-    for sequence in load_dataset(dataset)[0]:
+    pixels = {} if first_pixel is None else {"*": first_pixel}
+    for sequence in load_dataset(dataset, pixels)[0]:
         if sequence.frames <= longest:
             yield sequence.name, Film(sequence.source), sequence.boxes
 
@@ -91,10 +94,11 @@ def main() -> None:
     parser.add_argument("dataset", nargs="?", type=Path)
     parser.add_argument("--gap", type=int, default=40)
     parser.add_argument("--longest", type=int, default=10**9, help="frames of a sequence at most")
+    parser.add_argument("--first-pixel", type=int, help="as for motes evaluate")
     options = parser.parse_args()
     means = []
     print("film | IoU ≥ 0.7 | after | error | after | in the 95 % ellipse | after")
-    for name, reader, boxes in films(options.dataset, options.longest):
+    for name, reader, boxes in films(options.dataset, options.longest, options.first_pixel):
         present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
         keys = [*present[:: options.gap].tolist()]
         if keys[-1] != present[-1]:

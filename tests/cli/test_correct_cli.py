@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -12,11 +12,13 @@ from PIL import Image
 
 from motes.cli import main
 from motes.core.errors import FormatError
-from motes.correction import correct
+from motes.core.frame import Frame
 from motes.correction.history import History
+from motes.correction.passes import run_pass
 from motes.correction.rows import Rows
 from motes.evaluation.synthetic.clips import still
 from motes.output.track_rows import COLUMNS, CORRECTED
+from motes.video.film import Film
 from motes.video.writer import VideoWriter
 
 Go = Callable[[str], tuple[int, str]]
@@ -129,7 +131,6 @@ def test_an_interrupted_correction_is_finished_later(
     whole = Path("rows.csv").read_text()
     assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
     calls = 0
-    run_pass = correct.run_pass
 
     def interrupted(*arguments: object, **options: object) -> object:
         nonlocal calls
@@ -139,7 +140,7 @@ def test_an_interrupted_correction_is_finished_later(
         return run_pass(*arguments, **options)  # type: ignore[arg-type]
 
     with monkeypatch.context() as patched:
-        patched.setattr(correct, "run_pass", interrupted)
+        patched.setattr("motes.correction.correct.run_pass", interrupted)
         code, said = go("refine FILM rows.csv --at 12=31,25,30,40")
     assert (code, "interrupted after 1 correction" in said) == (130, True)
     kept = Path("rows.csv").read_text().splitlines()
@@ -148,6 +149,25 @@ def test_an_interrupted_correction_is_finished_later(
     assert kept[15:] == whole.splitlines()[15:]
     assert go("refine FILM rows.csv")[0] == 0
     assert Path("rows.csv").read_text().splitlines() == expected
+
+
+def test_an_interrupted_pass_leaves_its_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert go(f"track FILM --at 0=BOX -o expected.csv {OPTIONS}")[0] == 0
+    forward = Film.forward
+
+    def interrupted(film: Film, first: int, last: int) -> Iterator[Frame]:
+        for frame in forward(film, first, last):
+            if frame.index == 9:
+                raise KeyboardInterrupt
+            yield frame
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Film, "forward", interrupted)
+        code, said = go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")
+    assert (code, "interrupted after 9 frames" in said) == (130, True)
+    assert [row["frame"] for row in rows("rows.csv")] == [str(i) for i in range(9)]
+    assert go("refine FILM rows.csv")[0] == 0
+    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
 
 
 def test_smoothed_rows(go: Go) -> None:
@@ -186,7 +206,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
         ("track FILM --at 3=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --at 3=BOX --stride 2", 2, "--stride, --figures"),
+        ("track FILM --at 3=BOX --stride 2", 2, "not for keyframes; omit them"),
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
         ("track FILM --keyframes none.csv", 5, "cannot be read"),
         ("track 0 --at 3=BOX", 3, "record it first"),

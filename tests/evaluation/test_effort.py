@@ -11,6 +11,7 @@ from PIL import Image
 from motes.cli import main
 from motes.core.geometry import Ellipse
 from motes.correction.keyframes import Keyframes
+from motes.correction.passes import run_pass
 from motes.evaluation.effort.annotator import annotate, annotate_equidistant
 from motes.evaluation.effort.methods import (
     Film,
@@ -64,17 +65,14 @@ def test_every_method_is_exact_at_keyframes(sequence: Path) -> None:
 
 def test_passes_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A new keyframe needs only the passes that begin there; the others are parts of known ones."""
-    from motes.evaluation.effort import methods
-
     runs: list[int] = []
-    run_pass = methods.run_pass
 
     def counted(config, seed, frames, region, **options):  # type: ignore[no-untyped-def]
         tracks = run_pass(config, seed, frames, region, **options)
         runs.append(len(tracks))
         return tracks
 
-    monkeypatch.setattr(methods, "run_pass", counted)
+    monkeypatch.setattr("motes.evaluation.effort.methods.run_pass", counted)
     work = film(sequence)
     keys = {0: Ellipse(30, 30, 8, 6), 29: Ellipse(30, 30, 8, 6)}
     before = smoothed(work, keys)

@@ -39,7 +39,7 @@ class Coordinates(NamedTuple):
         )
 
     @property
-    def count(self) -> int:
+    def dimensions(self) -> int:
         """The number of coordinates."""
         return 4 if self.angles is None else 5
 
@@ -64,7 +64,8 @@ class Coordinates(NamedTuple):
         scaled = np.concatenate([variances[:, :4] / units**2, variances[:, 4:]], axis=1)
         middle = np.median(scaled, axis=0)
         shares = np.divide(scaled, middle, out=np.ones_like(scaled), where=middle > 0)
-        return np.clip(shares[:, : self.count], 0.1, 10.0)
+        out: Floats = np.clip(shares[:, : self.dimensions], 0.1, 10.0)
+        return out
 
     def ellipses(self, mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
         """Return the ellipses (n, 5) of coordinates, and the variances (n, 5) of theirs."""

@@ -152,4 +152,5 @@ def _correlation(
         *square, out=np.zeros(np.broadcast_shapes(s.shape, t.shape)), where=square[1] > 0
     )
     ratio[(s == t) & (square[1] > 0)] = 1.0
-    return np.sqrt(ratio)
+    out: Floats = np.sqrt(ratio)
+    return out

@@ -169,7 +169,7 @@ def fuse(
     motion = fit_motion(seen[surest], used[surest], relative[surest])
     for i, start in enumerate(starts):
         relative[i, start] = 0.0
-    drift = Drift(*(each[: space.count] for each in DRIFT))
+    drift = Drift(*(each[: space.dimensions] for each in DRIFT))
     hidden = shared_variance(len(absent), [*keys], drift)
     if len(passes) == 2:
         motion = motion._replace(acceleration=SHARED_MOTION * motion.acceleration)
@@ -179,7 +179,7 @@ def fuse(
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
 
-    supported = used.any(axis=0)
+    supported: Flags = np.logical_or.reduce(used, axis=0)
     supported[[*keys]] = True
     bridged = _bridged(supported, absent)
     lost = ~(supported | bridged | absent)

@@ -39,7 +39,10 @@ class Pass(NamedTuple):
 
     def part(self, start: int, stop: int) -> Pass:
         """Return the frames from `start` on, before `stop`."""
-        return Pass(*(values[start:stop] for values in self))
+        part = slice(start, stop)
+        return Pass(
+            self.ellipses[part], self.variances[part], self.confidence[part], self.tracking[part]
+        )
 
 
 def as_pass(tracks: Iterable[Track]) -> Pass:

@@ -71,7 +71,8 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
         stop = start + (int(following[0]) if len(following) else len(keys))
         confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
     ellipses = np.where(absent[:, None], np.nan, only.ellipses)
-    unknown = ~np.isfinite(only.variances).all(axis=1) & np.isfinite(only.ellipses).all(axis=1)
+    known = np.logical_and.reduce(np.isfinite(only.variances), axis=1)
+    unknown: Flags = ~known & np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
     variances = np.where(unknown[:, None], _drifted(only, keys, unknown), only.variances)
     found = []
     for place, gain in ranked(ellipses, variances, np.nan_to_num(confidence), keys, count):
@@ -98,9 +99,9 @@ def compare(tracks: Sequence[Track], backward: Sequence[Track]) -> list[Track]:
     the backward pass contradicts are outliers.
     """
     forward, back = as_pass(tracks), as_pass(backward)
-    ends = (Ellipse(*row) for row in (forward.ellipses[0].tolist(), forward.ellipses[-1].tolist()))
+    begin, end = tracks[0].ellipse, tracks[-1].ellipse
     absent = np.zeros(len(tracks), bool)
-    stretch = Stretch(tracks[0].frame, tracks[-1].frame, *ends)
+    stretch = Stretch(tracks[0].frame, tracks[-1].frame, begin, end)
     follows = both(stretch, forward, back, absent, same_end=True)
     share = np.where(follows.used[0], follows.probability, 1 - follows.probability)
     return [

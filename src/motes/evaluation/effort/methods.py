@@ -101,7 +101,7 @@ def forward_only(film: Film, keys: Keyframes) -> Path:
         each = film.forward(key, region, following - 1)
         space = Coordinates.of([region], each.ellipses)
         drift = 2 * shared_variance(following - key, [0], DRIFT)
-        variances = space.ellipses(space.values(each.ellipses), drift[:, : space.count])[1]
+        variances = space.ellipses(space.values(each.ellipses), drift[:, : space.dimensions])[1]
         confidence = each.confidence.copy()
         confidence[0] = 1.0
         paths.append(Path(each.ellipses, variances, confidence))
