@@ -41,6 +41,15 @@ def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+TASK = """<?xml version="1.0" encoding="utf-8"?>
+<annotations><version>1.1</version><track id="0" label="cup">
+<box frame="0" outside="0" occluded="0" keyframe="1" xtl="30" ytl="20" xbr="70" ybr="80"/>
+<box frame="5" outside="0" occluded="0" keyframe="1" xtl="40" ytl="20" xbr="80" ybr="80"/>
+</track></annotations>
+"""
+"""A box that somebody has drawn in two frames with CVAT."""
+
+
 @pytest.fixture(scope="module")
 def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a clip in which something walks by."""
@@ -56,6 +65,12 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def folder(video: Path, street: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "video.mp4").symlink_to(video)
     (tmp_path / "street.mp4").symlink_to(street)
+    (tmp_path / "more").mkdir()
+    for name in ("a.mp4", "b.mp4", "more/c.mp4"):
+        (tmp_path / name).symlink_to(video)
+    (tmp_path / "task.xml").write_text(TASK, encoding="utf-8")
+    (tmp_path / "labels").mkdir()
+    (tmp_path / "labels" / "street_1.txt").write_text("0 0.5 0.5 0.1 0.2 0.9\n", encoding="utf-8")
     pictures = tmp_path / "sequences" / "beetle" / "img"
     pictures.mkdir(parents=True)
     with open_source(video, end=6) as film:

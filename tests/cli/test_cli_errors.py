@@ -43,7 +43,7 @@ def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFix
     ("line", "said"),
     [
         ("track film.mkv --reverse", "no option --reverse"),
-        ("track film.mkv --show -o -", "no option --show"),
+        ("track film.mkv --shine -o -", "no option --shine"),
         ("track film.mkv --no-such=3", "no option --no-such"),
         ("track film.mkv -x", "no option -x"),
         ("track film.mkv --particle", "did you mean --particles?"),

@@ -123,7 +123,8 @@ def test_what_fails_is_named_and_the_rest_is_done(go: Go) -> None:
     assert error.splitlines() == [
         "motes: sequence b: gt/gt.txt, line 2: frame 1 already has the identity 1, in line 1",
         "motes: tracker nix: There is no tracker of this name for many objects; known are "
-        "motes:scene, trackers:sort, trackers:bytetrack.",
+        "motes:scene, trackers:sort, trackers:bytetrack, trackers:ocsort, trackers:botsort, "
+        "trackers:cbiou, trackers:mcbyte.",
         "motes: crowds_of:Raises on a, mot, seed 0: At frame 0: ValueError: no more of this",
         "motes: 2 passes, 1 failed; wrote failing/report.html.",
     ]

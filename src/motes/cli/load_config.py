@@ -95,14 +95,17 @@ def watch_config(
     from msgspec.structs import asdict
 
     from motes.core.config import from_dict, from_toml, merge, to_dict
-    from motes.mot.pipeline_config import WatchConfig, detector_values
+    from motes.mot.pipeline_config import WatchConfig, detector_values, for_lookalikes
     from motes.mot.scene_config import scene_config
 
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
         new: WatchConfig = from_dict(merge(to_dict(config), changes), WatchConfig)
         return new
 
-    config = WatchConfig(**asdict(scene_config(preset)))
+    scene = scene_config(preset)
+    if like is not None:
+        scene = for_lookalikes(scene)
+    config = WatchConfig(**asdict(scene))
     if file is not None:
         with error_context(file):
             config = changed(config, from_toml(read_text(file), "this file"))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Self
 
-import numpy as np
 from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import read_text
@@ -149,11 +149,11 @@ class MotionFigures:
     def write(self, step: Step) -> None:
         """Record a frame."""
         place, track = step.place, step.track
-        nothing = (np.nan,) * 10
+        nothing = (math.nan,) * 10
         if track is None or place is None or track.status is not Status.TRACKING:
             self._rows.append((step.frame.time, *nothing))
             return
-        deviations = np.sqrt(np.diagonal(track.covariance)).tolist()
+        deviations = [math.sqrt(each) for each in track.covariance.diagonal().tolist()]
         ellipse = track.ellipse
         self._rows.append(
             (
@@ -173,6 +173,8 @@ class MotionFigures:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if not self._rows or not (kind is None or issubclass(kind, KeyboardInterrupt)):
             return
+        import numpy as np
+
         from motes.output.motion_charts import FIGURES, MotionSeries, style
 
         series = MotionSeries(*np.array(self._rows).T)

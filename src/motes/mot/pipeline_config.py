@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal, get_args
 
+from msgspec.structs import replace
+
 from motes.core.config import from_dict
 from motes.core.detection import Detector, DetectorConfig
 from motes.core.errors import ConfigError
@@ -31,6 +33,10 @@ DETECTORS = Registry[DetectorConfig](
         "onnx": OnnxConfig,
     },
 )
+
+
+LOOKALIKE_OVERLAP = 0.2
+"""Least intersection over union of an object that looks like a target with its detection."""
 
 
 class WatchConfig(SceneConfig, frozen=True):
@@ -101,6 +107,16 @@ def named_detector(name: str | None) -> Detector:
     """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)
     return config.detector()
+
+
+def for_lookalikes(config: SceneConfig) -> SceneConfig:
+    """Return a scene's configuration for what looks like a target.
+
+    Patches before a background that moves along change their outline from frame to frame, more than
+    the detections for which `association.overlap` was chosen.
+    """
+    association = replace(config.association, overlap=LOOKALIKE_OVERLAP)
+    return replace(config, association=association)
 
 
 def lookalike_detector(config: LookalikeConfig, detector: str | None) -> LookalikeDetector:

@@ -15,7 +15,9 @@ from motes.evaluation.report.tables import Cell, Row, Table, number
 from motes.mot.assignment import assign
 from motes.mot.boxes import as_rows
 from motes.mot.detection.lookalike import LookalikeConfig
+from motes.mot.pipeline_config import for_lookalikes
 from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
 from motes.video.sources import open_source
 
 HEAD = ("frame", "objects", "followed", "right", "precision", "recall")
@@ -41,7 +43,8 @@ def team(truth: Team, pictures: Path, preset: str, seed: int) -> Experiment:
     SourceError
         If a frame cannot be read.
     """
-    scene = Scene(LookalikeConfig(truth.like).detector(), preset, seed)
+    config = for_lookalikes(scene_config(preset))
+    scene = Scene(LookalikeConfig(truth.like).detector(), config, seed)
     marked = {each.index: np.array(each.boxes).reshape(-1, 4) for each in truth.frame}
     rows, total, last = list[Row](), np.zeros(3, np.int64), max(marked)
     with open_source(pictures, start=truth.start, end=last + 1) as film:
