@@ -167,6 +167,10 @@ def test_label_studio_asks_over_http(videos: Path) -> None:
         status, answer = ask("/predict", request(truths[0], 1, "/data/none.mp4"))
         assert (status, "There is no video /data/none.mp4" in answer["error"]) == (400, True)
         assert ask("/nothing")[0] == ask("/nothing", {})[0] == 404
+        for length in ("-5", "abc"):
+            wrong = urllib.request.Request(f"{address}/predict", b"{}", {"Content-Length": length})
+            with pytest.raises(urllib.error.HTTPError, match="400"):
+                urllib.request.urlopen(wrong, timeout=60)
     finally:
         answering.shutdown()
         answering.server_close()
@@ -175,12 +179,15 @@ def test_label_studio_asks_over_http(videos: Path) -> None:
 
 def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> None:
     inner = videos / "upload"
-    for name in ("/data/../../etc/passwd", "http://host/etc/passwd", "/etc/passwd", ""):
+    long = "/data/" + 5000 * "a"
+    for name in ("/data/../../etc/passwd", "http://host/etc/passwd", "/etc/passwd", "", long):
         with pytest.raises(ConfigError, match="There is no video"):
             label_studio.video_path({"film": name}, "film", inner)
     (inner / "link").symlink_to("/etc")
     with pytest.raises(ConfigError, match="There is no video"):
         label_studio.video_path({"film": "/link/passwd"}, "film", inner)
+    with pytest.raises(ConfigError, match="no address"):
+        label_studio.video_path({"film": "http://[x/cells"}, "film", inner)
     address = {"film": "/data/local-files/?d=my/cells"}
     assert label_studio.video_path(address, "film", inner) == (inner / "cells").resolve()
 
@@ -189,3 +196,14 @@ def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> N
 def test_other_projects_are_refused(config: str, videos: Path) -> None:
     with pytest.raises(ConfigError, match="labeling configuration"):
         label_studio.predict(json.dumps({"tasks": [], "label_config": config}).encode(), videos)
+
+
+def test_a_target_ends_where_its_rectangle_is_switched_off(videos: Path) -> None:
+    truths = [truth for _, truth in frames(8)]
+    asked = request(truths[0], 1)
+    sequence = asked["params"]["context"]["result"][0]["value"]["sequence"]
+    (off,) = request(truths[4], 5)["params"]["context"]["result"][0]["value"]["sequence"]
+    sequence.append({**off, "enabled": False})
+    answer = label_studio.predict(json.dumps(asked).encode(), videos)
+    last = answer["results"][0]["result"][0]["value"]["sequence"][-1]
+    assert (last["frame"], last["enabled"]) == (5, False)

@@ -111,7 +111,12 @@ def _sequence(
     ]
 
 
-class _Keyframe(msgspec.Struct):
+class Keyframe(msgspec.Struct):
+    """A rectangle, in percent of the picture; frames count from 1.
+
+    Label Studio interpolates from here to the next one if `enabled`; else the object ends here.
+    """
+
     frame: int
     x: float
     y: float
@@ -121,18 +126,22 @@ class _Keyframe(msgspec.Struct):
     enabled: bool = True
 
 
-class _Value(msgspec.Struct):
-    sequence: list[_Keyframe] = []
+class Value(msgspec.Struct):
+    """The rectangles of a region, and its classes."""
+
+    sequence: list[Keyframe] = []
     labels: list[str] = []
 
 
-class _Region(msgspec.Struct):
-    value: _Value
+class Region(msgspec.Struct):
+    """An object."""
+
+    value: Value
     type: str = ""
 
 
 class _Result(msgspec.Struct):
-    result: list[_Region] = []
+    result: list[Region] = []
 
 
 class _Task(msgspec.Struct):
@@ -159,7 +168,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 
 def _frames(
-    sequence: list[_Keyframe], facts: FilmFacts
+    sequence: list[Keyframe], facts: FilmFacts
 ) -> Iterator[tuple[int, float | None, Corners, bool]]:
     """Yield frame, time, box and whether it is a keyframe, with those that are interpolated."""
     ordered = sorted(sequence, key=lambda each: each.frame)
@@ -173,7 +182,7 @@ def _frames(
             yield frame - 1, None, Corners(*(start + (frame - key.frame) * step).tolist()), False
 
 
-def _corners(key: _Keyframe, facts: FilmFacts) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _corners(key: Keyframe, facts: FilmFacts) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     sides = np.array([key.x, key.y, key.x + key.width, key.y + key.height])
     corners: np.ndarray[tuple[int], np.dtype[np.float64]] = (
         sides / 100 * [facts.width, facts.height, facts.width, facts.height]

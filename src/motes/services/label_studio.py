@@ -21,7 +21,7 @@ from motes import __version__
 from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import Box
 from motes.core.track import Status
-from motes.formats.label_studio import regions
+from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
 from motes.output.journal import ObjectRow
@@ -32,29 +32,10 @@ LARGEST_REQUEST = 1 << 26
 """Bytes; the regions of hours of video are smaller."""
 
 
-class Keyframe(msgspec.Struct):
-    """A rectangle that a user has drawn, in percent of the picture; frames count from 1."""
-
-    frame: int
-    x: float
-    y: float
-    width: float
-    height: float
-
-
-class Value(msgspec.Struct):
-    """The rectangles of a region, and its classes."""
-
-    sequence: list[Keyframe] = []
-    labels: list[str] = []
-
-
-class Region(msgspec.Struct):
+class Region(label_studio.Region):
     """An object that a user has drawn."""
 
-    value: Value
     id: str = ""
-    type: str = ""
 
 
 class Context(msgspec.Struct):
@@ -152,14 +133,21 @@ def video_path(data: Mapping[str, Any], key: str, files: Path) -> Path:
     ConfigError
         If there is none.
     """
-    address = urlsplit(str(data.get(key, "")))
-    given = parse_qs(address.query).get("d", [unquote(address.path)])[0]
+    whole = str(data.get(key, ""))
+    try:
+        address = urlsplit(whole)
+        given = parse_qs(address.query).get("d", [unquote(address.path)])[0]
+    except ValueError:
+        raise ConfigError(f"{whole!r} is no address of a video.") from None
     parts = [part for part in Path(given).parts if part not in ("/", "..", ".")]
     root = files.resolve()
     for start in range(len(parts)):
         path = root.joinpath(*parts[start:])
-        if path.exists() and path.resolve().is_relative_to(root):
-            return path
+        try:
+            if path.exists() and path.resolve().is_relative_to(root):
+                return path
+        except OSError:  # as of a name that is too long
+            break
     raise ConfigError(f"There is no video {given or key} in {files}; put it there.")
 
 
@@ -182,11 +170,13 @@ def _track(video: Path, drawn: list[Region], preset: str) -> list[dict[str, Any]
                     track = tracker.update(frame)
                 else:
                     continue
+                if key is not None and not key.enabled:  # the object ends here
+                    trackers[i] = None
                 if track.status is Status.TRACKING:
                     label = next(iter(region.value.labels), None)
                     row = ObjectRow(i + 1, track.ellipse, track.confidence, track.status)
                     objects.append((frame.index, msgspec.structs.replace(row, label=label)))
-    found = regions(recording_of(facts, objects, times), KEYFRAME_ERROR)
+    found = label_studio.regions(recording_of(facts, objects, times), KEYFRAME_ERROR)
     names = {f"motes-{i}": region for i, region in enumerate(drawn, start=1)}
     for each in found:
         region = names[each["id"]]
@@ -195,7 +185,7 @@ def _track(video: Path, drawn: list[Region], preset: str) -> list[dict[str, Any]
     return found
 
 
-def _box(key: Keyframe, width: int, height: int) -> Box:
+def _box(key: label_studio.Keyframe, width: int, height: int) -> Box:
     x, y = key.x / 100 * width, key.y / 100 * height
     return Box(x, y, key.width / 100 * width, key.height / 100 * height)
 
@@ -214,7 +204,11 @@ def server(host: str, port: int, files: Path, preset: str) -> ThreadingHTTPServe
 
         def do_POST(self) -> None:
             path = urlsplit(self.path).path
-            length = int(self.headers.get("Content-Length") or 0)
+            given = self.headers.get("Content-Length") or "0"
+            if not given.isdecimal():
+                self._answer(400, {"error": f"The Content-Length {given!r} is no number of bytes."})
+                return
+            length = int(given)
             if length > LARGEST_REQUEST:
                 self._answer(413, {"error": "The request is too large."})
                 return
