@@ -218,6 +218,11 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
         ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
         ("smooth objects.csv -o a.csv", 5, "has no rows of one target"),
+        ("check FILM head.csv", 5, "head.csv has no rows"),
+        ("refine FILM head.csv --at 3=BOX", 5, "head.csv has no rows"),
+        ("smooth negative.csv -o a.csv", 5, "tracks the target in frame 0, but has no place"),
+        ("smooth blank.csv -o a.csv", 5, "tracks the target in frame 0, but has no place"),
+        ("smooth status.csv -o a.csv", 5, "status.csv has the status 'flying' in frame 0"),
     ],
 )
 def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
@@ -225,6 +230,13 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
         with VideoWriter(name, fps) as writer:
             for frame, _ in still((96, 80), target=(30, 40), frames=frames):
                 writer.write(frame.pixels, frame.index / fps)
+    head = ",".join(COLUMNS) + "\n"
+    row = "0,0,{x},40,{a},8,0,1,{status},,\n"
+    rows = {"head": "", "negative": row.format(x=30, a=-8, status="tracking"),
+            "blank": row.format(x="", a=8, status="tracking"),
+            "status": row.format(x=30, a=8, status="flying")}  # fmt: skip
+    for name, text in rows.items():
+        Path(f"{name}.csv").write_text(head + text)
     Path("objects.csv").write_text("frame,time,identity,x,y\n0,0,1,2,3\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0

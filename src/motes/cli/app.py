@@ -42,7 +42,7 @@ app.command("motes.cli.smooth:app", name="smooth", help="Smooth rows, and bridge
 app.command("motes.cli.check:app", name="check", help="List doubtful frames of rows.")
 app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
 app.command(
-    "motes.cli.convert:app", name="convert", help="Make the document of a run that was killed."
+    "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
 )
 app.command("motes.cli.config:app", name="config", help="List presets and all configuration keys.")
 app.command("motes.cli.histogram:app", name="histogram", help="Save the histograms of a target.")

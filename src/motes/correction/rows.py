@@ -39,7 +39,7 @@ class Rows:
     Raises
     ------
     FormatError
-        If the file cannot be read, or holds other rows, as those of many objects.
+        If the file cannot be read, is empty, or holds other rows, as those of many objects.
     """
 
     def __init__(self, path: Path) -> None:
@@ -50,7 +50,11 @@ class Rows:
             raise FormatError(
                 f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
             )
-        self.tracks = [_track(dict(zip(self.columns, row.tolist(), strict=True))) for row in table]
+        if not len(table):
+            raise FormatError(f"{path} has no rows; give a file of motes track that has some.")
+        self.tracks = [
+            _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
+        ]
         frames = [track.frame for track in self.tracks]
         if frames != sorted(set(frames)):
             raise FormatError(f"{path} has a frame twice, or frames out of order.")
@@ -134,18 +138,27 @@ class Rows:
             ) from None
 
 
-def _track(row: dict[str, float | int | str]) -> Track:
+def _track(path: Path, row: dict[str, float | int | str]) -> Track:
     number = {
         name: float(row.get(name, math.nan)) for name in (*COLUMNS, *DEVIATIONS) if name != "status"
     }
     try:
         status = Status(str(row["status"]))
     except ValueError:
-        raise FormatError(f"Frame {row['frame']} has the status {row['status']!r}.") from None
+        raise FormatError(
+            f"{path} has the status {row['status']!r} in frame {row['frame']}; correct that row."
+        ) from None
+    ellipse = Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta")))
+    placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) > 0
+    if status is Status.TRACKING and not placed:
+        raise FormatError(
+            f"{path} tracks the target in frame {row['frame']}, but has no place and size of it; "
+            f"correct that row."
+        )
     return Track(
         frame=int(row["frame"]),
         time=number["time"],
-        ellipse=Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta"))),
+        ellipse=ellipse,
         covariance=np.diag([number[name] ** 2 for name in DEVIATIONS]),
         confidence=number["confidence"],
         status=status,
