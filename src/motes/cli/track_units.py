@@ -14,7 +14,6 @@ from cyclopts import Group, Parameter
 from motes.cli.input_checks import read_text
 from motes.cli.load_config import error_context
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
-from motes.core.track import Status
 
 if TYPE_CHECKING:
     from motes.cli.track_loop import Step, Steps
@@ -148,6 +147,8 @@ class MotionFigures:
 
     def write(self, step: Step) -> None:
         """Record a frame."""
+        from motes.core.track import Status
+
         place, track = step.place, step.track
         nothing = (math.nan,) * 10
         if track is None or place is None or track.status is not Status.TRACKING:
