@@ -86,6 +86,19 @@ def test_one_walks_by(go: Go) -> None:
         assert sum(1 for _ in overlay) == FRAMES
 
 
+def test_a_film_that_breaks_off_keeps_all_frames_before(go: Go, tmp_path: Path) -> None:
+    folder = tmp_path / "pictures"
+    folder.mkdir()
+    for index in range(30):
+        pixels = np.full((96, 160, 3), 100, np.uint8)
+        pixels[40:70, 4 * index : 4 * index + 16] = (230, 40, 40)
+        Image.fromarray(pixels if index < 24 else pixels[:80]).save(folder / f"{index:02}.png")
+    code, _, error = go(f"{folder} -o rows.csv --line 80,0,80,96 --events events.jsonl")
+    assert code == 3
+    assert "motes: 24 frames" in error
+    assert (tmp_path / "rows.csv").read_text().splitlines()[-1].startswith("23,")
+
+
 def test_who_stays_in_a_zone(go: Go) -> None:
     """The walker is in the middle half for 80 pixels, 20 frames; one zone has its own dwell."""
     Path("p.toml").write_text(

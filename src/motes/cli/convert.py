@@ -123,7 +123,7 @@ def _table() -> list[str]:
 def _facts(
     video: str | None, size: str | None, fps: float | None, frames: int | None, label: str
 ) -> FilmFacts:
-    """Return what the options say of the film; each comes before what the film itself says."""
+    """Return the facts of the film; an option replaces what the film itself has."""
     from motes.formats.recording import FilmFacts
 
     if fps is not None and not 0 < fps < float("inf"):

@@ -354,15 +354,21 @@ def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Ou
     def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
         with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
             last: FrameResult | None = None  # of a recorded film, which gets its open events
-            for frame, tracks in watched:
-                if last is not None:
-                    yield last
-                last = FrameResult(frame, tracks, counter.update(tracks))
-                if film.live:
-                    yield last
-                    last = None
+            error: MotesError | None = None
+            try:
+                for frame, tracks in watched:
+                    if last is not None:
+                        yield last
+                    last = FrameResult(frame, tracks, counter.update(tracks))
+                    if film.live:
+                        yield last
+                        last = None
+            except MotesError as raised:  # after the frames before it
+                error = raised
             if last is not None:
                 yield replace(last, events=[*last.events, *counter.finish()])
+            if error is not None:
+                raise error
 
     def note(moment: FrameResult) -> str:
         nonlocal frames

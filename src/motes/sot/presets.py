@@ -139,8 +139,8 @@ ZHAO_PEI = ParticleFilter(
     adaptation=AnchoredKalman(),  # close to equations 3 to 15
 )
 
-# The papers to the letter; only what a paper does not give is that of its preset above. Comments
-# say what differs. Misprinted equations are corrected.
+# The papers to the letter. Values that a paper does not give are those of its preset above.
+# Comments name the differences. Misprinted equations are corrected.
 ALWAYS_PRESENT = AppearanceRule(max_threshold=0.0)
 """For papers without an appearance rule: the target is always there."""
 NUMMIARO_PRINTED = replace(
