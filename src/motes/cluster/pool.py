@@ -78,6 +78,14 @@ class Ended(NamedTuple):
 Event = Started | Ended
 
 
+def timed_out(task: Task) -> Ended:
+    """Return the end of a task that was stopped at its time limit; it is not tried again."""
+    return Ended(
+        task,
+        error=f"It took longer than the {task.seconds:g} s that each job has, and was stopped.",
+    )
+
+
 class Pool(Protocol):
     """Workers that run one task each at a time; it is closed at the end."""
 
