@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
@@ -18,6 +20,7 @@ from motes.core import interrupts
 from motes.core.errors import ConfigError, MissingDependencyError
 
 if TYPE_CHECKING:
+    from motes.cluster.jobs import Job
     from motes.cluster.state import Options
     from motes.cluster.store import Store
 
@@ -138,7 +141,7 @@ def batch(
     if rows == "parquet":
         _check_parquet()
     table = JobTable(jobs, columns.columns())
-    count, bad, problems = table.problems(missing)
+    count, bad, problems = table.problems(missing, _check_config)
     for problem in problems:
         log(problem)
     if bad:
@@ -199,6 +202,24 @@ def retry(
     options = load_options(store, out)
     with store.used_alone():
         return _run(store, out, options, work, again=failed)
+
+
+def _check_config(job: Job) -> None:
+    """Check the preset, the configuration and the detector of a job; raise a MotesError."""
+    _config(job.do, job.preset, job.config, job.detector)
+
+
+@functools.cache
+def _config(do: str, preset: str | None, config: str | None, detector: str | None) -> None:
+    from motes.cli.load_config import tracker_config, watch_config
+    from motes.cli.settings import default_preset
+    from motes.cli.watch import PRESET
+
+    file = None if config is None else Path(config)
+    if do == "watch":
+        watch_config(app, preset or PRESET, file, detector, None, {}, {})
+    else:
+        tracker_config(app, preset or default_preset(False), file, {})
 
 
 def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.options import ConfigOptions, FrameOptions
@@ -109,17 +110,23 @@ def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
 
 
 def _refine(job: Job, rows: Path) -> int:
+    """Correct rows; they keep their form, and become Parquet after that."""
     assert job.rows is not None
     own = job.preset is not None or job.config is not None or job.seed
-    return refine(
+    goal = rows.with_suffix(Path(job.rows).suffix)
+    code = refine(
         job.source,
         Path(job.rows),
         keyframes=_path(job.keyframes),
-        output=rows,
+        output=goal,
         preset=job.preset,
         config=_path(job.config),
         seed=job.seed if own else None,
     )
+    if goal != rows:
+        convert(goal, rows)
+        goal.unlink()
+    return code
 
 
 def _rows(path: Path) -> int:

@@ -38,12 +38,14 @@ class RayPool:
         self._remote = ray.remote(_do)
         self._running: dict[Any, Task] = {}
         self._deadlines: dict[Any, float] = {}
-        self._size, self._asked = 0, -PAUSE
+        self._size, self._largest, self._asked = 0, 0, -PAUSE
 
     def has_room(self, task: Task) -> bool:
         """Return whether the cluster has few enough tasks."""
         if time.monotonic() - self._asked > PAUSE:
-            self._size = int(self._ray.cluster_resources().get("CPU", 0) / self._cores)
+            nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
+            self._size = int(sum(node.get("CPU", 0) for node in nodes) / self._cores)
+            self._largest = int(max((node.get("memory", 0) for node in nodes), default=0))
             self._asked = time.monotonic()
         return len(self._running) < max(AHEAD * self._size, 1)
 
@@ -52,7 +54,7 @@ class RayPool:
         options = self._remote.options(
             name=task.name,
             num_cpus=self._cores,
-            memory=task.memory or None,
+            memory=min(task.memory, self._largest) or None,  # more would wait without end
             max_retries=0,
             num_returns="streaming",
         )

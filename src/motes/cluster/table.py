@@ -63,16 +63,21 @@ class JobTable:
 
     def _job(self, row: Mapping[str, Any]) -> Job:
         given = {key: value for key, value in row.items() if value not in (None, "")}
-        source = str(given.get("source", ""))
-        return job_of({**self.defaults, **given}, Path(source.rstrip("/")).stem)
+        source = Path(str(given.get("source", "")))
+        named = source.parent.name if glob.has_magic(source.name) else source.stem
+        return job_of({**self.defaults, **given}, named)
 
-    def problems(self, missing: Callable[[str], bool]) -> tuple[int, int, list[str]]:
+    def problems(
+        self, missing: Callable[[str], bool], check: Callable[[Job], None]
+    ) -> tuple[int, int, list[str]]:
         """Return the number of jobs, of problems, and the first problems with their rows.
 
         Parameters
         ----------
         missing
             Whether a file is missing.
+        check
+            Raises a MotesError for a job that cannot be used.
         """
         names: dict[str, int] = {}
         found, jobs, count = list[str](), 0, 0
@@ -80,6 +85,7 @@ class JobTable:
             jobs += 1
             try:
                 _check_files(job := self._job(row), missing)
+                check(job)
                 if (other := names.setdefault(job.name, number)) != number:
                     raise ConfigError(
                         f"row {other} has the name {job.name!r} too; give each job its own."
