@@ -66,6 +66,8 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
             code = _watch(job, rows, video, frames)
         else:
             code = _refine(job, rows)
+    if form == "parquet":
+        _drop_histories(folder)
     if not frames.opened:
         return Made(_rows(rows))
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
@@ -127,6 +129,12 @@ def _refine(job: Job, rows: Path) -> int:
         convert(goal, rows)
         goal.unlink()
     return code
+
+
+def _drop_histories(folder: Path) -> None:
+    """Remove the histories of corrections: motes refine does not read Parquet."""
+    for path in folder.glob("*.corrections.json"):
+        path.unlink()
 
 
 def _rows(path: Path) -> int:

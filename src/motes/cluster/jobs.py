@@ -125,7 +125,8 @@ def _absolute(path: str) -> str:
 def _regions(value: Any) -> Any:
     """Return regions from `1,2,3,4`, `1,2,3,4; 5,6,7,8`, a list of numbers, or a list of lists."""
     if isinstance(value, str):
-        value = [part.split(",") for part in value.split(";") if part.strip()]
+        parts = (part.split(",") for part in value.split(";") if part.strip())
+        value = [[number.strip() for number in part] for part in parts]
     elif isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple)):
         value = [value]
     return value
