@@ -23,9 +23,9 @@ from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
 from motes.formats.mot_files import Rows
+from motes.mot.association import Association
 from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
 from motes.mot.scene import Scene
-from motes.mot.scene_config import SceneConfig
 
 
 def crowd(folder: Path, shift: float = 0.0) -> MotSequence:
@@ -172,7 +172,7 @@ def test_lookalikes_are_associated_as_motes_watch_does() -> None:
         ).config.association.overlap
         for likes in (False, True)
     ]
-    assert overlaps == [SceneConfig().association.overlap, LOOKALIKE_OVERLAP]
+    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
 
 
 def test_a_part_of_the_film_unless_full(
