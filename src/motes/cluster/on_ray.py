@@ -45,7 +45,8 @@ class RayPool:
         if time.monotonic() - self._asked > PAUSE:
             nodes = [each["Resources"] for each in self._ray.nodes() if each["Alive"]]
             self._size = int(sum(node.get("CPU", 0) for node in nodes) / self._cores)
-            self._largest = int(max((node.get("memory", 0) for node in nodes), default=0))
+            working = [node for node in nodes if node.get("CPU", 0) >= self._cores]
+            self._largest = int(max((node.get("memory", 0) for node in working), default=0))
             self._asked = time.monotonic()
         return len(self._running) < max(AHEAD * self._size, 1)
 
