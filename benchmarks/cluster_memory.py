@@ -62,7 +62,7 @@ def main() -> int:
             path, rows = Path(folder) / f"{width}.mp4", str(Path(folder) / "rows.csv")
             box = film(path, width, height)
             region = tuple(map(float, box.split(",")))
-            kinds = [
+            kinds: list[tuple[str, Job, tuple[str, ...]]] = [
                 (
                     preset,
                     Job(source=str(path), region=(region,), preset=preset),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,10 +23,13 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
 @pytest.fixture(scope="module")
 def server() -> Iterator[tuple[Any, Any]]:
     """Give a server for S3, and a proxy of which one request in ten goes wrong."""
-    sys.path.insert(0, str(BENCHMARKS))
-    from cluster_s3 import flaky_s3
+    with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
+        patch.syspath_prepend(BENCHMARKS)
+        from cluster_s3 import ACCESS, flaky_s3
 
-    with pytest.MonkeyPatch.context() as patch, flaky_s3(0.1, stall=0.5) as (files, proxy):
+        for name, value in ACCESS.items():
+            patch.setenv(name, value)
+        files, proxy = stack.enter_context(flaky_s3(0.1, stall=0.5))
         patch.setenv("AWS_ENDPOINT_URL", proxy.address)
         patch.setitem(objects.S3["config_kwargs"], "read_timeout", 0.3)
         Objects._of_protocol.cache_clear()

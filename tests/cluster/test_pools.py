@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,9 @@ class Script:
         task = self.running.pop(0)
         crashed = self._ends[task.name].pop(0)
         return [Ended(task, None if crashed else task.argument, crashed=crashed)]
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Do nothing."""
 
     def close(self) -> None:
         """Do nothing."""

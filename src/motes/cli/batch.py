@@ -250,6 +250,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
                 for event in batch(pool, store, load_jobs(store), plan, progress.keep):
                     interrupts.check()
                     progress.note(event)
+                    pool.show(progress.numbers())
         except KeyboardInterrupt as interrupt:
             interrupted = interrupt
     if interrupted is None:

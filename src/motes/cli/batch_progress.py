@@ -60,8 +60,10 @@ class BatchProgress:
 
     def keep(self, record: Record) -> None:
         """Count a job that an earlier run has finished."""
-        self.kept += 1
-        self.failed += record.status == "failed"
+        if record.status == "failed":
+            self.failed += 1
+        else:
+            self.kept += 1
         self._show()
 
     def note(self, event: BatchEvent) -> None:
@@ -158,14 +160,18 @@ class BatchProgress:
         else:
             reply(request, "text/plain", b"Metrics are at /metrics.\n", 404)
 
-    def _metrics(self) -> list[Metric]:
-        states = {
+    def numbers(self) -> dict[str, float]:
+        """Return the number of jobs of each status."""
+        return {
             "waiting": self.total - self.ended - self.running,
             "running": self.running,
-            "done": self.kept + self.done,
+            "done": self.done + self.kept,
             "failed": self.failed,
         }
-        each, own = {(name,): float(number) for name, number in states.items()}, ()
+
+    def _metrics(self) -> list[Metric]:
+        each: dict[tuple[str, ...], float] = {(k,): v for k, v in self.numbers().items()}
+        own: tuple[str, ...] = ()
         return [
             Metric("motes_batch_jobs", "gauge", "Jobs of the batch.", each, ("status",)),
             Metric("motes_batch_frames_total", "counter", "Frames used.", {own: self.frames}),

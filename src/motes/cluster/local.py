@@ -17,6 +17,7 @@ import socket
 import tempfile
 import threading
 import time
+from collections.abc import Mapping
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
 from pathlib import Path
@@ -85,6 +86,9 @@ class LocalPool:
             if worker.alive:
                 self._idle.append(worker)
         return events
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Do nothing: there is no page."""
 
     def close(self) -> None:
         """End all workers."""

@@ -30,7 +30,7 @@ PAUSE, LONGEST_PAUSE = 0.1, 10.0
 """Seconds before the second try; it doubles, up to the longest."""
 TIMEOUT = 20
 """Seconds in which some bytes have to come."""
-S3 = {
+S3: dict[str, Any] = {
     "use_listings_cache": False,
     "config_kwargs": {
         "connect_timeout": 5,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome
@@ -36,6 +36,7 @@ class RayPool:
     def __init__(self, ray: Any, cores: float = 1) -> None:
         self._ray, self._cores = ray, cores
         self._remote = ray.remote(_do)
+        self._gauge: Any = None
         self._running: dict[Any, Task] = {}
         self._deadlines: dict[Any, float] = {}
         self._size, self._largest, self._asked = 0, 0, -PAUSE
@@ -86,9 +87,13 @@ class RayPool:
         try:
             kind, value = self._ray.get(next(handle))
         except (self._ray.exceptions.RayError, StopIteration) as error:
-            task = self._forget(handle)
-            words = str(error).split("\n")[0] or type(error).__name__
-            return Ended(task, error=f"Its worker ended: {words}", crashed=True)
+            # The last line of an error in a worker has its reason, the first one of all others.
+            raised = isinstance(error, self._ray.exceptions.RayTaskError)
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            words = lines[-1 if raised else 0]
+            return Ended(
+                self._forget(handle), error=f"Its worker ended: {words}", crashed=not raised
+            )
         if kind == "started":
             task = self._running[handle]
             self._deadlines[handle] = time.monotonic() + task.seconds
@@ -99,6 +104,15 @@ class RayPool:
     def _forget(self, handle: Any) -> Task:
         self._deadlines.pop(handle, None)
         return self._running.pop(handle)
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Set a metric of Ray, which its dashboard and Prometheus read."""
+        if self._gauge is None:
+            from ray.util.metrics import Gauge
+
+            self._gauge = Gauge("motes_batch_jobs", "Jobs of the batch.", ("status",))
+        for status, number in numbers.items():
+            self._gauge.set(number, {"status": status})
 
     def close(self) -> None:
         """Stop all tasks."""

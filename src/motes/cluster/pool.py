@@ -8,7 +8,7 @@ so that the number of those that wait does not matter.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -135,6 +135,10 @@ class Pool(Protocol):
 
     def wait(self) -> list[Event]:
         """Wait until something has happened, for some seconds at most."""
+        ...
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Show the number of jobs of each status, where the pool has a page for that."""
         ...
 
     def close(self) -> None:

@@ -10,13 +10,14 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import msgspec
 import pytest
 
 import batch_jobs
+from clips import clip
 from motes.cli import main
 from motes.cluster.driver import BatchEvent, Finished, Plan, batch
 from motes.cluster.inputs import missing
@@ -55,6 +56,9 @@ class InProcess:
             self._crashes[task.name] -= 1
             return [begun, Ended(task, error="It died.", crashed=True)]
         return [begun, Ended(task, value if kind == "value" else None, error=str(value))]
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Do nothing."""
 
     def close(self) -> None:
         """Do nothing."""
@@ -335,7 +339,7 @@ def wait_for(true: Callable[[], bool], seconds: float = 60) -> None:
 
 def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
     """Start a batch whose jobs are long enough to be interrupted, after one of them is done."""
-    film = batch_jobs.clip(home / "long.mp4", 200, width=128, height=96)
+    film = clip(home / "long.mp4", 200, width=128, height=96)
     batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(count)])
     process = subprocess.Popen(
         [sys.executable, "-m", "motes", "batch", "long.csv", "-o", "long", "--workers", "1"],
