@@ -27,8 +27,8 @@ from motes.cues.scale_filter import ScaleFilter
 from motes.cues.search_window import (
     CELL_SIZE,
     FINEST,
-    LEAST_MARGIN,
     LARGER,
+    LEAST_MARGIN,
     SAMPLES,
     TURN,
     WIDEST,
