@@ -49,6 +49,11 @@ class UnitOptions:
         ),
     ] = None
 
+    @property
+    def given(self) -> dict[str, object]:
+        """The value of each option by its name; None if it is not given."""
+        return {"--scale": self.scale, "--ground": self.ground, "--lens": self.lens}
+
     def units(self) -> RealUnits | None:
         """Return the units of the options; None if there are none.
 
@@ -147,11 +152,9 @@ class MotionFigures:
 
     def write(self, step: Step) -> None:
         """Record a frame."""
-        from motes.core.track import Status
-
         place, track = step.place, step.track
         nothing = (math.nan,) * 10
-        if track is None or place is None or track.status is not Status.TRACKING:
+        if track is None or place is None:  # it is not seen
             self._rows.append((step.frame.time, *nothing))
             return
         deviations = [math.sqrt(each) for each in track.covariance.diagonal().tolist()]
