@@ -344,7 +344,7 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         (
             "refine FILM rows.csv --at 3=BOX --scale 9 --seed 1",
             2,
-            "--seed and --scale are already in rows.csv.corrections.json, beside the rows; omit them",
+            "--seed and --scale are already in rows.csv.corrections.json, beside the rows; omit",
         ),
         ("refine FILM metres.csv --at 3=BOX", 2, "metres.csv has metres; give --scale or --ground"),
         ("smooth metres.csv -o a.csv", 2, "metres.csv has metres; give --scale or --ground"),

@@ -72,7 +72,8 @@ def run_stretches(
     -------
     The number of stretches that are done, and the interrupt that ended the run, or None.
     """
-    count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
+    # Each pass reads the frame at its end beforehand, if that is a keyframe too.
+    count = sum((each.last - each.first + len(each.keys)) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
         with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from motes.cli.track_loop import Step, Steps
     from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 MOTION = ("path", "speed", "size")
@@ -91,7 +92,7 @@ class UnitOptions:
         return RealUnits(plane, lens)
 
 
-def check_size(units: RealUnits | None, film: Source) -> None:
+def check_size(units: RealUnits | None, film: Source | Film) -> None:
     """Raise a ConfigError if the lens was calibrated with pictures of another size."""
     size = None if units is None or units.lens is None else units.lens.size
     if size is not None and size != (film.width, film.height):

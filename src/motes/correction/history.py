@@ -131,7 +131,7 @@ class History(msgspec.Struct, frozen=True):
     @property
     def real_units(self) -> RealUnits | None:
         """How pixels become metres; None without metres."""
-        return None if self.units is None else from_dict(self.units, RealUnits)  # type: ignore[no-any-return]
+        return None if self.units is None else from_dict(self.units, RealUnits)
 
     @property
     def keys(self) -> dict[int, Ellipse | None]:

@@ -301,9 +301,8 @@ def fields_of(
         deviations = np.sqrt(track.covariance.diagonal()).tolist()
         fields |= {n: _number(value, 5) for n, value in zip(DEVIATIONS, deviations, strict=True)}
         fields["outlier"] = str(int(track.outlier))
-    for name, value in further.items():
-        if value is not None:
-            fields[name] = _number(value, 5)
+    known = {name: value for name, value in further.items() if value is not None}
+    fields |= {name: _number(value, 5) for name, value in known.items()}
     return [fields.get(name, "") for name in columns]
 
 

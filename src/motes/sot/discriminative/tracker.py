@@ -202,6 +202,23 @@ class Discriminative(
         motion = sight.update(before.motion, before.ellipse, after.ellipse if seen else None)
         return replace(after, motion=motion, scale_due=not state.scale_due), info
 
+    def learn_also(
+        self, state: DiscriminativeState, frame: Frame, region: Ellipse
+    ) -> DiscriminativeState:
+        """Return the state with learned models of both looks.
+
+        The windows keep the proportions of the first box, as in all frames. The filter of the first
+        frame, by which the certainty is judged, stays.
+        """
+        first, box = Ellipse.from_box(state.shape.box), Ellipse.from_box(region.box)
+        grown = box.side / first.side
+        place = box._replace(a=grown * first.a, b=grown * first.b)
+        return replace(
+            state,
+            correlation=self.correlation.learn_also(state.correlation, frame, place),
+            posterior=self.posterior.learn_also(state.posterior, frame, place),
+        )
+
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
