@@ -359,7 +359,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 6
+FORMAT = 7
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,
