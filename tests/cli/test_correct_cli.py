@@ -363,6 +363,19 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("refine FILM head.csv --at 3=BOX", 3, "head.csv has no rows"),
         ("smooth negative.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
         ("smooth blank.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
+        ("smooth huge.csv -o a.csv", 3, "huge.csv has 1e+300 as a in frame 0; correct that row"),
+        ("smooth tiny.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
+        ("smooth below.csv -o a.csv", 3, "below.csv has a frame twice, out of order, or below 0"),
+        ("smooth long.csv -o a.csv", 3, "row 1: frame is 99999999999999999999"),
+        ("check FILM untimed.csv", 3, "untimed.csv has frame 0 at nan s, but"),
+        ("track FILM --at 3=BOX --start -2", 2, "No frame is from -2; start at 0 or later"),
+        ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
+        ("track FILM --at -1=BOX", 2, "'-1' is no frame"),
+        ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
+        ("track FILM --at 3=BOX --figures path,a", 2, "'a' is none of path, speed, size"),
+        ("track FILM --at 3=BOX --scale nan", 2, "--scale is nan; give pixels per metre"),
+        ("track FILM --at 3=BOX -o rows.csv", 5, "error: rows.csv exists; choose another name"),
+        ("track FILM --at 3=BOX -o none/a.csv", 5, "There is no folder none for a.csv"),
         ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
     ],
 )
@@ -374,6 +387,11 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     head = ",".join(COLUMNS) + "\n"
     row = "0,0,{x},40,{a},8,0,1,{status},,\n"
     rows = {"head": "", "negative": row.format(x=30, a=-8, status="tracking"),
+            "huge": row.format(x=30, a=1e300, status="tracking"),
+            "tiny": row.format(x=30, a=1e-300, status="tracking"),
+            "below": "-1" + row.format(x=30, a=8, status="tracking")[1:],
+            "long": "9" * 20 + row.format(x=30, a=8, status="tracking")[1:],
+            "untimed": row.format(x=30, a=8, status="tracking").replace("0,0", "0,nan", 1),
             "blank": row.format(x="", a=8, status="tracking"),
             "status": row.format(x=30, a=8, status="flying")}  # fmt: skip
     for name, text in rows.items():
@@ -388,6 +406,27 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     found, said = go(line.replace("OTHER", "other.mkv").replace("SLOW", "slow.mkv"))
     assert (found, len(said.splitlines())) == (code, 1), said
     assert message in said
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("end", 99, "the frames 0 to 98 are none"),
+        ("start", -5, "the frames -5 to 23 are none"),
+        ("seed", -1, "A seed is a whole number"),
+        ("units", {"x": 1}, "Config has no key 'x'"),
+        ("config", {}, "missing required field"),
+        ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
+        ("motes", 9, "of another version of motes"),
+    ],
+)
+def test_a_history_that_was_changed(go: Go, key: str, value: object, message: str) -> None:
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    path = Path("rows.csv.corrections.json")
+    path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
+    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
+        code, said = go(line)
+        assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
 def test_a_file_that_is_no_history(go: Go) -> None:

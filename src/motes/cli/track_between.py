@@ -211,9 +211,10 @@ def _history_of(output: str | None, outputs: TrackOutputs) -> Path | None:
         if outputs.resume:
             raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
         return None
-    path = history_path(Path(str(output)))
-    check_writable(path, outputs.overwrite or outputs.resume)
-    return path
+    rows = Path(str(output))
+    for path in (rows, history_path(rows)):
+        check_writable(path, outputs.overwrite or outputs.resume)
+    return history_path(rows)
 
 
 def _begun_rows(output: str | None, path: Path | None, history: History, film: Film) -> Rows | None:

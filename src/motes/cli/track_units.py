@@ -82,8 +82,9 @@ class UnitOptions:
                 if plane is None:
                     raise ConfigError("it has no [ground]; add scale, homography or points.")
         else:
-            with error_context("--scale"):
-                plane = Ground(self.scale)
+            if not 0 < self.scale < math.inf:  # type: ignore[operator]
+                raise ConfigError(f"--scale is {self.scale:g}; give pixels per metre, above 0.")
+            plane = Ground(self.scale)
         lens: Lens | None = None
         if self.lens is not None:
             text = read_text(self.lens)
@@ -116,9 +117,20 @@ def measured(units: RealUnits, steps: Steps) -> Steps:
 
 
 def motion_names(figures: str | None) -> tuple[str, ...]:
-    """Return the figures of the motion that --figures names; none if it names a folder."""
+    """Return the figures of the motion that --figures names; none if it names a folder.
+
+    Raises
+    ------
+    ConfigError
+        If it names figures of the motion and others.
+    """
     names = tuple(figures.split(",")) if figures is not None else ()
-    return names if names and set(names) <= set(MOTION) else ()
+    unknown = [name for name in names if name not in MOTION]
+    if unknown and len(unknown) < len(names):
+        raise ConfigError(
+            f"--figures {figures}: {unknown[0]!r} is none of {', '.join(MOTION)}; correct it."
+        )
+    return () if unknown else names
 
 
 class MotionFigures:

@@ -13,6 +13,7 @@ from motes.core.config import from_dict, to_dict
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
+from motes.core.seed import checked_seed
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.sot.algorithm import Algorithm
@@ -100,13 +101,20 @@ class History(msgspec.Struct, frozen=True):
             history = msgspec.json.decode(path.read_bytes(), type=cls)
             if history.motes != FORMAT:
                 raise InputError(f"{path} is of another version of motes; make the rows anew.")
+            if not 0 <= history.start < history.end <= history.frames:
+                raise ConfigError(f"the frames {history.start} to {history.end - 1} are none")
+            checked_seed(history.seed)
             history.tracker  # noqa: B018
             history.real_units  # noqa: B018
             history.keys  # noqa: B018
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}.") from None
         except (msgspec.MsgspecError, ConfigError, RecursionError) as error:
-            raise InputError(f"{path} is no history of corrections ({error}).") from None
+            why = str(error).rstrip(".")
+            raise InputError(
+                f"{path} is no history of corrections ({why}); repair it, or delete it: the first row "
+                f"is then the only keyframe."
+            ) from None
         return history
 
     def save(self, path: Path) -> None:

@@ -69,8 +69,10 @@ def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None
         raise ConfigError(f"{frames!r} is no frame; give its number, or FIRST:LAST if absent.")
     first, _, last = frames.partition(":")
     start, stop = int(first), int(last or first)
-    if stop < start or stop - start >= MAX_ABSENT:
+    if stop < start:
         raise ConfigError(f"The frames {frames} are no range; the first one comes first.")
+    if stop - start >= MAX_ABSENT:
+        raise ConfigError(f"The frames {frames} are more than {MAX_ABSENT}; correct the last one.")
     if region.strip() == ABSENT:
         return [(frame, None) for frame in range(start, stop + 1)]
     if last:
@@ -96,7 +98,9 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(f"The keyframes {path} cannot be read: {error.strerror}.") from None
+        raise InputError(
+            f"The keyframes {path} cannot be read: {error.strerror}; check the name."
+        ) from None
     except UnicodeDecodeError:
         raise InputError(f"The keyframes {path} are no text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}

@@ -17,6 +17,10 @@ from motes.output.read_rows import read_text, table_of
 from motes.output.track_rows import COLUMNS, DEVIATIONS, GROUND, fields_of, form_of, line_of
 from motes.video.film import Film
 
+LARGEST = 1e9
+"""Largest number of a row, in any unit."""
+LEAST_HALF = 1e-3
+"""Least half-axis: rows have three digits."""
 TIME_TOLERANCE = 1e-3
 """Seconds by which the time of a row may differ from that of its frame; rows have six digits."""
 
@@ -62,8 +66,10 @@ class Rows:
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
         ]
         frames = [track.frame for track in self.tracks]
-        if frames != sorted(set(frames)):
-            raise InputError(f"{path} has a frame twice, or frames out of order.")
+        if frames != sorted(set(frames)) or frames[0] < 0:
+            raise InputError(
+                f"{path} has a frame twice, out of order, or below 0; correct its first column."
+            )
         lines = text.splitlines(keepends=True)
         self._head = lines[: self._form == "csv"]
         kept = [line for line in lines[len(self._head) :] if line.strip()]
@@ -91,7 +97,10 @@ class Rows:
         for track in self.tracks:
             if track.status is Status.TRACKING:
                 return track
-        raise ConfigError(f"{self._path} has no row in which the target is tracked.")
+        raise ConfigError(
+            f"{self._path} has no row in which the target is tracked; mark it anew, with motes "
+            f"track --at."
+        )
 
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.
@@ -107,7 +116,7 @@ class Rows:
                 f"only {len(film.times)} frames; give the film of these rows."
             )
         for track in self.tracks:
-            if abs(track.time - film.times[track.frame]) > TIME_TOLERANCE:
+            if not abs(track.time - film.times[track.frame]) <= TIME_TOLERANCE:
                 raise InputError(
                     f"{self._path} has frame {track.frame} at {track.time:g} s, but {film.name} "
                     f"at {film.times[track.frame]:g} s; give the film of these rows."
@@ -174,8 +183,14 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
         raise InputError(
             f"{path} has the status {row['status']!r} in frame {row['frame']}; correct that row."
         ) from None
+    huge = [name for name, value in number.items() if abs(value) > LARGEST]
+    if huge:
+        raise InputError(
+            f"{path} has {number[huge[0]]:g} as {huge[0]} in frame {row['frame']}; correct that "
+            f"row."
+        )
     ellipse = Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta")))
-    placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) > 0
+    placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) >= LEAST_HALF
     if status is Status.TRACKING and not placed:
         raise InputError(
             f"{path} tracks the target in frame {row['frame']}, but has no place and size of it; "

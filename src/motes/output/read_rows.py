@@ -165,7 +165,10 @@ def _value(name: str, field: str | float | None) -> str | float:
     if name == "class" and field is None:
         return ""
     if name in WHOLE and isinstance(field, str):
-        return int(field)
+        number = int(field)
+        if abs(number) >= 1 << 63:
+            raise ValueError(f"{name} is {field}, too large")
+        return number
     if not isinstance(field, int if name in WHOLE else str):
         raise ValueError(f"{name} is {field}")
     return field
