@@ -112,8 +112,8 @@ class History(msgspec.Struct, frozen=True):
         except (msgspec.MsgspecError, ConfigError, RecursionError) as error:
             why = str(error).rstrip(".")
             raise InputError(
-                f"{path} is no history of corrections ({why}); repair it, or delete it: the first row "
-                f"is then the only keyframe."
+                f"{path} is no history of corrections ({why}); repair it, or delete it: the "
+                f"first row is then the only keyframe."
             ) from None
         return history
 
