@@ -50,6 +50,8 @@ class CrossCameraAssociation:
         How the cameras are joined.
     known_target
         Whether all cameras look for the same known target, whose identity is 1.
+    first, step
+        The first identity, and the difference from one to the next.
 
     Attributes
     ----------
@@ -59,13 +61,15 @@ class CrossCameraAssociation:
         Identities that turned out to belong to an object with another one, which it has since then.
     """
 
-    def __init__(self, rig: Rig, *, known_target: bool = False) -> None:
+    def __init__(
+        self, rig: Rig, *, known_target: bool = False, first: int = 1, step: int = 1
+    ) -> None:
         self._known_target = known_target
         self._ways, self._neighbors = ways_of(rig), neighbors_of(rig)
         self._known = KnownObjects()
         self._times: dict[str, float] = {}
         self._sizes: dict[str, tuple[int, int]] = {}
-        self._identities = itertools.count(1)
+        self._identities = itertools.count(first, step)
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
@@ -274,6 +278,9 @@ class CrossCameraAssociation:
                 self._known.rename(each, self._new())
             elif each.identity == gone:
                 self._known.rename(each, keep)
+        self._note_merged(gone, keep)
+
+    def _note_merged(self, gone: int, keep: int) -> None:
         self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
         self.merged[gone] = keep
 
