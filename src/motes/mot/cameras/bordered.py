@@ -65,9 +65,13 @@ class BorderedAssociation(CrossCameraAssociation):
         The names of the cameras of all parts.
     index
         The part.
+    known_target
+        As for `CrossCameraAssociation`; only for parts without borders.
     """
 
-    def __init__(self, rig: Rig, parts: Sequence[tuple[str, ...]], index: int) -> None:
+    def __init__(
+        self, rig: Rig, parts: Sequence[tuple[str, ...]], index: int, *, known_target: bool = False
+    ) -> None:
         part_of = {name: n for n, part in enumerate(parts) for name in part}
         near = neighbors_of(rig)
         self._audience = {
@@ -75,7 +79,8 @@ class BorderedAssociation(CrossCameraAssociation):
             for name in parts[index]
         }
         self._around = tuple(sorted({n for parts in self._audience.values() for n in parts}))
-        super().__init__(part_rig(rig, parts[index]), first=index + 1, step=len(parts))
+        own = part_rig(rig, parts[index])
+        super().__init__(own, known_target=known_target, first=index + 1, step=len(parts))
         self._outbox: defaultdict[int, list[News]] = defaultdict(list)
         self._claims: dict[Claimed, None] = {}
         """The claims of all parts that are known here, the oldest first."""

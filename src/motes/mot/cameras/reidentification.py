@@ -57,6 +57,8 @@ class CrossCameraAssociation:
     ----------
     handed
         How many new objects got the identity of another one.
+    newest
+        The identity that was given last.
     merged
         Identities that turned out to belong to an object with another one, which it has since then.
     """
@@ -79,7 +81,7 @@ class CrossCameraAssociation:
             for name in overlap.cameras:
                 self._grounds[name].append(ground)
         self._together: dict[frozenset[str], dict[tuple[KnownObject, KnownObject], float]] = {}
-        self.handed = 0
+        self.handed, self.newest = 0, first - step
         self.merged: dict[int, int] = {}
 
     def update(self, report: CameraReport) -> dict[int, int]:
@@ -114,10 +116,10 @@ class CrossCameraAssociation:
         for ground in self._grounds[camera]:
             self._compare(ground, now)
         found = {}
-        for each in report.sightings:
-            known = self._known.get(camera, each.identity)
+        for sighting in report.sightings:
+            known = self._known.get(camera, sighting.identity)
             if known is not None and not known.passed:
-                found[each.identity] = known.identity
+                found[sighting.identity] = known.identity
         self._known.forget(camera, now - self._memory)
         return found
 
@@ -140,7 +142,10 @@ class CrossCameraAssociation:
         return tuple(found.values())
 
     def _new(self) -> int:
-        return 1 if self._known_target else next(self._identities)
+        if self._known_target:
+            return 1
+        self.newest = next(self._identities)
+        return self.newest
 
     def _here(self, camera: str) -> set[int]:
         """Return the identities of the objects that a camera has."""
