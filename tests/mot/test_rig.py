@@ -17,12 +17,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from motes.cli import main
-from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.core.geometry import Box
 from motes.mot.cameras import camera_process, rig_camera
 from motes.mot.cameras import rig as rig_module
 from motes.mot.cameras.camera_report import CameraReport
@@ -37,6 +34,7 @@ from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
 from motes.video.writer import VideoWriter
+from red_box import moving, red
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -252,21 +250,6 @@ from motes.core.detection import Detection
 if __name__ == "__main__":
     sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
 """
-
-
-def moving(index: int) -> NDArray[np.uint8]:
-    """Return a picture with a red box that goes to and fro."""
-    pixels = np.random.default_rng(index).integers(95, 106, (96, 160, 3)).astype(np.uint8)
-    x = 60 + round(20 * np.sin(index / 40))
-    pixels[30:60, x : x + 16] = (230, 40, 40)
-    return pixels
-
-
-def red(frame: Frame) -> list[Detection]:
-    """Find the box."""
-    rows, columns = np.nonzero(frame.pixels[:, :, 0] > 160)
-    left, top = int(columns.min()), int(rows.min())
-    return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera
 from motes.sot.known_target import Target
 
-PLACED_WITHIN = 15.0
+PLACED_WITHIN = 30.0
 """Seconds from the start of an actor, after which it is reported that it does not run yet."""
 SHARE = 0.001
 """Of a node's resource that says what it reaches. The resource names nodes, and limits nothing."""
@@ -42,16 +42,16 @@ class RemoteCamera(RigCamera):
         super().__init__(camera.name)
 
     def _start(self) -> None:
-        self._give_up_calls()
-        self._life, self._turn = self._life + 1, 0
+        self._turn = 0
         self._task = asyncio.ensure_future(self._keep_alive(self._life))
 
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         if self._answer is not None and not self._answer.done():
             self._answer.set_result(msgspec.msgpack.encode(Go(arrivals)))
 
-    def _give_up_calls(self) -> None:
-        """Answer the calls of an earlier life that are open."""
+    def _end_life(self) -> None:
+        """Take no more messages of this life: its process may go on where its node seems dead."""
+        self._life += 1
         if self._answer is not None and not self._answer.done():
             self._answer.set_result(None)
         for waiting in self._early.values():
@@ -59,10 +59,7 @@ class RemoteCamera(RigCamera):
         self._early.clear()
 
     async def turn(self, life: int, number: int) -> bool:
-        """Wait for the messages before one, as Ray keeps no order; return whether to use it.
-
-        A life that is over may still send messages: its node may only have seemed dead.
-        """
+        """Wait for the messages before one, as Ray keeps no order; return whether to use it."""
         if life == self._life and number != self._turn:
             waiting = self._early[number] = asyncio.Event()
             await waiting.wait()
@@ -105,6 +102,7 @@ class RemoteCamera(RigCamera):
         ray.kill(actor)
         if self.over:
             return
+        self._end_life()
         self._tell(self.fail(why))
         if self.due is not None:
             await asyncio.sleep(max(self.due - loop.time(), 0))

@@ -11,8 +11,9 @@ from typing import Any, Self
 import msgspec
 from msgspec.structs import replace
 
+from motes.cluster.camera_actor import OPEN
 from motes.cluster.handover_actor import HandoverActor
-from motes.cluster.remote_camera import reason
+from motes.cluster.remote_camera import SHARE, reason
 from motes.cluster.rig_messages import Associated, PartEnded, PartNews
 from motes.core.errors import ConfigError, MotesError
 from motes.mot.cameras.camera_report import CameraReport
@@ -24,6 +25,9 @@ from motes.video.sources import is_recorded
 
 CAMERAS = 100
 """Largest number of live cameras of a handover actor."""
+HANDOVER = "handover"
+"""The resource of the nodes on which reports meet; without such nodes, they meet where the program
+runs, which then has one node on which it depends."""
 LISTEN = 1.0
 """Seconds for which the program waits for news before it looks for signals."""
 
@@ -67,7 +71,7 @@ class ClusterRig:
         self._streams = [_Stream(not recorded.isdisjoint(part)) for part in parts]
         self._numbers = None if target is not None else _Numbers(len(parts))
         maker = ray.remote(HandoverActor).options(
-            num_cpus=0, scheduling_strategy="SPREAD", max_concurrency=1000
+            num_cpus=0, max_concurrency=len(rig.camera) * (OPEN + 2) + len(parts), **place(ray)
         )
         known = target is not None
         self._actors = [maker.remote(rig, parts, n, known_target=known) for n in range(len(parts))]
@@ -174,6 +178,16 @@ class _Numbers:
     def named(self, merged: Mapping[int, int]) -> dict[int, int]:
         """Return the numbers of merged identities."""
         return {self._names[gone]: self._names[kept] for gone, kept in merged.items()}
+
+
+def place(ray: Any) -> dict[str, Any]:
+    """Return the options of Ray that say where handover actors run; see `HANDOVER`."""
+    if HANDOVER in ray.cluster_resources():
+        return {"resources": {HANDOVER: SHARE}, "scheduling_strategy": "SPREAD"}
+    from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
+
+    here = ray.get_runtime_context().get_node_id()
+    return {"scheduling_strategy": NodeAffinitySchedulingStrategy(here, soft=False)}
 
 
 def check_nodes(rig: Rig, nodes: Sequence[Mapping[str, Any]]) -> None:
