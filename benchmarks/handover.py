@@ -91,6 +91,7 @@ def main() -> None:
         for cameras in options.cameras:
             measure(building_of(cameras), options.parts or 100, options.people)
         return
+    times(building_of(9), options.parts, options.seconds, 3.0)  # imports what it needs
     rows, rng = [], np.random.default_rng(0)
     print("cameras  reports/s (least to most of the repeats)  ms at half of it: median  99 %")
     for cameras in options.cameras:
