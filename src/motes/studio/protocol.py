@@ -61,7 +61,7 @@ class ChangeObject(_Command, frozen=True, tag="change_object"):
     name: Name | UnsetType = UNSET
     color: Color | UnsetType = UNSET
     preset: Name | UnsetType = UNSET
-    config: Toml | None | UnsetType = UNSET
+    config: Toml | UnsetType | None = UNSET
     seed: Number | UnsetType = UNSET
 
 
