@@ -24,7 +24,7 @@ ORDER = [
     {"output"},
     {"correction"},
     {"formats"},
-    {"evaluation", "services"},
+    {"evaluation", "services", "studio"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},
 ]

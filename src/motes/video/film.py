@@ -33,6 +33,10 @@ class Film:
         A video file, an image file, a folder or a pattern.
     start, end
         The frames that are used: from `start` on, before `end`.
+    quick
+        Whether the times are taken from the packets of a video file, without decoding them. This
+        takes a hundredth of the time. A damaged film may then have frames that cannot be read: a
+        SourceError comes when the first of them is met, and without `quick` there is none.
 
     Attributes
     ----------
@@ -57,7 +61,14 @@ class Film:
         If no frame is in the range.
     """
 
-    def __init__(self, source: str | Path, *, start: int = 0, end: int | None = None) -> None:
+    def __init__(
+        self,
+        source: str | Path,
+        *,
+        start: int = 0,
+        end: int | None = None,
+        quick: bool = False,
+    ) -> None:
         if not is_recorded(source):
             raise SourceError(
                 f"{source} is read once, as it comes; record it first, and give the recording."
@@ -66,7 +77,13 @@ class Film:
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
         self.name, reader = find_reader(self._source)
-        with contextlib.closing(reader), contextlib.closing(reader.pictures(self.report)) as all_:
+        if quick and isinstance(reader, Decoder) and (index := reader.index()) is not None:
+            first, listed = self._first(), index
+            reader.keys.extend(stamp for stamp, key in listed if key)
+            pictures: Generator[Stamped, None, None] = ((stamp, first) for stamp, _ in listed)
+        else:
+            pictures = reader.pictures(self.report)
+        with contextlib.closing(reader), contextlib.closing(pictures) as all_:
             self.fps = reader.fps
             for moment, stamp, load in timed(all_, reader.fps, self.report):
                 if end is not None and len(self.times) >= end:
@@ -91,6 +108,39 @@ class Film:
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
+
+    def _first(self) -> Load:
+        """Return a function that returns the pixels of the first picture, which is decoded here."""
+        _, reader = find_reader(self._source)
+        with contextlib.closing(reader), contextlib.closing(reader.pictures(Report())) as pictures:
+            for _, load in pictures:
+                pixels = load()
+                return lambda: pixels
+        raise SourceError(f"{self.name} holds no readable picture.")
+
+    def glance(self, first: int) -> Generator[tuple[int, Load], None, None]:
+        """Yield the index of each frame from `first` on, and a function that loads its pixels.
+
+        This is for display: quicker than `forward`, but where a video is damaged, pixels may differ.
+        """
+        stamp = self._stamps[first]
+        keys = [] if stamp is None else self._keys[: bisect.bisect_right(self._keys, stamp)]
+        if not keys:
+            yield from self._loads(first)
+            return
+        assert stamp is not None
+        _, reader = find_reader(self._source)
+        with contextlib.closing(reader):
+            assert isinstance(reader, Decoder)
+            reader.seek(keys[-1])
+            numbers = self._numbered(reader.pictures_from(stamp), first)
+            yield from numbers
+
+    @property
+    def keys(self) -> list[int]:
+        """The indices of the key pictures, which are quick to reach; empty if unknown."""
+        places = {stamp: i for i, stamp in enumerate(self._stamps)}
+        return [places[key] for key in self._keys if key in places]
 
     def part(self, start: int, end: int) -> Film:
         """Return the same film with other frames: from `start` on, before `end`."""
@@ -180,9 +230,9 @@ class Film:
                     return
             if index == len(self.times):
                 return
-            if first is not None and stamp != self._stamps[index]:
+            if stamp != self._stamps[index]:
                 raise SourceError(
-                    f"{self.name} reads differently from its middle, at frame {index}; convert it "
+                    f"{self.name} reads differently the second time, at frame {index}; convert it "
                     f"first."
                 )
             yield index, load

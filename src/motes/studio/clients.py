@@ -1,0 +1,101 @@
+"""The pages that look at a session: rows wait for a slow page, pictures do not."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterable, Iterator
+
+from msgspec.structs import replace
+
+from motes.studio.protocol import Message, Overlay, Progress, Row, Rows, encode
+
+AHEAD = 3
+"""Overlays that a page gets before it has acknowledged the first of them."""
+ROWS = 500
+"""Rows of a message at most."""
+
+RowsOf = Callable[[int, list[int]], list[Row]]
+"""Returns the rows of an object in these frames, as they are now."""
+
+
+class Client:
+    """What a page has still to get.
+
+    Of what changes, only the newest state waits: the rows by object and frame, the progress by job.
+    So a slow page needs no more memory than the session itself, and loses no row.
+
+    Parameters
+    ----------
+    rows_of
+        The rows of the session.
+    """
+
+    def __init__(self, rows_of: RowsOf) -> None:
+        self._rows_of = rows_of
+        self._messages: list[Message] = []
+        self._rows: dict[int, dict[int, None]] = {}
+        self._reset: set[int] = set()
+        self._progress: dict[int, Progress] = {}
+        self._overlays: dict[int, Overlay] = {}
+        self._number = self._acknowledged = 0
+        self._news = asyncio.Event()
+
+    def send(self, message: Message) -> None:
+        """Send a message."""
+        self._messages.append(message)
+        self._news.set()
+
+    def rows(self, number: int, frames: Iterable[int]) -> None:
+        """Send the rows of an object in these frames."""
+        self._rows.setdefault(number, {}).update(dict.fromkeys(frames))
+        self._news.set()
+
+    def reset(self, number: int) -> None:
+        """Let all rows of an object be void."""
+        self._reset.add(number)
+        self._rows.pop(number, None)
+        self._overlays.pop(number, None)
+        self._news.set()
+
+    def progress(self, progress: Progress) -> None:
+        """Send the state of a job."""
+        self._progress[progress.job] = progress
+        self._news.set()
+
+    def overlay(self, overlay: Overlay) -> None:
+        """Send an overlay, unless the page is slow."""
+        self._overlays[overlay.object] = overlay
+        self._news.set()
+
+    def acknowledge(self, number: int) -> None:
+        """The page has drawn an overlay."""
+        self._acknowledged = max(self._acknowledged, min(number, self._number))
+        self._news.set()
+
+    async def run(self, send: Callable[[str], Awaitable[None]]) -> None:
+        """Send what waits, until cancelled."""
+        while True:
+            await self._news.wait()
+            self._news.clear()
+            for message in self._waiting():
+                await send(encode(message))
+
+    def _waiting(self) -> Iterator[Message]:
+        while self._messages:
+            yield self._messages.pop(0)
+        while self._reset:
+            number = self._reset.pop()
+            yield Rows(number, [], reset=True)
+        while self._rows:
+            number = next(iter(self._rows))
+            frames = sorted(self._rows.pop(number))
+            for i in range(0, len(frames), ROWS):
+                found = self._rows_of(number, frames[i : i + ROWS])
+                if found:
+                    yield Rows(number, found)
+        while self._progress:
+            yield self._progress.pop(next(iter(self._progress)))
+        while self._overlays and self._number - self._acknowledged < AHEAD:
+            overlay = self._overlays.pop(next(iter(self._overlays)))
+            self._number += 1
+            yield replace(overlay, number=self._number)

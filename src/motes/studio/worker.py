@@ -1,0 +1,131 @@
+"""A worker process: it opens one film, and does one task after the other with it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+import msgspec
+
+from motes.core.errors import MotesError
+from motes.studio.safety import Limits
+from motes.studio.tasks import (
+    PAUSE,
+    STOP,
+    Alive,
+    Answer,
+    Done,
+    Failed,
+    Ready,
+    Task,
+)
+
+NICENESS = 5
+"""Of tracking, so that pictures and the server come first."""
+WAIT = 0.05
+"""Seconds between looks of a paused worker."""
+
+
+class Stopped(Exception):
+    """The server wants the task to end."""
+
+
+class Line:
+    """A worker's line to the server.
+
+    Parameters
+    ----------
+    pipe
+        Of messages.
+    wish
+        `RUN`, `PAUSE` or `STOP`, in shared memory.
+    """
+
+    def __init__(self, pipe: Connection, wish: Any) -> None:
+        self._pipe, self._wish = pipe, wish
+        self._sent = 0.0
+
+    def send(self, answer: Answer) -> None:
+        """Send an answer."""
+        self._pipe.send_bytes(msgspec.msgpack.encode(answer))
+        self._sent = time.monotonic()
+
+    def receive(self) -> Task:
+        """Wait for the next task."""
+        task: Task = msgspec.msgpack.decode(self._pipe.recv_bytes(), type=Task)
+        return task
+
+    def check(self, done: int = 0) -> None:
+        """Give a sign of life each second, wait while paused, and raise `Stopped` if wanted."""
+        if time.monotonic() - self._sent > 1:
+            self.send(Alive(done))
+        while self._wish.value == PAUSE:
+            time.sleep(WAIT)
+            if time.monotonic() - self._sent > 1:
+                self.send(Alive(done))
+        if self._wish.value == STOP:
+            raise Stopped
+
+
+def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool) -> None:
+    """Work until the pipe is closed: on pictures, or on all other tasks."""
+    limit_memory(limits.memory)
+    line = Line(pipe, wish)
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+        try:
+            do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
+        except (MotesError, MemoryError) as error:
+            line.send(Failed(_text(error)))
+            return
+        while True:
+            task = line.receive()
+            try:
+                line.send(do(task))
+            except Stopped:
+                line.send(Done(stopped=True))
+            except (MotesError, MemoryError) as error:
+                line.send(Failed(_text(error)))
+
+
+def _pictures(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+    from motes.studio.pictures import Pictures
+    from motes.studio.tasks import Picture
+
+    opened = Pictures(path, limits)
+    line.send(Ready(opened.facts, opened.times))
+
+    def do(task: Task) -> Done:
+        if isinstance(task, Picture):
+            return Done(opened.picture(task.index, task.width))
+        return Done(opened.strip(task.count, task.height))  # type: ignore[union-attr]
+
+    return do
+
+
+def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+    from motes.studio.tracking import Work
+
+    os.nice(NICENESS)
+    work = Work(path, line)
+    line.send(Ready(work.facts, []))
+    return work.do
+
+
+def _text(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "The film needs more memory than a worker may have; rescale it."
+    return str(error)
+
+
+def limit_memory(most: int) -> None:
+    """Let this process have at most so many bytes of memory, where the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
