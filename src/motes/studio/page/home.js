@@ -78,7 +78,7 @@ function when(changed) {
 function dropZone(app) {
   const file = element("input", { type: "file", accept: "video/*,.mkv,.avi,.mpg,.wmv", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
   const bar = element("progress", { max: "1", value: 0, hidden: true, "aria-label": "Upload" });
-  const words = element("span", { class: "grow" }, "Drop a film here, or ");
+  const words = element("span", {}, "Drop a film here, or ");
   const zone = element("div", { class: "drop" }, icon("import"), words, element("label", { class: "pick plain", for: "file" }, "Choose a file"), file, bar);
   const mark = (on) => zone.classList.toggle("over", on);
   document.addEventListener("dragover", (event) => {

@@ -8,10 +8,10 @@ import { foregroundOf } from "./foreground.js";
 const ALWAYS = [
   ["ellipse", "Ellipse"],
   ["labels", "Names"],
-  ["covariance", "Covariance, 95 %"],
-  ["particles", "Particles, light = likely"],
+  ["covariance", "Covariance"],
+  ["particles", "Particles"],
   ["trails", "Trails"],
-  ["places", "Lines and zones"],
+  ["places", "Places"],
   ["foreground", "Foreground"],
 ];
 const ASKED = ["particles", "rho"];

@@ -126,11 +126,8 @@ function route() {
 }
 
 /** The first time, the tour begins as soon as there is a session. */
-store.on(["film"], ({ session, film }) => {
-  if (!film) return;
-  pictures.choose(session.id, Math.min(film.width, 1920));
-  player.go(store.state.frame);
-  if (!isToured()) setTimeout(() => startTour(app), 0);
+store.on(["film"], ({ film }) => {
+  if (film && !isToured()) setTimeout(() => startTour(app), 0);
 });
 
 addEventListener("hashchange", route);

@@ -1,5 +1,8 @@
 // Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
 
+/** The widest pictures that are fetched; the server knows no wider ones either. */
+const WIDEST = 1920;
+
 export class Player {
   #started = null;
   #handle = 0;
@@ -56,8 +59,9 @@ export class Player {
 
   /** Fetch the picture of the frame; what is drawn over the film waits for it. */
   async #look() {
-    const { film, frame } = this.store.state;
+    const { film, frame, session } = this.store.state;
     if (!film) return;
+    this.pictures.choose(session.id, Math.min(film.width, WIDEST));
     try {
       const picture = await this.pictures.want(frame);
       if (!picture || this.store.state.film !== film) return;

@@ -5,10 +5,10 @@ const SIDE = (row) => 2 * Math.sqrt(row.a * row.b);
 
 export const LANES = [
   { name: "confidence", label: "Confidence", low: 0, high: 1, value: (row) => row.confidence },
-  { name: "size", label: "Size, px", low: 0, value: SIDE },
-  { name: "speed", label: "Speed, px/frame", low: 0, value: speed },
+  { name: "size", label: "Size", unit: "px", low: 0, value: SIDE },
+  { name: "speed", label: "Speed", unit: "px/frame", low: 0, value: speed },
   { name: "distance", label: "Distance", low: 0, high: 1, value: (row) => row.distance },
-  { name: "particles", label: "Effective particles", low: 0, value: (row) => row.effective_sample_size },
+  { name: "particles", label: "Effective N", low: 0, value: (row) => row.effective_sample_size },
   { name: "cues", label: "Cue weights", low: 0, high: 1, value: null },
 ];
 

@@ -150,11 +150,11 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
   wires.forEach(([, value], number) => {
     const ranges = columns(rows, value, span);
     const high = lane.high ?? highest(ranges);
-    const y = (number_) => top + tall - 3 - ((number_ - lane.low) / (high - lane.low)) * (tall - 6);
+    const y = (at) => top + tall - 3 - ((at - lane.low) / (high - lane.low)) * (tall - 6);
     context.fillStyle = wires.length > 1 ? COLORS[number % COLORS.length].value : shade ?? color("--accent");
-    ranges.forEach((range, column) => {
-      if (range) context.fillRect(LABELS + column, y(range[1]) - 0.75, 1.5, Math.max(1.5, y(range[0]) - y(range[1])));
-    });
+    context.strokeStyle = context.fillStyle;
+    context.lineWidth = 1.5;
+    paintWire(context, ranges, y);
   });
   const row = rows[frame];
   if (!row || !lane.value) return;
@@ -164,6 +164,22 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
   context.fillStyle = color("--text");
   context.fillText(number.toFixed(number < 10 ? 2 : 0), LABELS - 8, top + tall / 2);
   context.textAlign = "left";
+}
+
+/** One line through the columns; a gap of frames without a value stays a gap. */
+function paintWire(context, ranges, y) {
+  const reach = 1 + Math.ceil(ranges.length / Math.max(1, ranges.filter(Boolean).length));
+  let last = -Infinity;
+  context.beginPath();
+  ranges.forEach((range, column) => {
+    if (!range) return;
+    const x = LABELS + column + 0.5;
+    if (column - last > reach) context.moveTo(x, y(range[0]) + 0.75);
+    context.lineTo(x, y(range[0]));
+    context.lineTo(x, y(range[1]));
+    last = column;
+  });
+  context.stroke();
 }
 
 /** Return name and value of each cue. */
