@@ -154,7 +154,7 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
     context.fillStyle = wires.length > 1 ? COLORS[number % COLORS.length].value : shade ?? color("--accent");
     context.strokeStyle = context.fillStyle;
     context.lineWidth = 1.5;
-    paintWire(context, ranges, y);
+    paintWire(context, ranges, y, 1 + Math.ceil(width / (last - first + 1)));
   });
   const row = rows[frame];
   if (!row || !lane.value) return;
@@ -167,8 +167,7 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
 }
 
 /** One line through the columns; a gap of frames without a value stays a gap. */
-function paintWire(context, ranges, y) {
-  const reach = 1 + Math.ceil(ranges.length / Math.max(1, ranges.filter(Boolean).length));
+function paintWire(context, ranges, y, reach) {
   let last = -Infinity;
   context.beginPath();
   ranges.forEach((range, column) => {
