@@ -41,6 +41,7 @@ def studio(
         The folder of the films; other films are uploaded in the page.
     """
     try:
+        from motes.studio.safety import Limits
         from motes.studio.serve import serve
     except ModuleNotFoundError as error:
         if error.name is None or error.name.startswith("motes"):
@@ -52,5 +53,5 @@ def studio(
         raise SourceError(f"There is no folder {folder}; give that of the films.")
     if not 0 <= port < 65536:
         raise ConfigError(f"--port is {port}; give 0 to 65535.")
-    serve(folder, host, port, data, log=log, browser=not browser)
+    serve(folder, host, port, data, log=log, browser=not browser, limits=Limits())
     return DONE

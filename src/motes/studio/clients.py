@@ -18,6 +18,10 @@ RowsOf = Callable[[int, list[int]], list[Row]]
 """Returns the rows of an object in these frames, as they are now."""
 
 
+SceneFrom = Callable[[int], tuple[list[Message], int]]
+"""Returns messages of the many-object mode from a part on, and the number of the part after."""
+
+
 class Client:
     """What a page has still to get.
 
@@ -26,18 +30,20 @@ class Client:
 
     Parameters
     ----------
-    rows_of
-        The rows of the session.
+    rows_of, scene_from
+        The rows of the session, and the parts of its many-object mode.
     """
 
-    def __init__(self, rows_of: RowsOf) -> None:
-        self._rows_of = rows_of
+    def __init__(self, rows_of: RowsOf, scene_from: SceneFrom) -> None:
+        self._rows_of, self._scene_from = rows_of, scene_from
+        self._part = 0
         self._messages: list[Message] = []
         self._rows: dict[int, dict[int, None]] = {}
         self._reset: set[int] = set()
         self._progress: dict[int, Progress] = {}
         self._overlays: dict[int, Overlay] = {}
         self._number = self._acknowledged = 0
+        self._more = False
         self._news = asyncio.Event()
 
     def send(self, message: Message) -> None:
@@ -67,8 +73,14 @@ class Client:
         self._overlays[overlay.object] = overlay
         self._news.set()
 
+    def scene(self, *, reset: bool = False) -> None:
+        """Send what the many-object mode has found and the page has not."""
+        self._part = 0 if reset else self._part
+        self._more = True
+        self._news.set()
+
     def acknowledge(self, number: int) -> None:
-        """The page has drawn an overlay."""
+        """Note that the page has drawn an overlay."""
         self._acknowledged = max(self._acknowledged, min(number, self._number))
         self._news.set()
 
@@ -93,6 +105,11 @@ class Client:
                 found = self._rows_of(number, frames[i : i + ROWS])
                 if found:
                     yield Rows(number, found)
+        while self._more:
+            before = self._part
+            messages, self._part = self._scene_from(before)
+            self._more = self._part > before
+            yield from messages
         while self._progress:
             yield self._progress.pop(next(iter(self._progress)))
         while self._overlays and self._number - self._acknowledged < AHEAD:

@@ -222,7 +222,8 @@ def _with(document: Document, target: Target) -> Document:
     return replace(document, targets=tuple(targets))
 
 
-def _appended(document: Document, target: Target) -> Document:
+def appended(document: Document, target: Target) -> Document:
+    """Return the document with a further object; raise a ConfigError if there are too many."""
     if len(document.targets) >= MAX_OBJECTS:
         raise ConfigError(f"A session has {MAX_OBJECTS} objects at most; open another one.")
     return replace(document, targets=(*document.targets, target), following=document.following + 1)
@@ -239,13 +240,13 @@ def _added(
         command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
     )  # fmt: skip
     target.tracker  # noqa: B018
-    return _appended(document, target), number
+    return appended(document, target), number
 
 
 def _check_frame(frame: int, frames: range) -> None:
     if frame not in frames:
         raise ConfigError(
-            f"Frame {frame} is none of the frames {frames.start} to {frames.stop - 1} of the object."
+            f"Frame {frame} is not of the object, which has {frames.start} to {frames.stop - 1}."
         )
 
 
@@ -343,7 +344,7 @@ def _split(document: Document, command: protocol.Split, row_at: RowAt) -> tuple[
         before = replace(before, keys={frame - 1: region})
     before = replace(before, corrections=before.corrections + 1)
     after = replace(after, object=number, name=f"{target.name} (2)", corrections=0)
-    return _appended(_with(document, before), after), number
+    return appended(_with(document, before), after), number
 
 
 def _joined(document: Document, command: protocol.Join) -> tuple[Document, int]:
@@ -353,7 +354,7 @@ def _joined(document: Document, command: protocol.Join) -> tuple[Document, int]:
     both = set(one.keys) & set(other.keys)
     if clash := [frame for frame in both if one.keys[frame] != other.keys[frame]]:
         raise ConfigError(
-            f"{one.name} and {other.name} are both drawn in frame {min(clash)}; remove one keyframe."
+            f"{one.name} and {other.name} differ in frame {min(clash)}; remove a keyframe there."
         )
     absent = one.absent
     for first, last in other.absent:
@@ -380,7 +381,7 @@ def _compared(document: Document, command: protocol.Compare) -> tuple[Document, 
         seed=command.seed, compared=of.object, corrections=0,
     )  # fmt: skip
     target.tracker  # noqa: B018
-    return _appended(document, target), number
+    return appended(document, target), number
 
 
 def nearest_key(target: Target, frame: int) -> int:

@@ -99,7 +99,7 @@ class Films:
 
 def _too_large(name: str, room: int) -> FormatError:
     return FormatError(
-        f"{name} is larger than {room >> 20} MB, for which there is room; put it into the folder of "
+        f"{name} is larger than {room >> 20} MB, the room that is left; put it into the folder of "
         f"the studio instead."
     )
 

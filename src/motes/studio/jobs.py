@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Iterable, Iterator
+from typing import Literal, Protocol
 
 import numpy as np
 from msgspec.structs import replace
@@ -27,26 +27,36 @@ class Audience(Protocol):
     """Those that see what happens."""
 
     def rows(self, number: int, frames: Iterable[int]) -> None:
-        """Rows of an object have changed."""
+        """Note that rows of an object have changed."""
 
     def reset(self, number: int) -> None:
-        """All rows of an object are void."""
+        """Note that all rows of an object are void."""
 
     def overlay(self, overlay: Overlay) -> None:
-        """A tracker has seen a frame."""
+        """Take what a tracker sees in a frame."""
 
     def progress(self, progress: Progress) -> None:
-        """A job has changed."""
+        """Take the state of a job."""
+
+    def scene(self, *, reset: bool = False) -> None:
+        """Note that many-object mode has more; with `reset`, earlier parts are void."""
 
 
 class Job:
-    """Objects that are tracked together."""
+    """Objects that are tracked together, or a run of the many-object mode."""
 
-    def __init__(self, number: int, objects: Iterable[int]) -> None:
-        self.number, self.objects = number, [*objects]
+    def __init__(
+        self,
+        number: int,
+        objects: Iterable[int],
+        *,
+        kind: Literal["track", "watch"] = "track",
+        left: int = 0,
+    ) -> None:
+        self.number, self.objects, self._kind = number, [*objects], kind
         self.status: JobStatus = "waiting"
         self.error: str | None = None
-        self.done = self.left = 0
+        self.done, self.left = 0, left
         self._since = time.monotonic()
 
     @property
@@ -60,7 +70,7 @@ class Job:
         rate = self.done / seconds if self.done and seconds > 0 else None
         left = self.left / rate if rate and self.active else None
         return Progress(
-            self.number, "track", self.objects, self.done, self.done + self.left, rate, left,
+            self.number, self._kind, self.objects, self.done, self.done + self.left, rate, left,
             self.status, self.error,
         )  # fmt: skip
 
@@ -87,13 +97,22 @@ class Jobs:
         The workers.
     frames
         Number of frames of the film.
+    numbers
+        Of jobs.
     audience
         Those that see what happens.
     """
 
     def __init__(
-        self, session: str, store: Store, pool: Pool, frames: int, audience: Audience
+        self,
+        session: str,
+        store: Store,
+        pool: Pool,
+        frames: int,
+        numbers: Iterator[int],
+        audience: Audience,
     ) -> None:
+        self._numbers = numbers
         self._session, self._store, self._pool = session, store, pool
         self._frames, self._audience = frames, audience
         self._document = Document()
@@ -121,7 +140,7 @@ class Jobs:
         for job in self.jobs.values():
             if job.active:
                 job.objects = [each for each in job.objects if each not in wanted]
-        job = Job(max(self.jobs, default=0) + 1, wanted)
+        job = Job(next(self._numbers), wanted)
         self.jobs[job.number] = job
         self._forget_old()
         self._reconcile()
@@ -184,6 +203,13 @@ class Jobs:
                 return None
             tables.append(table[first - need.stretch.first :])
         return np.concatenate(tables)
+
+    def know(self, target: Target, table: Table) -> None:
+        """Take the rows of all frames of an object, which need not be tracked then."""
+        for need in needs(target):
+            first, last = (frame - target.first for frame in need.stretch[:2])
+            self._store.forget(self._session, need.key)
+            self._store.add_part(self._session, need.key, pack(table[first : last + 1]))
 
     def complete(self, number: int) -> bool:
         """Return whether all stretches of an object are tracked."""
@@ -252,13 +278,20 @@ class Jobs:
                 run.frames = wanted[key].frames
                 if run.worker is not None:
                     run.worker.wish(PAUSE if paused[key] else RUN)
-        for key, need in wanted.items():
+        for key, pass_need in wanted.items():
             if key not in self._runs and not paused[key]:
-                self._begin(need)
-        for held in (self._parts, self._finals):
-            for key in [each for each in held if each not in used and each not in self._runs]:
-                del held[key]  # type: ignore[attr-defined]
+                self._begin(pass_need)
+        self._drop_unused(used)
         self._count()
+
+    def _drop_unused(self, used: set[str]) -> None:
+        """Keep in memory only what the document needs; all else is on disk."""
+        for key in [*self._parts]:
+            if key not in used and key not in self._runs:
+                del self._parts[key]
+        for key in [*self._finals]:
+            if key not in used:
+                del self._finals[key]
 
     def _job_of(self, number: int) -> Job | None:
         for job in self.jobs.values():

@@ -105,7 +105,7 @@ class Pictures:
         return data
 
     def strip(self, count: int, height: int) -> bytes:
-        """Return thumbnails side by side: of `count` frames at equal steps, or of keys near them."""
+        """Return thumbnails side by side: of the key pictures nearest to equal steps."""
         count, height = max(1, min(count, THUMBNAILS)), max(16, min(height, 200))
         last, keys = len(self._film.times) - 1, np.array(self._film.keys or self._film.frames)
         width = max(1, round(height * self._film.width / self._film.height))

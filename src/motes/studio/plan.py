@@ -1,7 +1,7 @@
 """What an object needs: its stretches, and the passes over them, each with a name that is its own.
 
-A pass depends only on the tracker, its first frame and its region there. So a pass that was made for
-a longer stretch serves each shorter one, and a correction needs only two new passes.
+A pass depends only on the tracker, its first frame and its region there. So a pass that was made
+for a longer stretch serves each shorter one, and a correction needs only two new passes.
 """
 
 from __future__ import annotations

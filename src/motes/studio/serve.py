@@ -25,7 +25,7 @@ def serve(
     *,
     log: Callable[[str], None],
     browser: bool,
-    limits: Limits = Limits(),
+    limits: Limits,
 ) -> None:
     """Serve the studio until it is interrupted.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -22,8 +23,9 @@ from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
 from motes.studio.safety import Limits
 from motes.studio.store import Store
-from motes.studio.tables import ELLIPSE, FRAME, STATUS, pack, rows
+from motes.studio.tables import ELLIPSE, FRAME, STATUS, Table, pack, rows
 from motes.studio.tasks import Done, FindDoubts, LookAt, Picture, Strip, Task
+from motes.studio.watching import Watching
 
 
 class Session:
@@ -54,6 +56,7 @@ class Session:
         self.facts: FilmFacts
         self.times: list[float]
         self.jobs: Jobs
+        self.watching: Watching
 
     async def open(self) -> None:
         """Open the film, and go on with what was under way.
@@ -67,7 +70,10 @@ class Session:
         self.facts = msgspec.structs.replace(ready.facts, name=self._film)
         self.times = ready.times
         self._pool.warm()
-        self.jobs = Jobs(self.name, self._store, self._pool, self.facts.frames, self)
+        parts = self.name, self._store, self._pool
+        numbers = itertools.count(1)
+        self.jobs = Jobs(*parts, self.facts.frames, numbers, self)
+        self.watching = Watching(*parts, numbers, self)
         self.jobs.update(self.document)
         left = [each for each in self._tracked if self._unfinished(each)]
         if left:
@@ -82,17 +88,25 @@ class Session:
     @property
     def busy(self) -> bool:
         """Whether somebody looks at it, or something runs."""
-        jobs = self.jobs.jobs.values() if hasattr(self, "jobs") else ()
         return bool(self.clients or self._tasks) or any(
-            job.active and job.status != "paused" for job in jobs
+            job.active and job.status != "paused" for job in self._jobs.values()
         )
+
+    @property
+    def _jobs(self) -> dict[int, Job]:
+        """All jobs, by their numbers."""
+        if not hasattr(self, "watching"):
+            return {}
+        watch = self.watching.job
+        return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
 
     def close(self) -> None:
         """End all processes; nothing is lost."""
         for task in self._tasks:
             task.cancel()
-        if hasattr(self, "jobs"):
+        if hasattr(self, "watching"):
             self.jobs.close()
+            self.watching.close()
         self._pool.close()
         if self._pictures is not None:
             self._pictures.close()
@@ -126,9 +140,9 @@ class Session:
                 self.send(protocol.Failure(str(error)))
             raise
 
-    async def ask(self, task: Task) -> Done:
-        """Let a tracking worker do a short task."""
-        async with self._pool.worker(0) as worker:
+    async def ask(self, task: Task, frames: int = 0) -> Done:
+        """Let a tracking worker do a task over so many frames, none for a short one."""
+        async with self._pool.worker(frames) as worker:
             return await worker.run(task)
 
     # What pages see: `Audience` of `Jobs`.
@@ -139,25 +153,30 @@ class Session:
             client.send(message)
 
     def rows(self, number: int, frames: Iterable[int]) -> None:
-        """Rows of an object have changed."""
+        """Note that rows of an object have changed."""
         frames = [*frames]
         for client in self.clients:
             client.rows(number, frames)
 
     def reset(self, number: int) -> None:
-        """All rows of an object are void."""
+        """Note that all rows of an object are void."""
         for client in self.clients:
             client.reset(number)
 
     def overlay(self, overlay: protocol.Overlay) -> None:
-        """A tracker has seen a frame."""
+        """Take what a tracker sees in a frame."""
         for client in self.clients:
             client.overlay(overlay)
 
     def progress(self, progress: protocol.Progress) -> None:
-        """A job has changed."""
+        """Take the state of a job."""
         for client in self.clients:
             client.progress(progress)
+
+    def scene(self, *, reset: bool = False) -> None:
+        """Note that many-object mode has more; with `reset`, earlier parts are void."""
+        for client in self.clients:
+            client.scene(reset=reset)
 
     def rows_of(self, number: int, frames: list[int]) -> list[Row]:
         """Return the rows of an object in these frames, as they are now."""
@@ -171,6 +190,7 @@ class Session:
         """Let a page look: it gets the state and all rows."""
         self.clients.add(client)
         client.send(protocol.State(self.state()))
+        client.scene()
         for target in self.document.targets:
             client.reset(target.object)
             shown = self.jobs.shown(target.object)
@@ -185,7 +205,7 @@ class Session:
             revision=self._revision,
             objects=[self._item(each) for each in self.document.all()],
             places=self.document.places,
-            jobs=[job.progress() for job in self.jobs.jobs.values()],
+            jobs=[job.progress() for _, job in sorted(self._jobs.items())],
             effort=self.document.effort,
             undo=self._place > 0,
             redo=self._place < self._last,
@@ -214,10 +234,10 @@ class Session:
             case protocol.Track():
                 job = self._track(command.objects)
                 return Reply(command.id, job=job.number)
-            case protocol.Pause():
-                self.jobs.pause(self._job(command.job))
-            case protocol.Resume():
-                self.jobs.resume(self._job(command.job))
+            case protocol.Watch():
+                return Reply(command.id, job=self._watch(command).number)
+            case protocol.Pause() | protocol.Resume():
+                self._pause(self._job(command.job), on=isinstance(command, protocol.Pause))
             case protocol.Stop():
                 self._stop(self._job(command.job))
             case protocol.Undo():
@@ -234,9 +254,7 @@ class Session:
 
     def _change(self, command: Command) -> Reply:
         document, number = changed(self.document, command, self.facts, self._row_at)
-        self._store.change(self.name, self._place + 1, document)
-        self._place += 1
-        self._last = self._place
+        self._put(document)
         if isinstance(command, protocol.Split) and command.object in self._tracked:
             assert number is not None
             self._set_tracked({*self._tracked, number})
@@ -247,6 +265,20 @@ class Session:
             self._set_tracked(self._tracked - {number})
         self._take(document)
         return Reply(command.id, object=number)
+
+    def _put(self, document: Document) -> None:
+        """Store a changed document: it can be taken back from here."""
+        self._store.change(self.name, self._place + 1, document)
+        self._place += 1
+        self._last = self._place
+
+    def take_rows(self, document: Document, tables: dict[int, Table]) -> None:
+        """Take objects whose rows are known, by their numbers, as from a file."""
+        for number, table in tables.items():
+            self.jobs.know(document.target(number), table)
+        self._put(document)
+        self._set_tracked({*self._tracked, *tables})
+        self._take(document)
 
     def _go(self, place: int, error: str) -> None:
         if not 0 <= place <= self._last:
@@ -288,7 +320,23 @@ class Session:
         self.send(protocol.State(self.state()))
         return job
 
+    def _watch(self, command: protocol.Watch) -> Job:
+        job = self.watching.begin(command, self.document.places, self.facts.frames)
+        self.send(protocol.State(self.state()))
+        return job
+
+    def _pause(self, job: Job, *, on: bool) -> None:
+        if job is self.watching.job:
+            self.watching.pause(on=on)
+        elif on:
+            self.jobs.pause(job)
+        else:
+            self.jobs.resume(job)
+
     def _stop(self, job: Job) -> None:
+        if job is self.watching.job:
+            self.watching.stop()
+            return
         left = {each for each in job.objects if not self.jobs.complete(each)}
         self._set_tracked(self._tracked - left)
         self.jobs.stop(job)
@@ -299,9 +347,9 @@ class Session:
         self._store.set_tracked(self.name, sorted(tracked))
 
     def _job(self, number: int) -> Job:
-        if number not in self.jobs.jobs:
+        if number not in self._jobs:
             raise ConfigError(f"There is no job {number}.")
-        return self.jobs.jobs[number]
+        return self._jobs[number]
 
     def _begin(self, work: object) -> None:
         task: asyncio.Task[None] = asyncio.create_task(work)  # type: ignore[arg-type]

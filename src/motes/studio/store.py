@@ -153,6 +153,21 @@ class Store:
         with self._problems():
             return b"".join(row[0] for row in self._base.execute(query, (session, key)))
 
+    def parts_from(self, session: str, key: str, first: int, most: int) -> list[bytes]:
+        """Return at most so many parts of a key, from number `first` on."""
+        query = """
+            SELECT content FROM part WHERE session = ? AND key = ? AND number >= ?
+            ORDER BY number LIMIT ?"""
+        with self._problems():
+            found = self._base.execute(query, (session, key, first, most)).fetchall()
+        return [row[0] for row in found]
+
+    def count(self, session: str, key: str) -> int:
+        """Return the number of parts of a key."""
+        query = "SELECT count(*) FROM part WHERE session = ? AND key = ?"
+        with self._problems():
+            return int(self._base.execute(query, (session, key)).fetchone()[0])
+
     def add_part(self, session: str, key: str, data: bytes) -> None:
         """Add computed data to those of a key."""
         query = """

@@ -71,14 +71,16 @@ def rows(table: Table) -> list[Row]:
     found = []
     for row in table.tolist():
         values = [value if math.isfinite(value) else None for value in row]
+        x, y, a, b, theta = values[ELLIPSE]
         deviations = tuple(math.sqrt(max(value, 0.0)) for value in row[VARIANCES])
         found.append(
             Row(
-                int(row[FRAME]), row[TIME], *values[ELLIPSE], values[CONFIDENCE],
-                str(STATUSES[int(row[STATUS])]), values[DISTANCE], values[SIZE],
-                deviations if all(map(math.isfinite, deviations)) else None,
-                tuple(value if math.isfinite(value) else 0.0 for value in row[CUES:]),
-                bool(row[FINAL]),
+                frame=int(row[FRAME]), time=row[TIME], x=x, y=y, a=a, b=b, theta=theta,
+                confidence=values[CONFIDENCE], status=str(STATUSES[int(row[STATUS])]),
+                distance=values[DISTANCE], effective_sample_size=values[SIZE],
+                deviations=deviations if all(map(math.isfinite, deviations)) else None,
+                cue_weights=tuple(value if math.isfinite(value) else 0.0 for value in row[CUES:]),
+                final=bool(row[FINAL]),
             )
         )  # fmt: skip
     return found

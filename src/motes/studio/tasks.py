@@ -89,10 +89,9 @@ class WatchFilm(_Task, frozen=True):
 
 
 class Annotate(_Task, frozen=True):
-    """Make an annotated film of rows, in the file `path`."""
+    """Make an annotated film in the file `path`; an object is its number, table and cues."""
 
-    table: bytes
-    cues: int
+    objects: list[tuple[int, bytes, int]]
     path: str
 
 
@@ -108,9 +107,14 @@ class DrawFigures(_Task, frozen=True):
 
 
 class DrawSlit(_Task, frozen=True):
-    """Make the slit scan of a line; `Done` has a PNG."""
+    """Make the slit scan of a line, with its crossings; `Done` has a PNG.
+
+    A crossing has its frame, the place of the foot, the identity, and whether it goes to the second
+    side of the line.
+    """
 
     line: tuple[float, float, float, float]
+    crossings: list[tuple[int, float, float, int, bool]]
 
 
 Task = (

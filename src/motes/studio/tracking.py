@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from motes.core.config import from_dict
 from motes.core.frame import FRAME_INTERVAL, Frame
@@ -16,19 +15,32 @@ from motes.correction.correct import tracks_of
 from motes.correction.join import Stretch, join
 from motes.correction.passes import run_pass
 from motes.correction.suspects import doubts
+from motes.mot.pipeline_config import WatchConfig
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import protocol
+from motes.studio.document import regions_of
+from motes.studio.overlays import overlay_of
 from motes.studio.tables import as_pass, line, pack, table_of, tracks, unpack
-from motes.studio.tasks import Done, FindDoubts, JoinStretch, LookAt, Part, RunPass, Task
+from motes.studio.tasks import (
+    Annotate,
+    Done,
+    DrawFigures,
+    DrawSlit,
+    FindDoubts,
+    JoinStretch,
+    LookAt,
+    Part,
+    RunPass,
+    Task,
+    WatchFilm,
+)
 from motes.studio.worker import Line
 from motes.video.film import Film
 
 EVERY = 0.033
 """Seconds between parts: the page draws about 30 overlays a second."""
-PARTICLES = 200
-"""Particles of an overlay at most."""
 
 
 class Work:
@@ -50,6 +62,10 @@ class Work:
             JoinStretch: self._join,
             FindDoubts: self._doubts,
             LookAt: self._look,
+            WatchFilm: self._watch,
+            Annotate: self._annotate,
+            DrawFigures: self._figures,
+            DrawSlit: self._slit,
         }
 
     @property
@@ -94,8 +110,8 @@ class Work:
 
     def _join(self, task: JoinStretch) -> Done:
         absent = frozenset(t for first, last in task.absent for t in range(first, last + 1))
-        ends = (None if each is None else Ellipse(*each) for each in (task.begin, task.end))
-        stretch = Stretch(task.first, task.last, *ends, absent)
+        begin, end = (None if each is None else Ellipse(*each) for each in (task.begin, task.end))
+        stretch = Stretch(task.first, task.last, begin, end, absent)
         tables = [
             None if data is None else unpack(data, task.cues)
             for data in (task.forward, task.backward)
@@ -140,34 +156,45 @@ class Work:
         found = layers_of(task.object, config, kept[0], seen[0], task.layers)
         return Done(msgspec.json.encode(found))
 
+    def _watch(self, task: WatchFilm) -> Done:
+        from motes.studio.scenes import ScenePart, SceneRun, joined
+
+        config: WatchConfig = from_dict(task.config, WatchConfig)
+        run = SceneRun(config, regions_of(task.places), task.seed)
+        last = len(self._film.times) - 1
+        run.prepare(self._film.forward(0, last))
+        found: list[ScenePart] = []
+        sent = time.monotonic()
+        for part in run.parts(self._film.forward(0, last)):
+            found.append(part)
+            self._line.check()
+            if time.monotonic() - sent > EVERY:
+                self._line.send(Part(msgspec.json.encode(joined(found))))
+                found.clear()
+                sent = time.monotonic()
+        if found:
+            self._line.send(Part(msgspec.json.encode(joined(found))))
+        return Done()
+
+    def _annotate(self, task: Annotate) -> Done:
+        from motes.studio.drawing import annotated
+
+        found = {number: tracks(unpack(data, cues)) for number, data, cues in task.objects}
+        annotated(self._film, found, task.path, self._line.check)
+        return Done()
+
+    def _figures(self, task: DrawFigures) -> Done:
+        from motes.studio.drawing import figures
+
+        figures(self._film, _config(task.config), task, self._line.check)
+        return Done()
+
+    def _slit(self, task: DrawSlit) -> Done:
+        from motes.studio.drawing import slit
+
+        return Done(slit(self._film, task, self._line.check))
+
 
 def _config(values: dict[str, Any]) -> TrackerConfig:
     config: TrackerConfig = from_dict(values, Algorithm)
     return config
-
-
-def overlay_of(info: StepInfo) -> protocol.Overlay:
-    """Return what a tracker sees, for the page: the heaviest particles at most."""
-    covariance = info.track.covariance
-    particles, weights = heaviest(info)
-    return protocol.Overlay(
-        number=0,
-        object=0,
-        frame=info.track.frame,
-        ellipse=tuple(map(float, info.track.ellipse)),  # type: ignore[arg-type]
-        covariance=(float(covariance[0, 0]), float(covariance[0, 1]), float(covariance[1, 1])),
-        particles=particles,
-        weights=weights,
-        cue_weights={name: float(value) for name, value in info.cue_weights.items()},
-    )
-
-
-def heaviest(info: StepInfo) -> tuple[list[Any], list[float]]:
-    """Return the heaviest particles of a step, and their weights, of which the largest is 1."""
-    weights = np.asarray(info.weights, np.float64)
-    if not len(weights):
-        return [], []
-    order = np.argsort(-weights, kind="stable")[:PARTICLES]
-    top = max(float(weights[order[0]]), np.finfo(np.float64).tiny)
-    particles = np.round(np.asarray(info.ellipses)[order], 2).tolist()
-    return [tuple(each) for each in particles], np.round(weights[order] / top, 4).tolist()

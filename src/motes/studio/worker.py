@@ -30,7 +30,7 @@ WAIT = 0.05
 """Seconds between looks of a paused worker."""
 
 
-class Stopped(Exception):
+class StoppedError(Exception):
     """The server wants the task to end."""
 
 
@@ -60,7 +60,7 @@ class Line:
         return task
 
     def check(self, done: int = 0) -> None:
-        """Give a sign of life each second, wait while paused, and raise `Stopped` if wanted."""
+        """Give a sign of life each second, wait while paused, raise `StoppedError` if wanted."""
         if time.monotonic() - self._sent > 1:
             self.send(Alive(done))
         while self._wish.value == PAUSE:
@@ -68,7 +68,7 @@ class Line:
             if time.monotonic() - self._sent > 1:
                 self.send(Alive(done))
         if self._wish.value == STOP:
-            raise Stopped
+            raise StoppedError
 
 
 def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool) -> None:
@@ -85,7 +85,7 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
             task = line.receive()
             try:
                 line.send(do(task))
-            except Stopped:
+            except StoppedError:
                 line.send(Done(stopped=True))
             except (MotesError, MemoryError) as error:
                 line.send(Failed(_text(error)))

@@ -198,8 +198,8 @@ class Decoder:
     def index(self) -> list[tuple[float, bool]] | None:
         """Return the time stamp of each picture, in order, and whether it is a key picture.
 
-        Nothing is decoded, so damage is not found; then open the file anew. None if pictures have no
-        stamps.
+        Nothing is decoded, so damage is not found. Then open the file anew. None if pictures have
+        no stamps.
         """
         found = []
         try:

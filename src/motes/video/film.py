@@ -121,7 +121,7 @@ class Film:
     def glance(self, first: int) -> Generator[tuple[int, Load], None, None]:
         """Yield the index of each frame from `first` on, and a function that loads its pixels.
 
-        This is for display: quicker than `forward`, but where a video is damaged, pixels may differ.
+        This is for display: quicker than `forward`, but pixels of a damaged video may differ.
         """
         stamp = self._stamps[first]
         keys = [] if stamp is None else self._keys[: bisect.bisect_right(self._keys, stamp)]
