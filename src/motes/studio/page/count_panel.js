@@ -2,14 +2,16 @@
 
 import { button, element, field, fill } from "./dom.js";
 import { endGround } from "./places.js";
+import { isRunning } from "./derived.js";
 
 const DETECTORS = [
-  ["mog2", "What moves (mixture of Gaussians)"],
-  ["knn", "What moves (nearest neighbors)"],
-  ["gaussian", "What moves (one Gaussian)"],
+  ["mog2", "Motion, MOG2"],
+  ["knn", "Motion, nearest neighbors"],
+  ["gaussian", "Motion, one Gaussian"],
   ["people", "People"],
   ["faces", "Faces"],
 ];
+const USUAL = "nummiaro:adaptive";
 
 export function mountCountPanel(app) {
   const { store, actions } = app;
@@ -33,11 +35,12 @@ export function mountCountPanel(app) {
     element("section", { class: "panel" }, element("h2", {}, "Slit scan"), slit));
   store.on(["presets"], ({ presets }) => {
     fill(preset, (presets?.watch ?? []).map(({ name, summary }) => element("option", { value: name, title: summary }, name)));
+    preset.value = USUAL;
   });
   store.on(["counts"], (state) => fill(counts, countRows(state)));
   store.on(["events", "film"], (state) => fill(events, eventRows(app, state)));
   store.on(["session", "corners", "tool"], (state) => state.session && paintPlaces(places, app, state));
-  store.on(["events", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
+  store.on(["scene", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
   return panel;
 }
 
@@ -50,11 +53,12 @@ function countRows({ counts }) {
 
 function eventRows({ store, player }, { events }) {
   return events.slice(-8).reverse().map((event) => {
-    const where = event.line ?? event.zone ?? "";
-    return element("li", {}, button(`Go to frame ${event.frame}`, () => {
+    const { frame, identity, event: what, direction, place } = event;
+    const words = [identity, what, place, direction].filter((word) => word !== undefined && word !== null);
+    return element("li", {}, button(`Go to frame ${frame}`, () => {
       store.set({ following: false, playing: false });
-      player.go(event.frame);
-    }, { text: `${event.frame}: ${event.id ?? ""} ${event.kind ?? event.event ?? ""} ${where}`.trim(), class: "event" }));
+      player.go(frame);
+    }, { text: `${frame}: ${words.join(" ")}`, class: "event" }));
   });
 }
 
@@ -97,14 +101,18 @@ function groundForm(app, corners) {
     rows.map(([x, y], at) => element("div", { class: "row even" }, element("span", {}, `Point ${at + 1}`), x, y)), set);
 }
 
-/** The slit scan of the first line is drawn anew when a run has ended. */
-function paintSlit(root, { jobs, session }) {
-  const done = [...jobs.values()].filter(({ kind, status }) => kind === "watch" && (status === "done" || status === "stopped"));
-  const key = done.map(({ job }) => job).join();
+/** The slit scan of each line, drawn anew when a run has ended. */
+function paintSlit(root, { jobs, session, scene }) {
+  const running = [...jobs.values()].some((job) => job.kind === "watch" && isRunning(job));
+  const ended = [...jobs.values()].filter(({ kind }) => kind === "watch").map(({ job }) => job);
+  const names = session.places.lines.map(({ name }, at) => name || `line ${at + 1}`);
+  const key = JSON.stringify([running, scene.length > 0, ended, names]);
   if (root.dataset.key === key) return;
   root.dataset.key = key;
-  const last = done[done.length - 1];
-  fill(root, last && session.places.lines.length
-    ? element("img", { src: `/api/sessions/${session.id}/slit?job=${last.job}`, alt: "Pixels of the first line, frame by frame from left to right" })
-    : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line."));
+  const shown = scene.length && !running ? names : [];
+  fill(root, shown.map((name) => element("figure", {}, element("figcaption", { class: "muted" }, name),
+    element("img", {
+      src: `/api/sessions/${session.id}/slit?line=${encodeURIComponent(name)}&job=${ended.at(-1) ?? 0}`,
+      alt: `Pixels of ${name}, frame by frame from left to right`,
+    }))), shown.length ? null : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line."));
 }

@@ -15,15 +15,31 @@ export function element(tag, properties = {}, ...children) {
   return made;
 }
 
+/** Put the pictures of icons.svg into the page: a reference to another file would flicker. */
+export async function loadIcons() {
+  const answer = await fetch("/static/icons.svg");
+  const { documentElement } = new DOMParser().parseFromString(await answer.text(), "image/svg+xml");
+  documentElement.setAttribute("class", "unseen");
+  documentElement.setAttribute("aria-hidden", "true");
+  document.body.append(documentElement);
+}
+
 /** Return one picture of icons.svg; it is hidden from screen readers. */
 export function icon(name) {
   const svg = document.createElementNS(SVG, "svg");
   svg.setAttribute("class", "icon");
   svg.setAttribute("aria-hidden", "true");
   const use = document.createElementNS(SVG, "use");
-  use.setAttribute("href", `/static/icons.svg#${name}`);
+  use.setAttribute("href", `#icon-${name}`);
   svg.append(use);
   return svg;
+}
+
+/** Show another picture and label on a button. */
+export function relabel(made, label, picture, shown = label) {
+  made.querySelector("use").setAttribute("href", `#icon-${picture}`);
+  made.title = shown;
+  made.setAttribute("aria-label", label);
 }
 
 /** Return a button with an icon, a label for screen readers and tooltips, or both. */
@@ -58,6 +74,9 @@ export function sized(canvas) {
   context.clearRect(0, 0, width, height);
   return context;
 }
+
+/** Return how large the text of the page is, next to that of a small window: 1 or more. */
+export const textScale = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 13;
 
 const colors = new Map();
 

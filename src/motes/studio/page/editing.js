@@ -1,6 +1,7 @@
 // Pointing at the stage: drawing, moving by handles, panning, zooming, with mouse, pen or fingers.
 
 import { between, contains, dragged, handles, moved } from "./geometry.js";
+import { textScale } from "./dom.js";
 import { nextColor } from "./colors.js";
 import { itemOf, regionOf, selectedItem, shownItems } from "./derived.js";
 import { addCorner, endLine } from "./places.js";
@@ -135,7 +136,7 @@ export function mountEditing(stage, app, side) {
 
   function handleAt(region, point) {
     if (!region) return null;
-    const { scale } = stage.view();
+    const scale = stage.view().scale / textScale();
     const found = handles(region, 22 / scale)
       .map(({ name, point: [x, y] }) => ({ name, away: Math.hypot(x - point[0], y - point[1]) * scale }))
       .filter(({ away }) => away < NEAR)

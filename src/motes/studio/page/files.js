@@ -8,40 +8,53 @@ import { selectedItem } from "./derived.js";
 
 /** Show what can be exported, and a place for rows that come in. */
 export async function showExports(app) {
-  const { session } = app.store.state;
-  let formats = [];
-  try {
-    formats = await ask(`/api/formats`);
-  } catch (error) {
-    announce(error.message, "error");
-    return;
-  }
-  const objects = session.objects.filter(({ tracked }) => tracked);
-  const which = element("select", {}, element("option", { value: "" }, "All objects"),
-    objects.map(({ object, name }) => element("option", { value: object }, name)));
-  which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
-  const format = element("select", {}, formats.filter(({ write }) => write).map(({ name, title }) =>
-    element("option", { value: name }, `${name} – ${title}`)));
-  format.value = "rows.csv";
-  if (!format.value) format.selectedIndex = 0;
+  const { session, scene } = app.store.state;
+  const formats = await asked("/api/formats");
+  if (!formats) return;
   const base = `/api/sessions/${session.id}`;
-  const query = () => (which.value ? `&object=${which.value}` : "");
-  const take = (label, address) => button(label, () => download(address()), { class: "plain grow" });
-  const file = element("input", { type: "file", onchange: ({ target }) => bring(app, target.files[0]) });
+  const tracked = session.objects.filter((item) => item.tracked);
+  const which = element("select", {}, element("option", { value: "" }, "All objects"),
+    tracked.map(({ object, name }) => element("option", { value: object }, name)));
+  which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
+  const format = element("select", {}, formatOptions(formats));
+  const object = () => (which.value ? `object=${which.value}` : "");
+  const form = () => `format=${encodeURIComponent(format.value)}`;
+  const take = (label, address, properties) =>
+    button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
+  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => bring(app, target.files[0]) });
   show("Export and import", [
-    element("section", { class: "stack" }, element("h3", {}, "Take home"),
+    tracked.length ? element("section", { class: "stack" }, element("h3", {}, "Take home"),
       element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
       element("div", { class: "row" },
-        button("Export", () => download(`${base}/export?format=${encodeURIComponent(format.value)}${query()}`), { class: "main grow", picture: "export", text: "Export" }),
-        take("Annotated film", () => `${base}/film?${query()}`),
-        take("Figures", () => `${base}/figures?${query()}`))),
+        take("Export", () => `${base}/export?${form()}&${object()}`, { class: "main grow", picture: "export" }),
+        take("Annotated film", () => `${base}/film?${object()}`),
+        take("Figures", () => `${base}/figures?object=${which.value || tracked[0].object}`)))
+      : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
+    scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),
+      element("div", { class: "row" },
+        take("Rows of all objects", () => `${base}/export?scene&format=csv`),
+        take("Events", () => `${base}/export?scene&format=events`))) : null,
     element("section", { class: "stack" }, element("h3", {}, "Bring in"),
       element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads."), file),
   ]);
 }
 
+const formatOptions = (formats) =>
+  Object.entries(formats).map(([name, title]) => element("option", { value: name }, `${name} – ${title}`));
+
+/** Return the JSON of an address, or null after showing why it was refused. */
+async function asked(address) {
+  try {
+    return await ask(address);
+  } catch (error) {
+    announce(error.message, "error");
+    return null;
+  }
+}
+
 /** Fetch a file and hand it to the browser; a refusal is shown instead. */
-async function download(address) {
+async function download(pressed, address) {
+  pressed.disabled = true;
   try {
     const answer = await fetch(address);
     if (!answer.ok) throw new Error(await reason(answer));
@@ -51,6 +64,8 @@ async function download(address) {
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
   } catch (error) {
     announce(error.message, "error");
+  } finally {
+    pressed.disabled = false;
   }
 }
 
@@ -64,19 +79,13 @@ async function bring({ store }, file) {
   }
 }
 
-/** Show the command line and the TOML file that make the same rows. */
+/** Show the command line and the files that make the same rows. */
 export async function showCommand({ store }) {
   const { session, selected } = store.state;
-  try {
-    const address = `/api/sessions/${session.id}/command${selected === null ? "" : `?object=${selected}`}`;
-    const { command, toml } = await ask(address);
-    show("The same run on the command line", [
-      block("Command", command),
-      ...(toml ? [block("config.toml", toml)] : []),
-    ]);
-  } catch (error) {
-    announce(error.message, "error");
-  }
+  const run = await asked(`/api/sessions/${session.id}/command${selected === null ? "" : `?object=${selected}`}`);
+  if (!run) return;
+  show("The same run on the command line",
+    [block("Command", run.command), ...Object.entries(run.files).map(([name, text]) => block(name, text))]);
 }
 
 function block(title, text) {

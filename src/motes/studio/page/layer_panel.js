@@ -88,7 +88,9 @@ function paintPlots(root, { looked, pictured, selected }) {
   const pairs = here ? Object.entries(looked.histograms) : [];
   const turns = here ? Object.entries(looked.orientation) : [];
   if (!pairs.length && !turns.length) {
-    fill(root, element("p", { class: "muted" }, "Histograms are shown where the film stands still in a tracked frame."));
+    const none = "This tracker compares no histograms; nummiaro does.";
+    const later = "Histograms are shown where the film stands still in a tracked frame.";
+    fill(root, element("p", { class: "muted" }, here ? none : later));
     return;
   }
   const canvases = pairs.map(([cue, { model, estimate }]) => plot(`${cue}: model and estimate`, [model, estimate]));

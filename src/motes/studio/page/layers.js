@@ -103,19 +103,19 @@ export function drawTrail(context, rows, frame, { color, scale, length = 60 }) {
   context.globalAlpha = 1;
 }
 
-/** Draw a grid of numbers as colors over its part of the film: values[row][column] from low to high. */
-export function drawSurface(context, { values, left, top, step }, opacity = 0.62) {
-  const [height, width] = [values.length, values[0]?.length ?? 0];
-  if (!width) return;
-  const picture = surfacePicture(values);
+/** Draw heights over a grid as colors: values[i][j] belongs to y[i] and x[j]. */
+export function drawSurface(context, { x, y, values }, opacity = 0.62) {
+  const [wide, high] = [x.length, y.length];
+  if (wide < 2 || high < 2) return;
+  const [dx, dy] = [(x[wide - 1] - x[0]) / (wide - 1), (y[high - 1] - y[0]) / (high - 1)];
   context.globalAlpha = opacity;
   context.imageSmoothingEnabled = true;
-  context.drawImage(picture, left - step / 2, top - step / 2, width * step, height * step);
+  context.drawImage(surfacePicture(values), x[0] - dx / 2, y[0] - dy / 2, wide * dx, high * dy);
   context.globalAlpha = 1;
 }
 
 /** Return a canvas with one pixel for each number, in the colors of viridis. */
-export function surfacePicture(values) {
+function surfacePicture(values) {
   const [height, width] = [values.length, values[0].length];
   const picture = new OffscreenCanvas(width, height);
   const pixels = new ImageData(width, height);

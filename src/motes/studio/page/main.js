@@ -2,7 +2,7 @@
 
 import { Actions } from "./actions.js";
 import { announce } from "./announce.js";
-import { button, element, fill } from "./dom.js";
+import { button, element, fill, loadIcons } from "./dom.js";
 import { Connection } from "./connection.js";
 import { makeDialogs } from "./dialogs.js";
 import { mountCountPanel } from "./count_panel.js";
@@ -131,4 +131,5 @@ store.on(["film"], ({ film }) => {
 });
 
 addEventListener("hashchange", route);
+await loadIcons();
 route();

@@ -127,7 +127,7 @@ function corrections(app, item) {
   const others = store.state.session.objects.filter(
     ({ object, compared }) => object !== item.object && compared === null);
   const join = element("select", {
-    "aria-label": "Join with", disabled: !others.length,
+    "aria-label": "Join with",
     onchange: ({ target }) => target.value && actions.join(Number(target.value)),
   }, element("option", { value: "" }, "Join with …"),
   others.map(({ object, name }) => element("option", { value: object }, name)));
@@ -140,8 +140,8 @@ function corrections(app, item) {
       action("Draw again", "R", "box", () => app.keys("r")),
       action("Split here", "S", "split", () => actions.split()),
       action("Next doubtful", "N", "doubt", () => actions.nextDoubt())),
-    element("div", { class: "row even" }, join,
-      button("Absent from … to …", () => dialogs.absent(), { text: "Absent range", class: "plain" })),
+    element("div", { class: "row even" },
+      button("Absent from … to …", () => dialogs.absent(), { class: "plain" }), others.length ? join : null),
     element("p", { class: "effort muted" }, effort(store.state.session, item)));
 }
 

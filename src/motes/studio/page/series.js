@@ -1,15 +1,20 @@
 // What the timeline shows: for each lane, numbers of each frame out of an object's rows.
 
-/** A row's places of numbers, as the server sends them. */
-const SIDE = (row) => 2 * Math.sqrt(row.a * row.b);
+/** The mean side of the ellipse's box, in pixels. */
+const side = (row) => 2 * Math.sqrt(row.a * row.b);
 
 export const LANES = [
   { name: "confidence", label: "Confidence", low: 0, high: 1, value: (row) => row.confidence },
-  { name: "size", label: "Size", unit: "px", low: 0, value: SIDE },
+  { name: "size", label: "Size", unit: "px", low: 0, value: side },
   { name: "speed", label: "Speed", unit: "px/frame", low: 0, value: speed },
   { name: "distance", label: "Distance", low: 0, high: 1, value: (row) => row.distance },
   { name: "particles", label: "Effective N", low: 0, value: (row) => row.effective_sample_size },
   { name: "cues", label: "Cue weights", low: 0, high: 1, value: null },
+];
+
+/** What the timeline shows of the many-object mode: the number of objects. */
+export const SCENE_LANES = [
+  { name: "objects", label: "Objects", low: 0, value: ({ objects }) => objects.length },
 ];
 
 function speed(row, before) {

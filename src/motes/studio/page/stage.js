@@ -1,6 +1,6 @@
 // The stage: the film's picture, and over it what is known of its objects.
 
-import { element, sized } from "./dom.js";
+import { element, sized, textScale } from "./dom.js";
 import { dashes, trackColor } from "./colors.js";
 import { handles } from "./geometry.js";
 import { Viewport } from "./viewport.js";
@@ -73,12 +73,13 @@ function paintOver(canvas, state, view, side) {
   const { scale } = view;
   context.translate(view.x + scale / 2, view.y + scale / 2);
   context.scale(scale, scale);
-  paintLooked(context, state, frame, scale);
+  const size = scale / textScale(); // lines and names grow with the text of the page
+  paintLooked(context, state, frame, size);
   const items = shownItems(state, side);
-  for (const item of items) paintItem(context, state, item, frame, scale);
-  paintScene(context, state, frame, scale);
-  paintPlaces(context, state, scale);
-  paintDraft(context, state, scale);
+  for (const item of items) paintItem(context, state, item, frame, size);
+  paintScene(context, state, frame, size);
+  paintPlaces(context, state, size);
+  paintDraft(context, state, size);
 }
 
 /** Surfaces and particles that the person asked for in this frame. */

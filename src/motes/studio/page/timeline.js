@@ -1,8 +1,9 @@
 // The timeline: status, keyframes and the lanes of numbers of the selected object, frame by frame.
 
-import { color, element, sized } from "./dom.js";
-import { columns, highest, LANES } from "./series.js";
+import { color, element, sized, textScale } from "./dom.js";
+import { columns, highest, LANES, SCENE_LANES } from "./series.js";
 import { COLORS } from "./colors.js";
+import { shown } from "./derived.js";
 
 const STATUS = {
   tracking: "--tracking",
@@ -12,7 +13,7 @@ const STATUS = {
   lost: "--lost",
   absent: "--absent",
 };
-const LABELS = 132;
+const LABELS = 132; // pixels of a small window
 const STATUS_HEIGHT = 18;
 
 export function mountTimeline(root, { store, player }) {
@@ -25,7 +26,7 @@ export function mountTimeline(root, { store, player }) {
   });
   root.append(canvas);
   const draw = () => paint(canvas, store.state);
-  store.on(["rows", "session", "selected", "frame", "range", "film", "lanes", "doubts", "looks"], draw);
+  store.on(["rows", "session", "selected", "frame", "range", "film", "lanes", "doubts", "looks", "scene", "events"], draw);
   new ResizeObserver(draw).observe(canvas);
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -60,7 +61,8 @@ export const shownRange = ({ film, range }) => range ?? [0, film.frames - 1];
 
 function frameAt(canvas, state, x) {
   const [first, last] = shownRange(state);
-  const share = (x - LABELS) / Math.max(1, canvas.clientWidth - LABELS);
+  const labels = LABELS * textScale();
+  const share = (x - labels) / Math.max(1, canvas.clientWidth - labels);
   return Math.min(last, Math.max(first, first + Math.floor(share * (last - first + 1))));
 }
 
@@ -69,11 +71,14 @@ function paint(canvas, state) {
   const { film, frame, selected, session } = state;
   if (!film) return;
   const [first, last] = shownRange(state);
-  const [width, height] = [canvas.clientWidth - LABELS, canvas.clientHeight];
+  const unit = textScale();
+  context.scale(unit, unit);
+  const [width, height] = [canvas.clientWidth / unit - LABELS, canvas.clientHeight / unit];
   const place = (at) => LABELS + ((at - first) / (last - first + 1)) * width;
-  const rows = state.rows.get(selected) ?? [];
   const object = session?.objects.find((item) => item.object === selected);
-  const lanes = LANES.filter(({ name }) => state.lanes.has(name));
+  const rows = object ? state.rows.get(selected) ?? [] : state.scene;
+  const wanted = LANES.filter(({ name }) => state.lanes.has(name));
+  const lanes = !object && state.scene.length ? SCENE_LANES : wanted;
   const tall = (height - STATUS_HEIGHT) / Math.max(1, lanes.length);
   canvas.setAttribute("aria-valuemax", film.frames - 1);
   canvas.setAttribute("aria-valuenow", frame);
@@ -94,7 +99,7 @@ function paint(canvas, state) {
 }
 
 const spoken = (frame, row) =>
-  row ? `frame ${frame}, ${row.status}, confidence ${row.confidence.toFixed(2)}` : `frame ${frame}`;
+  row?.status ? `frame ${frame}, ${row.status}, confidence ${shown(row.confidence)}` : `frame ${frame}`;
 
 function paintStatus(context, { rows, first, last, width }) {
   context.fillStyle = color("--muted");
@@ -106,7 +111,7 @@ function paintStatus(context, { rows, first, last, width }) {
   for (let column = 0; column < count; column += 1) {
     const row = rows[Math.floor(first + column * per)];
     if (!row) continue;
-    context.fillStyle = color(STATUS[row.status] ?? "--searching");
+    context.fillStyle = color(STATUS[row.status ?? "tracking"]);
     context.fillRect(LABELS + column, 5, 1.5, 8);
   }
 }
@@ -128,6 +133,7 @@ function paintMarks(context, { object, state, place, first, last }) {
   for (const { frame } of object?.keyframes ?? []) {
     if (frame >= first && frame <= last) diamond(place(frame) + half, color("--text"));
   }
+  if (!object) paintEvents(context, state.events, place);
   for (const { frame } of (state.doubts.get(object?.object) ?? []).slice(0, 20)) {
     if (frame < first || frame > last) continue;
     const x = place(frame) + half;
@@ -137,6 +143,14 @@ function paintMarks(context, { object, state, place, first, last }) {
     context.lineTo(x + 5, 0);
     context.lineTo(x, 6);
     context.fill();
+  }
+}
+
+/** Crossings, entries and exits of the many-object mode. */
+function paintEvents(context, events, place) {
+  context.fillStyle = color("--accent");
+  for (const { frame, place: where } of events) {
+    if (where) context.fillRect(place(frame) - 1, 3, 2, 12);
   }
 }
 
@@ -162,7 +176,7 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
   if (!Number.isFinite(number)) return;
   context.textAlign = "right";
   context.fillStyle = color("--text");
-  context.fillText(number.toFixed(number < 10 ? 2 : 0), LABELS - 8, top + tall / 2);
+  context.fillText(number.toFixed(number < 10 && !Number.isInteger(number) ? 2 : 0), LABELS - 8, top + tall / 2);
   context.textAlign = "left";
 }
 

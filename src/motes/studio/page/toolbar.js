@@ -1,6 +1,6 @@
 // The tools over the stage, and the player under it.
 
-import { button, element, fill, icon } from "./dom.js";
+import { button, element, relabel } from "./dom.js";
 import { clock, runningJobs } from "./derived.js";
 
 const TOOLS = [
@@ -31,9 +31,8 @@ export function mountTools(root, app) {
     root.append(made);
   }
   const share = element("span", { class: "zoom muted", "aria-live": "off" });
-  const job = element("div", { class: "job row", "aria-live": "off" });
   root.append(
-    element("span", { class: "grow" }), job, element("span", { class: "divider", "aria-hidden": "true" }),
+    element("span", { class: "grow" }), jobView(app), element("span", { class: "divider", "aria-hidden": "true" }),
     button("Zoom out (-)", () => app.zoom("-"), { picture: "minus" }), share,
     button("Zoom in (+)", () => app.zoom("+"), { picture: "plus" }),
     button("Whole film (0)", () => app.zoom("0"), { picture: "fit" }));
@@ -43,29 +42,33 @@ export function mountTools(root, app) {
   store.on(["view", "film", "beside", "sized"], () => {
     share.textContent = `${Math.round(100 * (app.viewNow()?.scale ?? 1))} %`;
   });
-  store.on(["jobs"], (state) => paintJobs(job, app, runningJobs(state)));
 }
 
 /** The run that is going on: its share, rate, time left, and pause and stop. */
-function paintJobs(root, { actions }, jobs) {
-  const [job] = jobs;
-  root.dataset.job = job?.job ?? "";
-  if (!job) {
-    fill(root);
-    return;
-  }
-  const share = job.total ? job.done / job.total : 0;
-  const paused = job.status === "paused";
-  const rate = job.rate === null ? "" : `${job.rate.toFixed(0)} frames/s`;
-  const left = job.left === null || paused ? "" : `${clock(Math.ceil(job.left))} left`;
-  const words = [paused ? "Paused" : job.status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`, rate, left];
-  const bar = root.querySelector("progress") ?? element("progress", { max: "1", "aria-label": "Progress" });
-  bar.value = share;
-  const focused = root.contains(document.activeElement) && document.activeElement.title;
-  fill(root, bar, element("span", { class: "words" }, words.filter(Boolean).join(" · ")),
-    button(paused ? "Go on" : "Pause", () => actions.job(paused ? "resume" : "pause", job.job), { picture: paused ? "play" : "pause" }),
-    button("Stop", () => actions.job("stop", job.job), { picture: "stop" }));
-  if (focused) [...root.querySelectorAll("button")].find(({ title }) => title === focused)?.focus();
+function jobView({ store, actions }) {
+  const bar = element("progress", { max: "1", "aria-label": "Progress" });
+  const words = element("span", { class: "words" });
+  const current = () => runningJobs(store.state)[0];
+  const pause = button("Pause", () => actions.job(current().status === "paused" ? "resume" : "pause", current().job), { picture: "pause" });
+  const stop = button("Stop", () => actions.job("stop", current().job), { picture: "stop" });
+  const view = element("div", { class: "job row" }, bar, words, pause, stop);
+  store.on(["jobs"], (state) => {
+    const [job] = runningJobs(state);
+    view.hidden = !job;
+    if (!job) return;
+    const paused = job.status === "paused";
+    bar.value = job.total ? job.done / job.total : 0;
+    words.textContent = wordsOf(job, bar.value, paused);
+    relabel(pause, paused ? "Go on" : "Pause", paused ? "play" : "pause");
+  });
+  return view;
+}
+
+function wordsOf({ status, rate, left }, share, paused) {
+  const state = paused ? "Paused" : status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`;
+  const speed = rate === null ? "" : `${rate.toFixed(0)} frames/s`;
+  const rest = left === null || paused ? "" : `${clock(Math.ceil(left))} left`;
+  return [state, speed, rest].filter(Boolean).join(" · ");
 }
 
 export function mountTransport(root, app) {
@@ -99,9 +102,8 @@ export function mountTransport(root, app) {
     element("span", { class: "grow" }),
     button("Next doubtful frame (N)", () => actions.nextDoubt(), { picture: "doubt", text: "Next doubtful", class: "plain" }));
   store.on(["playing"], ({ playing }) => {
-    play.replaceChildren(icon(playing ? "pause" : "play"));
-    play.title = playing ? "Pause (Space)" : "Play (Space)";
-    play.setAttribute("aria-label", playing ? "Pause" : "Play");
+    const word = playing ? "Pause" : "Play";
+    relabel(play, word, word.toLowerCase(), `${word} (Space)`);
   });
   store.on(["following"], ({ following }) => (follow.checked = following));
   store.on(["frame", "film"], ({ frame, film }) => {
