@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from msgspec.structs import replace
 
-from motes.studio.protocol import Message, Overlay, Progress, Row, Rows, encode
+from motes.studio.protocol import Message, Overlay, Progress, Reply, Row, Rows, encode
 
 AHEAD = 3
 """Overlays that a page gets before it has acknowledged the first of them."""
@@ -38,8 +38,9 @@ class Client:
         self._rows_of, self._scene_from = rows_of, scene_from
         self._part = 0
         self._messages: list[Message] = []
+        self._replies: list[Reply] = []
         self._rows: dict[int, dict[int, None]] = {}
-        self._reset: set[int] = set()
+        self._resets: set[int] = set()
         self._progress: dict[int, Progress] = {}
         self._overlays: dict[int, Overlay] = {}
         self._number = self._acknowledged = 0
@@ -47,8 +48,11 @@ class Client:
         self._news = asyncio.Event()
 
     def send(self, message: Message) -> None:
-        """Send a message."""
-        self._messages.append(message)
+        """Send a message; a reply comes after all that its command has changed."""
+        if isinstance(message, Reply):
+            self._replies.append(message)
+        else:
+            self._messages.append(message)
         self._news.set()
 
     def rows(self, number: int, frames: Iterable[int]) -> None:
@@ -58,7 +62,7 @@ class Client:
 
     def reset(self, number: int) -> None:
         """Let all rows of an object be void."""
-        self._reset.add(number)
+        self._resets.add(number)
         self._rows.pop(number, None)
         self._overlays.pop(number, None)
         self._news.set()
@@ -89,29 +93,38 @@ class Client:
         while True:
             await self._news.wait()
             self._news.clear()
-            for message in self._waiting():
+            for message in self._batch():
+                await send(encode(message))
+            for message in self._newest_overlays():
                 await send(encode(message))
 
-    def _waiting(self) -> Iterator[Message]:
-        while self._messages:
-            yield self._messages.pop(0)
-        while self._reset:
-            number = self._reset.pop()
+    def _batch(self) -> Iterator[Message]:
+        """Yield all that waits now; what comes meanwhile is of the next batch.
+
+        Rows come before the progress and the reply that tell of them.
+        """
+        messages, resets, rows = self._messages, self._resets, self._rows
+        progress, replies, more = self._progress, self._replies, self._more
+        self._messages, self._resets, self._rows = [], set(), {}
+        self._progress, self._replies, self._more = {}, [], False
+        yield from messages
+        for number in resets:
             yield Rows(number, [], reset=True)
-        while self._rows:
-            number = next(iter(self._rows))
-            frames = sorted(self._rows.pop(number))
+        for number, known in rows.items():
+            frames = sorted(known)
             for i in range(0, len(frames), ROWS):
                 found = self._rows_of(number, frames[i : i + ROWS])
                 if found:
                     yield Rows(number, found)
-        while self._more:
+        while more:
             before = self._part
-            messages, self._part = self._scene_from(before)
-            self._more = self._part > before
-            yield from messages
-        while self._progress:
-            yield self._progress.pop(next(iter(self._progress)))
+            found_parts, self._part = self._scene_from(before)
+            more = self._part > before
+            yield from found_parts
+        yield from progress.values()
+        yield from replies
+
+    def _newest_overlays(self) -> Iterator[Overlay]:
         while self._overlays and self._number - self._acknowledged < AHEAD:
             overlay = self._overlays.pop(next(iter(self._overlays)))
             self._number += 1

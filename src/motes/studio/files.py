@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import tempfile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +12,6 @@ import numpy as np
 
 from motes.core.config import to_dict
 from motes.core.errors import ConfigError
-from motes.core.track import Track
 from motes.studio import exports, imports
 from motes.studio.document import Target, regions_of
 from motes.studio.sessions import Session
@@ -29,7 +29,7 @@ class File(NamedTuple):
     data: bytes
 
 
-def export(session: Session, form: str, number: int | None) -> File:
+async def export(session: Session, form: str, number: int | None) -> File:
     """Return the rows of one object, or of all, in a format.
 
     Raises
@@ -40,19 +40,23 @@ def export(session: Session, form: str, number: int | None) -> File:
     film = session.facts
     targets = _targets(session, number)
     if form == HISTORY:
-        (target,) = targets[:1]
-        stem = exports.file_name(film, target.name, "csv")
-        return File(f"{stem}.corrections.json", exports.history_file(target, film))
+        stem = exports.file_name(film, targets[0].name, "csv")
+        return File(f"{stem}.corrections.json", exports.history_file(targets[0], film))
     exports.check_formats(form, several=len(targets) > 1)
-    if len(targets) == 1:
-        target = targets[0]
-        data = exports.target_file(form, _tracks(session, target), film)
-        return File(exports.file_name(film, target.name, form), data)
-    found = {each.object: (each.name, _tracks(session, each)) for each in targets}
-    return File(exports.file_name(film, "objects", form), exports.objects_file(form, found, film))
+    tables = {each.object: (each.name, _table(session, each)) for each in targets}
+
+    def made() -> bytes:
+        found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
+        if len(found) > 1:
+            return exports.objects_file(form, found, film)
+        ((_, only),) = found.values()
+        return exports.target_file(form, only, film)
+
+    what = "objects" if len(targets) > 1 else targets[0].name
+    return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
 
 
-def export_scene(session: Session, form: str) -> File:
+async def export_scene(session: Session, form: str) -> File:
     """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
     film = session.facts
     if form == "events":
@@ -60,7 +64,8 @@ def export_scene(session: Session, form: str) -> File:
         return File(exports.file_name(film, "events", "jsonl"), b"".join(lines))
     exports.check_formats(form, several=True)
     frames = session.watching.frames()
-    return File(exports.file_name(film, "watched", form), exports.scene_file(form, frames, film))
+    data = await asyncio.to_thread(exports.scene_file, form, frames, film)
+    return File(exports.file_name(film, "watched", form), data)
 
 
 def command(session: Session, number: int | None) -> exports.Reproduction:
@@ -153,7 +158,3 @@ def _table(session: Session, target: Target) -> Table:
         if len(table):
             return table
     raise ConfigError(f"{target.name} has no rows yet; track it first.")
-
-
-def _tracks(session: Session, target: Target) -> list[Track]:
-    return tracks(_table(session, target))

@@ -121,7 +121,7 @@ class Jobs:
         self._finals: dict[str, Table] = {}
         self._shown: dict[int, Table] = {}
         self._displayed: dict[int, set[str]] = {}
-        self._users: dict[str, list[tuple[Target, StretchNeed]]] = {}
+        self._users: dict[str, list[tuple[Target, StretchNeed, int]]] = {}
         self._runs: dict[str, _Run] = {}
         self._joins: dict[str, asyncio.Task[None]] = {}
         self.jobs: dict[int, Job] = {}
@@ -252,10 +252,10 @@ class Jobs:
         used: set[str] = set()
         self._users.clear()
         for number, (target, plan) in self._plans.items():
-            for need in plan:
+            for need, first in own_frames(plan):
                 used.update((need.key, *(each.key for each in need.passes)))
                 for each in need.passes:
-                    self._users.setdefault(each.key, []).append((target, need))
+                    self._users.setdefault(each.key, []).append((target, need, first))
             self._show_finals(target, plan)
             job = self._job_of(number)
             if job is None:
@@ -373,7 +373,7 @@ class Jobs:
         self._store.add_part(self._session, key, part.data)
         if before + len(table) >= run.frames and run.frames < run.need.frames:
             self._end(run)
-        for target, need in objects:
+        for target, need, first in objects:
             job = self._job_of(target.object)
             if job is None:
                 continue
@@ -381,9 +381,8 @@ class Jobs:
             job.left = max(job.left - len(table), 0)
             self._audience.progress(job.progress())
             if need.forward is None or need.forward.key == key:
-                inside = (table[:, FRAME] >= need.stretch.first) & (
-                    table[:, FRAME] <= need.stretch.last
-                )
+                frames = table[:, FRAME]
+                inside = (frames >= first) & (frames <= need.stretch.last)
                 self._show(target, table[inside])
                 if part.overlay is not None:
                     self._audience.overlay(_named(part.overlay, target.object))

@@ -1,9 +1,9 @@
 """The protocol of the studio: all that the page and the server send each other, as types.
 
 A WebSocket carries `Command`s from the page and `Message`s to it, each a JSON object whose `type`
-names it. Every command has an `id`, and is answered by one `Reply` with that id. HTTP carries
-films, pictures and files, and the JSON of `Film`, `SessionCard`, `Session` and `Failure`. Both
-sides are tested against `schema`.
+names it. Every command has an `id`, and is answered by one `Reply` with that id, after the state
+and the rows that have changed with it. HTTP carries films, pictures and files, and the JSON of
+`Film`, `SessionCard`, `Session` and `Failure`. Both sides are tested against `schema`.
 
 Places are in pixels of the film from 0, angles in radians, times in seconds. Frames count from 0. A
 region has four numbers, a box x, y, width, height; or five, an ellipse x, y, a, b, theta: its

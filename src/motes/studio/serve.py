@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import uvicorn
+from starlette.types import ASGIApp
 
 from motes.core.errors import ConfigError
 from motes.studio.protocol import LARGEST_MESSAGE
@@ -49,29 +50,33 @@ def serve(
     ConfigError
         If the address cannot be used.
     """
-    opened = _listening(host, port)
+    opened = listening(host, port)
     port = opened.getsockname()[1]
     token = None if is_local(host) else new_token()
     studio = Studio(folder, data or data_folder(), limits)
-    config = uvicorn.Config(
-        app(studio, Guard(host, port, token)),
-        log_level="error",
-        ws="websockets-sansio",
-        ws_max_size=LARGEST_MESSAGE,
-        server_header=False,
-        timeout_graceful_shutdown=1,
-    )
     name = f"[{host}]" if ":" in host else host
     address = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
     log(f"The studio is at {address} ; Ctrl-C ends it.")
     if browser:
         webbrowser.open(address)
     with opened:
-        uvicorn.Server(config).run(sockets=[opened])
+        uvicorn.Server(settings(app(studio, Guard(host, port, token)))).run(sockets=[opened])
 
 
-def _listening(host: str, port: int) -> socket.socket:
-    """Return a socket that listens at an address."""
+def settings(application: ASGIApp) -> uvicorn.Config:
+    """Return how an application is served."""
+    return uvicorn.Config(
+        application,
+        log_level="error",
+        ws="websockets-sansio",
+        ws_max_size=LARGEST_MESSAGE,
+        server_header=False,
+        timeout_graceful_shutdown=1,
+    )
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at an address; raise a ConfigError if it cannot be used."""
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         opened = socket.socket(found[0], socket.SOCK_STREAM)

@@ -157,8 +157,8 @@ class _Api:
         session = await self._session(request)
         form = request.query_params.get("format", "csv")
         if "scene" in request.query_params:
-            return _download(await asyncio.to_thread(files.export_scene, session, form))
-        return _download(files.export(session, form, _object(request)))
+            return _download(await files.export_scene(session, form))
+        return _download(await files.export(session, form, _object(request)))
 
     async def take(self, request: Request) -> Response:
         session = await self._session(request)

@@ -44,7 +44,7 @@ class Known(NamedTuple):
 
 
 class Store:
-    """Sessions in an SQLite file, which several threads do not share.
+    """Sessions in an SQLite file. Only one thread uses it at a time.
 
     Parameters
     ----------
@@ -61,7 +61,9 @@ class Store:
         self._path = path
         with self._problems():
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._base = sqlite3.connect(path, isolation_level=None, timeout=10)
+            self._base = sqlite3.connect(
+                path, isolation_level=None, timeout=10, check_same_thread=False
+            )
             self._base.execute("PRAGMA journal_mode=WAL")
             self._base.execute("PRAGMA synchronous=NORMAL")
             self._base.execute("PRAGMA foreign_keys=ON")
