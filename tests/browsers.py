@@ -25,7 +25,7 @@ FRAMES = 60
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0
-PATIENCE = 60_000
+PATIENCE = 30_000
 """Milliseconds after which something on the page is taken to be missing."""
 START = "import('/static/main.js').then(({ app }) => "
 
@@ -137,7 +137,7 @@ class Shown:
 
     def open(self, name: str = "film.mp4") -> str:
         """Open a film in a new session, and return the session's name."""
-        self.page.get_by_label("Films").get_by_role("button", name=name).click()
+        self.page.get_by_label("Films", exact=True).get_by_role("button", name=name).click()
         self.until("s.pictured === 0")
         return str(self.state("s.session.id"))
 
@@ -165,6 +165,12 @@ class Shown:
         self.drag(first, last)
         self.until(f"s.session.objects.length === {count + 1} && !s.draft")
         return int(self.state("s.session.objects.at(-1).object"))
+
+    def track(self) -> None:
+        """Track all objects, and wait for the result."""
+        self.page.keyboard.press("t")
+        self.until("s.session.objects.every(({ tracked }) => tracked)")
+        self.settle()
 
     def settle(self) -> None:
         """Wait until no run is under way, and all rows of what is tracked are results."""

@@ -37,6 +37,7 @@ def test_tracks_are_made_corrected_and_taken_home(
     number = shown.draw()
     assert shown.state("s.session.objects[0].keyframes[0].region.length") == 4
     shown.page.locator("#track").click()
+    shown.until("s.session.objects[0].tracked")
     shown.settle()
     seen = shown.page.evaluate("window.seen")
     assert any(0 < count < FRAMES and running for count, running in seen), "rows came while it ran"
@@ -58,7 +59,7 @@ def test_tracks_are_made_corrected_and_taken_home(
     shown.page.keyboard.press("Escape")
     shown.page.get_by_role("button", name="Command line").click()
     shown.page.get_by_role("button", name="Copy Command").click()
-    shown.page.get_by_text("Copied").wait_for()
+    shown.page.get_by_text("Copied", exact=True).wait_for()
     command = shown.page.evaluate("navigator.clipboard.readText()")
     titles = shown.page.locator(".code pre").evaluate_all("all => all.map(one => one.ariaLabel)")
     texts = shown.page.locator(".code pre").all_inner_texts()
@@ -127,8 +128,7 @@ def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
 def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
     shown.open()
     number = shown.draw()
-    shown.page.keyboard.press("t")
-    shown.settle()
+    shown.track()
     shown.page.keyboard.press("n")
     shown.until(f"s.doubts.get({number}) && s.seeking === null")
     items = shown.state(f"s.doubts.get({number})")
@@ -139,10 +139,9 @@ def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
 def test_all_layers_of_a_frame_come(shown: Shown) -> None:
     shown.open()
     shown.draw()
-    shown.page.get_by_label("Tracker").select_option("nummiaro")
+    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
     shown.until("s.session.objects[0].preset === 'nummiaro'")
-    shown.page.locator("#track").click()
-    shown.settle()
+    shown.track()
     shown.go(12)
     shown.page.get_by_label("Surface around the target").select_option("rho")
     shown.until("s.looked?.frame === 12 && s.looked.rho && s.looked.particles.length")
@@ -159,9 +158,8 @@ def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:
     two.until("s.pictured === 0")
     one.draw()
     two.until("s.session.objects.length === 1")
-    two.page.keyboard.press("t")
+    two.track()
     one.settle()
-    two.settle()
     rows = "[...s.rows.get(1).map(({ x, y, a }) => [x, y, a])]"
     assert one.state(rows) == two.state(rows)
     three = visit()
@@ -176,15 +174,14 @@ def test_a_slow_network_loses_pictures_but_no_rows(shown: Shown) -> None:
     network.send("Network.enable")
     slow = {"latency": 300, "downloadThroughput": 40_000, "uploadThroughput": 40_000}
     network.send("Network.emulateNetworkConditions", {"offline": False, **slow})
-    shown.page.keyboard.press("t")
-    shown.settle()
+    shown.track()
     assert shown.state("s.rows.get(1).filter(Boolean).length") == FRAMES
     shown.until("s.pictured === s.frame")
 
 
 def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page = shown.page
-    page.get_by_label("Films").get_by_role("button", name="film.mp4").focus()
+    page.get_by_label("Films", exact=True).get_by_role("button", name="film.mp4").focus()
     page.keyboard.press("Enter")
     shown.until("s.pictured === 0")
     for key in ("b", "Enter", "ArrowRight", "Shift+ArrowDown", "Control+ArrowRight"):
@@ -193,11 +190,10 @@ def test_drawing_needs_no_pointer(shown: Shown) -> None:
     assert region[0] != MIDDLE[0]
     page.keyboard.press("Enter")
     shown.until("s.session.objects.length === 1 && !s.draft")
-    page.keyboard.press("t")
-    shown.settle()
-    for key in ("f", "f", "ArrowRight", "d"):
+    shown.track()
+    for key in ("Home", "f", "f", "ArrowRight", "d"):
         page.keyboard.press(key)
-    shown.until("s.frame === 2 || s.following")
+    shown.until("s.frame === 2")
     shown.go(7)
     for key in ("Enter", "ArrowLeft", "]", "Enter"):
         page.keyboard.press(key)

@@ -104,7 +104,7 @@ store.on(["session", "beside", "connected"], ({ session, beside, connected }) =>
   bar.undo.disabled = !session?.undo;
   bar.redo.disabled = !session?.redo;
   fill(part("title"),
-    session && element("strong", {}, session.film.name),
+    session && element("h1", {}, session.film.name),
     session && element("span", { class: "muted" }, `${session.film.width} × ${session.film.height}, ${session.film.frames} frames`),
     session && !connected ? element("span", { class: "offline", role: "status" }, "The server does not answer; trying again …") : null);
   document.title = session ? `${session.film.name} – motes studio` : "motes studio";
