@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("playwright", reason="the page is tested with playwright: pip install it")
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+from playwright.sync_api import Browser
 
 from browsers import CHROMIUM, Program, Shown, browsing, film
 
@@ -32,7 +28,9 @@ def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def studio(browser: Browser, films: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Program]:
+def studio(
+    browser: Browser, films: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Program]:
     program = Program(films, tmp_path_factory.mktemp("data"))
     yield program
     program.close()

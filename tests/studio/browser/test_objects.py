@@ -31,8 +31,9 @@ def test_tracks_are_made_corrected_and_taken_home(
     shown.open()
     shown.page.evaluate(
         "import('/static/main.js').then(({ app }) => { window.seen = [];"
-        "app.store.on(['rows'], ({ rows, jobs }) => window.seen.push([rows.get(1)?.filter(Boolean).length"
-        " ?? 0, [...jobs.values()].some(({ status }) => status === 'running')])); })"
+        "app.store.on(['rows'], ({ rows, jobs }) => window.seen.push(["
+        "rows.get(1)?.filter(Boolean).length ?? 0,"
+        "[...jobs.values()].some(({ status }) => status === 'running')])); })"
     )
     number = shown.draw()
     assert shown.state("s.session.objects[0].keyframes[0].region.length") == 4
@@ -75,7 +76,9 @@ def test_an_ellipse_is_turned_and_moved_by_its_handles(shown: Shown) -> None:
     scale = shown.page.evaluate("import('/static/main.js').then(({ app }) => app.viewNow().scale)")
     shown.drag((x + a + 22 / scale, y), (x + 30, y + 30))
     shown.until("s.session.objects[0].keyframes[0].region[4] > 0.7 && !s.draft")
-    assert shown.state("s.session.objects[0].keyframes[0].region[4]") == pytest.approx(0.785, abs=0.02)
+    assert shown.state("s.session.objects[0].keyframes[0].region[4]") == pytest.approx(
+        0.785, abs=0.02
+    )
     shown.drag((x, y), (x + 20, y))
     shown.until(f"s.session.objects[0].keyframes[0].region[0] > {x} + 15 && !s.draft")
 
