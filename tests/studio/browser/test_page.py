@@ -28,7 +28,8 @@ CUT = """() => [...document.querySelectorAll('button, select, input, h2, .captio
 def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
     tables = shown.page.evaluate(
         "Promise.all([import('/static/protocol.js'), import('/static/messages.js')])"
-        ".then(([one, two]) => [one.COMMANDS, one.ROW, one.SCENE_OBJECT, Object.keys(two.MESSAGES)])"
+        ".then(([one, two]) => "
+        "[one.COMMANDS, one.ROW, one.SCENE_OBJECT, Object.keys(two.MESSAGES)])"
     )
     commands, row, scene_object, messages = tables
     definitions = protocol.schema()["$defs"]
