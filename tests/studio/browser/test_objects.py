@@ -117,7 +117,7 @@ def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
     shown.page.get_by_role("button", name="Side by side", exact=True).click()
     shown.page.locator("dialog").get_by_label("Tracker").select_option("mean_shift")
     shown.page.get_by_role("button", name="Track and compare").click()
-    shown.until("s.beside !== null")
+    shown.until("s.beside !== null && s.session.objects.every(({ tracked }) => tracked)")
     shown.settle()
     captions = shown.page.locator(".stage .caption:not(.hint)")
     assert captions.count() == 2

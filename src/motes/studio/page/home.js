@@ -14,7 +14,9 @@ export function mountHome(root, app) {
     element("div", { class: "intro" },
       element("h1", {}, "See, correct and trust tracks"),
       element("p", { class: "muted" }, "Open a film, draw around an object, watch it being followed, and correct the frames in doubt."),
-      button("Take the tour", () => app.dialogs.tour(), { text: "Take the tour", class: "plain" })),
+      element("div", { class: "row" },
+        button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" }),
+        button("Take the tour", () => app.dialogs.tour(), { text: "Take the tour", class: "plain" }))),
     dropZone(app),
     element("div", { class: "lists" },
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
@@ -40,6 +42,16 @@ export async function openFilm(app, film, uploaded = false) {
   try {
     const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
     location.hash = `#${session.id}`;
+  } catch (error) {
+    announce(error.message, "error");
+  }
+}
+
+/** Open the sample film; the server renders it when it is first asked for. */
+export async function openSample(app) {
+  try {
+    const { name } = await ask("/api/sample", { method: "POST" });
+    await openFilm(app, name, true);
   } catch (error) {
     announce(error.message, "error");
   }

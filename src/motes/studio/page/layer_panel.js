@@ -71,7 +71,7 @@ function look(app) {
   const { store, actions } = app;
   const { state } = store;
   const item = selectedItem(state);
-  if (state.shown.has("foreground")) foregroundOf(app);
+  if (state.shown.has("foreground") && !state.playing) foregroundOf(app);
   if (!item?.tracked || state.playing || runningJobs(state).length || state.pictured === null) return;
   const wanted = ASKED.filter((layer) => state.shown.has(layer));
   if ([...state.shown].some((layer) => layer.startsWith("cue:"))) wanted.push("likelihoods");

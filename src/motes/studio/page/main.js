@@ -8,7 +8,7 @@ import { makeDialogs } from "./dialogs.js";
 import { mountCountPanel } from "./count_panel.js";
 import { mountDoubtPanel } from "./doubt_panel.js";
 import { mountEditing } from "./editing.js";
-import { mountHome, openFilm, refreshHome } from "./home.js";
+import { mountHome, refreshHome } from "./home.js";
 import { mountKeyboard } from "./keyboard.js";
 import { mountLayerPanel } from "./layer_panel.js";
 import { mountObjects } from "./objects.js";
@@ -36,10 +36,6 @@ export const app = { store, pictures, player, connection: null, stages: [] };
 app.actions = new Actions(app);
 app.dialogs = makeDialogs(app);
 app.viewNow = () => (app.stages[0] && store.state.film ? app.stages[0].view() : null);
-app.openSample = () => {
-  const sample = store.state.films?.find(({ name }) => name.startsWith("sample")) ?? store.state.films?.[0];
-  if (sample) openFilm(app, sample.name, sample.uploaded);
-};
 
 /** Zoom by a key: in, out, or to the whole film. */
 app.zoom = (key) => {

@@ -31,6 +31,9 @@ export const MESSAGES = {
 
   overlay(store, overlay) {
     store.state.overlays.set(overlay.object, overlay);
+    const seen = store.state.seen.get(overlay.object) ?? [];
+    seen[overlay.frame] = { milliseconds: overlay.milliseconds, supporting: overlay.supporting ?? NaN };
+    store.state.seen.set(overlay.object, seen);
     store.touch("overlays");
   },
 

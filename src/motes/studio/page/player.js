@@ -1,11 +1,12 @@
 // Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
 
-/** The widest pictures that are fetched; the server knows no wider ones either. */
-const WIDEST = 1920;
+const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
 
 export class Player {
   #started = null;
   #handle = 0;
+  #looks = 0;
+  #seen = 0;
 
   constructor(store, pictures) {
     this.store = store;
@@ -62,9 +63,12 @@ export class Player {
     const { film, frame, session } = this.store.state;
     if (!film) return;
     this.pictures.choose(session.id, Math.min(film.width, WIDEST));
+    const look = (this.#looks += 1);
     try {
       const picture = await this.pictures.want(frame);
-      if (!picture || this.store.state.film !== film) return;
+      const late = look < this.#seen; // a picture that was asked for later is shown already
+      if (!picture || late || this.store.state.film !== film) return;
+      this.#seen = look;
       this.store.set({ pictured: frame });
       this.store.touch("picture");
       if (!this.store.state.playing) this.#ahead(frame);

@@ -31,6 +31,7 @@ export const freshSession = () => ({
   jobs: new Map(),
   rows: new Map(),
   overlays: new Map(),
+  seen: new Map(), // by object and frame: what overlays showed beside the rows
   newest: null,
   doubts: new Map(),
   looked: null,

@@ -1,6 +1,7 @@
 // The tour: five steps, each beside the part of the page that it explains.
 
 import { button, element } from "./dom.js";
+import { openSample } from "./home.js";
 
 const KEY = "motes.toured";
 const STEPS = [
@@ -17,7 +18,7 @@ export const isToured = () => localStorage.getItem(KEY) !== null;
 export function startTour(app) {
   if (!app.store.state.session) {
     localStorage.removeItem(KEY);
-    app.openSample();
+    openSample(app);
     return;
   }
   document.querySelector(".tour")?.close();
