@@ -15,7 +15,6 @@ from playwright.sync_api import Browser
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
 from browsers import Program, Shown, browsing
-
 from motes.synthetic import crossing
 from motes.video.writer import VideoWriter
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from motes.core.errors import FormatError, SourceError
 from motes.studio.protocol import Film
-from motes.studio.sample import sample
 from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
+from motes.studio.sample import sample
 from motes.video.sources import IMAGE_ENDINGS
 
 DEPTH = 4
