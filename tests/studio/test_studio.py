@@ -221,7 +221,7 @@ def test_watched_objects_are_those_of_the_command_line(
     monkeypatch.chdir(folder)
     places = {"lines": [{"points": [48, 0, 48, 80], "name": "door"}], "zones": [], "ground": None}
     page.do("set_places", places=places)
-    job = page.do("watch", seed=2).job
+    page.do("watch", seed=2)
     page.settle()
     page.until(lambda: sum(len(each.frames) for each in page.of(protocol.SceneRows)) == FRAMES)
     found = client.get(f"/api/sessions/{session}/command").json()

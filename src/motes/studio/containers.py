@@ -26,9 +26,9 @@ def check_container(path: str, limits: Limits) -> None:
     name = Path(path).name
     if os.path.isdir(path):
         images = [
-            each.path
-            for each in os.scandir(path)
-            if os.path.splitext(each.name)[1].lower() in IMAGE_ENDINGS
+            os.path.join(path, each)
+            for each in os.listdir(path)
+            if os.path.splitext(each)[1].lower() in IMAGE_ENDINGS
         ]
         if len(images) > limits.frames:
             raise too_long(name, len(images), limits)

@@ -121,7 +121,7 @@ class Pictures:
         if self._opened is None or not self._next <= index < self._next + NEAR:
             if self._opened is not None:
                 self._opened.close()
-            self._opened = self._film.glance(index)
+            self._opened = self._film.loads(index)
         for found, load in self._opened:
             self._next = found + 1
             if found == index:

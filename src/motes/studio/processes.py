@@ -97,7 +97,11 @@ class Worker:
         self._wish.value = value
 
     def close(self) -> None:
-        """End the process."""
+        """End the process; nobody waits for it any more."""
+        self._ready.cancel()
+        self._kill()
+
+    def _kill(self) -> None:
         if not self.ended:
             self.ended = True
             self._process.kill()
@@ -107,14 +111,14 @@ class Worker:
         answer = await self._answer()
         if isinstance(answer, Ready):
             return answer
-        self.close()
+        self._kill()
         raise WorkerError(answer.error if isinstance(answer, Failed) else f"{answer}")
 
     async def _answer(self) -> Answer:
         try:
             answer = await asyncio.wait_for(self._answers.get(), self._limits.silence)
         except TimeoutError:
-            self.close()
+            self._kill()
             raise WorkerError(
                 f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
                 f"result, so that worker was ended; convert the film."

@@ -160,10 +160,11 @@ def check_film(path: Path) -> None:
     """Raise a SourceError unless a path is a plain film: a video, an image or images."""
     ending = path.suffix.lower()
     if path.is_dir():
-        for entry in os.scandir(path):
-            image = os.path.splitext(entry.name)[1].lower() in IMAGE_ENDINGS
-            if image and not entry.is_file(follow_symlinks=False):
-                raise SourceError(f"{path.name} holds links or devices; give plain images.")
+        with os.scandir(path) as entries:
+            for entry in entries:
+                image = os.path.splitext(entry.name)[1].lower() in IMAGE_ENDINGS
+                if image and not entry.is_file(follow_symlinks=False):
+                    raise SourceError(f"{path.name} holds links or devices; give plain images.")
         return
     if not path.is_file():
         raise SourceError(f"{path.name} is no plain file; give a film.")

@@ -69,7 +69,7 @@ def settings(application: ASGIApp) -> uvicorn.Config:
         application,
         log_level="error",
         ws="websockets-sansio",
-        ws_max_size=LARGEST_MESSAGE,
+        ws_max_size=4 * LARGEST_MESSAGE,  # up to there, the page gets a message
         server_header=False,
         timeout_graceful_shutdown=1,
     )
@@ -79,7 +79,8 @@ def listening(host: str, port: int) -> socket.socket:
     """Return a socket that listens at an address; raise a ConfigError if it cannot be used."""
     try:
         found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-        opened = socket.socket(found[0], socket.SOCK_STREAM)
+        # With the protocol, asyncio sends small answers at once (TCP_NODELAY).
+        opened = socket.socket(found[0], socket.SOCK_STREAM, socket.IPPROTO_TCP)
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind(found[4])
         opened.listen()

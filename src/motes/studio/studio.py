@@ -62,6 +62,8 @@ class Studio:
         MotesError
             If there is none, its film cannot be read, or too many are open.
         """
+        if name not in self._open:
+            self.store.known(name)  # a name that is none leaves no trace
         self._used[name] = time.monotonic()
         async with self._locks.setdefault(name, asyncio.Lock()):
             if name not in self._open:
@@ -83,6 +85,8 @@ class Studio:
         self.store.known(name)
         if name in self._open:
             self._open.pop(name).close()
+        self._used.pop(name, None)
+        self._locks.pop(name, None)
         self.store.remove(name)
 
     def _make_room(self) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from motes.core.errors import MotesError
+from motes.core.import_callable import explain
 from motes.studio.safety import Limits
 from motes.studio.tasks import (
     PAUSE,
@@ -78,7 +78,7 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         try:
             do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
-        except (MotesError, MemoryError) as error:
+        except Exception as error:  # a damaged film may cause any
             line.send(Failed(_text(error)))
             return
         while True:
@@ -87,7 +87,7 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
                 line.send(do(task))
             except StoppedError:
                 line.send(Done(stopped=True))
-            except (MotesError, MemoryError) as error:
+            except Exception as error:  # a fault, which must not reach others
                 line.send(Failed(_text(error)))
 
 
@@ -118,7 +118,7 @@ def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
 def _text(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return "The film needs more memory than a worker may have; rescale it."
-    return str(error)
+    return explain(error)
 
 
 def limit_memory(most: int) -> None:

@@ -214,7 +214,7 @@ class Decoder:
         return sorted(found)
 
     def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
-        """Yield the pictures from a time stamp on, after `seek`, quickly and for display.
+        """Yield the pictures from a time stamp on, after `seek`, quickly.
 
         Earlier pictures that no other one needs are not decoded, and several threads are used:
         where the file is damaged, pixels may differ from those of `pictures`.

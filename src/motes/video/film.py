@@ -35,7 +35,8 @@ class Film:
         The frames that are used: from `start` on, before `end`.
     quick
         Whether the times are taken from the packets of a video file, without decoding them. This
-        takes a hundredth of the time. A damaged film may then have frames that cannot be read: a
+        takes a hundredth of the time. Frames are then decoded by several threads, and after a seek
+        only those that others need. A damaged film may have frames that cannot be read: a
         SourceError comes when the first of them is met, and without `quick` there is none.
 
     Attributes
@@ -73,7 +74,7 @@ class Film:
             raise SourceError(
                 f"{source} is read once, as it comes; record it first, and give the recording."
             )
-        self._source = str(source)
+        self._source, self._quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
         self.name, reader = find_reader(self._source)
@@ -118,24 +119,6 @@ class Film:
                 return lambda: pixels
         raise SourceError(f"{self.name} holds no readable picture.")
 
-    def glance(self, first: int) -> Generator[tuple[int, Load], None, None]:
-        """Yield the index of each frame from `first` on, and a function that loads its pixels.
-
-        This is for display: quicker than `forward`, but pixels of a damaged video may differ.
-        """
-        stamp = self._stamps[first]
-        keys = [] if stamp is None else self._keys[: bisect.bisect_right(self._keys, stamp)]
-        if not keys:
-            yield from self._loads(first)
-            return
-        assert stamp is not None
-        _, reader = find_reader(self._source)
-        with contextlib.closing(reader):
-            assert isinstance(reader, Decoder)
-            reader.seek(keys[-1])
-            numbers = self._numbered(reader.pictures_from(stamp), first)
-            yield from numbers
-
     @property
     def keys(self) -> list[int]:
         """The indices of the key pictures, which are quick to reach; empty if unknown."""
@@ -156,7 +139,7 @@ class Film:
 
     def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
         """Yield the frames from `first` to `last`."""
-        with contextlib.closing(self._loads(first)) as loads:
+        with contextlib.closing(self.loads(first)) as loads:
             for index, load in loads:
                 yield self._frame(index, load)
                 if index >= last:
@@ -167,7 +150,7 @@ class Film:
         held = max(PART // (3 * self.width * self.height), 1)
         while last >= first:
             low, part = max(first, last - held + 1), list[tuple[int, Load]]()
-            with contextlib.closing(self._loads(low)) as loads:
+            with contextlib.closing(self.loads(low)) as loads:
                 for index, load in loads:
                     part.append((index, load))
                     check()
@@ -191,7 +174,7 @@ class Film:
             )
         return Frame(index, self.times[index], pixels)
 
-    def _loads(self, first: int) -> Generator[tuple[int, Load], None, None]:
+    def loads(self, first: int) -> Generator[tuple[int, Load], None, None]:
         """Yield the index of each frame from `first` on, and a function that loads its pixels.
 
         A seek may end behind its goal. Then an earlier key picture is tried, at last the beginning.
@@ -200,12 +183,16 @@ class Film:
         keys = [] if goal is None else self._keys[: bisect.bisect_right(self._keys, goal)]
         found = False
         while not found:
-            key = keys.pop() if len(keys) > 1 else None  # the first one is the beginning
+            # The first key is the beginning.
+            key = keys.pop() if len(keys) > (not self._quick) else None
             _, reader = find_reader(self._source)
             with contextlib.closing(reader):
-                if key is not None and isinstance(reader, Decoder):
+                pictures = reader.pictures(Report())
+                if key is not None and goal is not None and isinstance(reader, Decoder):
                     reader.seek(key)
-                with contextlib.closing(reader.pictures(Report())) as pictures:
+                    if self._quick:
+                        pictures = reader.pictures_from(goal)
+                with contextlib.closing(pictures):
                     for index, load in self._numbered(pictures, first if key is not None else None):
                         if index >= first:
                             found = True
