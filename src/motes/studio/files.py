@@ -16,7 +16,7 @@ from motes.studio import exports, imports
 from motes.studio.document import Target, regions_of
 from motes.studio.sessions import Session
 from motes.studio.tables import CUES, FRAME, Table, pack, tracks
-from motes.studio.tasks import Annotate, DrawFigures, DrawSlit
+from motes.studio.tasks import Annotate, DrawFigures, DrawForeground, DrawSlit
 
 HISTORY = "corrections"
 """The name of the export that `motes refine` needs beside the rows."""
@@ -124,6 +124,17 @@ async def slit(session: Session, name: str) -> File:
 
 def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
     return event.get("direction") == label[1]
+
+
+async def foreground(session: Session, index: int) -> bytes:
+    """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
+    if index >= session.facts.frames:
+        raise ConfigError(f"The film has {session.facts.frames} frames; there is no frame {index}.")
+    asked = session.watching.asked
+    method = "mog2" if asked is None else asked.watch.detector
+    if method == "people" or method == "faces":
+        raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
+    return (await session.ask(DrawForeground(method, index), frames=index)).data
 
 
 def take(session: Session, name: str, data: bytes, form: str | None) -> list[int]:

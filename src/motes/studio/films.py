@@ -11,6 +11,7 @@ from pathlib import Path
 from motes.core.errors import FormatError, SourceError
 from motes.studio.protocol import Film
 from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
+from motes.studio.sample import sample
 from motes.video.sources import IMAGE_ENDINGS
 
 DEPTH = 4
@@ -56,6 +57,10 @@ class Films:
                 size = path.stat().st_size if path.is_file() else 0
                 found.append(Film(name, size, uploaded))
         return found
+
+    def sample(self) -> Film:
+        """Return the film of a first visit."""
+        return sample(self._uploads)
 
     async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> Film:
         """Write a film that arrives in parts, and return it; an interrupted one leaves nothing.

@@ -472,6 +472,10 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
         Of x and y: xx, xy, yy.
     particles, weights
         At most 200 of the particles x, y, a, b, theta, and their weights; the heaviest is 1.
+    milliseconds
+        The time that the tracker took, figure 7 of Nummiaro et al.
+    supporting
+        The number of particles that fulfill the appearance rule, their figure 12; None without one.
     """
 
     number: int
@@ -482,6 +486,8 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
     particles: list[tuple[float, float, float, float, float]]
     weights: list[float]
     cue_weights: dict[str, float]
+    milliseconds: float
+    supporting: int | None
 
 
 class Doubt(msgspec.Struct, frozen=True):

@@ -52,12 +52,14 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
         Mount("/static", StaticFiles(directory=PAGE), name="static"),
         Route("/api/films", _plain(api.films)),
         Route("/api/uploads", _plain(api.upload), methods=["POST"]),
+        Route("/api/sample", _plain(api.sample), methods=["POST"]),
         Route("/api/presets", _plain(api.presets)),
         Route("/api/sessions", _plain(api.sessions)),
         Route("/api/sessions", _plain(api.begin), methods=["POST"]),
         Route("/api/sessions/{id}", _plain(api.session)),
         Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
         Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
+        Route("/api/sessions/{id}/foreground/{index:int}.png", _plain(api.foreground)),
         Route("/api/sessions/{id}/strip", _plain(api.strip)),
         Route("/api/sessions/{id}/export", _plain(api.export)),
         Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
@@ -113,6 +115,9 @@ class _Api:
         film = await self._studio.films.upload(name, size, request.stream())
         return _json(film, 201)
 
+    async def sample(self, _: Request) -> Response:
+        return _json(await asyncio.to_thread(self._studio.films.sample), 201)
+
     async def presets(self, _: Request) -> Response:
         return _json(presets())
 
@@ -142,6 +147,11 @@ class _Api:
             return Response(status_code=304, headers=headers)
         data = await session.picture(index, width)
         return Response(data, media_type="image/jpeg", headers=headers)
+
+    async def foreground(self, request: Request) -> Response:
+        session = await self._session(request)
+        data = await files.foreground(session, request.path_params["index"])
+        return Response(data, media_type="image/png")
 
     async def strip(self, request: Request) -> Response:
         session = await self._session(request)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -117,6 +117,13 @@ class DrawSlit(_Task, frozen=True):
     crossings: list[tuple[int, float, float, int, bool]]
 
 
+class DrawForeground(_Task, frozen=True):
+    """Make a PNG of what moves in a frame, white on transparent; `Done` has it."""
+
+    method: Literal["mog2", "knn", "gaussian"]
+    index: int
+
+
 Task = (
     Picture
     | Strip
@@ -128,6 +135,7 @@ Task = (
     | Annotate
     | DrawFigures
     | DrawSlit
+    | DrawForeground
 )
 
 

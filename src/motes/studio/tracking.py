@@ -28,6 +28,7 @@ from motes.studio.tasks import (
     Annotate,
     Done,
     DrawFigures,
+    DrawForeground,
     DrawSlit,
     FindDoubts,
     JoinStretch,
@@ -66,6 +67,7 @@ class Work:
             Annotate: self._annotate,
             DrawFigures: self._figures,
             DrawSlit: self._slit,
+            DrawForeground: self._foreground,
         }
 
     @property
@@ -82,24 +84,30 @@ class Work:
     def _pass(self, task: RunPass) -> Done:
         config, cues = _config(task.config), 0
         lines: list[list[float]] = []
-        sent, count = time.monotonic(), 0
+        sent, count, begun = time.monotonic(), 0, 0.0
+
+        def frames() -> Iterator[Frame]:
+            nonlocal begun
+            for frame in self._frames(task.start, task.stop):
+                begun = time.perf_counter()
+                yield frame
 
         def observe(info: StepInfo) -> None:
             nonlocal sent, count, cues
+            took = time.perf_counter() - begun
             weights = [*info.cue_weights.values()]
             cues = len(weights)
             lines.append(line(info.track, weights, final=False))
             count += 1
             if time.monotonic() - sent > EVERY or count == 1:
-                self._line.send(Part(pack(table_of(lines, cues)), overlay_of(info)))
+                self._line.send(Part(pack(table_of(lines, cues)), overlay_of(info, took)))
                 lines.clear()
                 sent = time.monotonic()
             self._line.check()
 
-        frames = self._frames(task.start, task.stop)
         backward = task.stop < task.start
         region = Ellipse(*task.region)
-        run_pass(config, task.seed, frames, region, backward=backward, observe=observe)
+        run_pass(config, task.seed, frames(), region, backward=backward, observe=observe)
         if lines:
             self._line.send(Part(pack(table_of(lines, cues))))
         return Done()
@@ -188,6 +196,11 @@ class Work:
 
         figures(self._film, _config(task.config), task, self._line.check)
         return Done()
+
+    def _foreground(self, task: DrawForeground) -> Done:
+        from motes.studio.foreground import foreground
+
+        return Done(foreground(self._film, task.method, task.index, self._line.check))
 
     def _slit(self, task: DrawSlit) -> Done:
         from motes.studio.drawing import slit
