@@ -33,7 +33,7 @@ def test_what_is_no_command_is_refused(text: str) -> None:
 
 
 def overlay(frame: int) -> protocol.Overlay:
-    return protocol.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [], {})
+    return protocol.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [], {}, 1.0, None)
 
 
 def row(frame: int) -> protocol.Row:
