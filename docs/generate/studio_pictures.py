@@ -19,8 +19,6 @@ from motes.synthetic import crossing
 from motes.video.writer import VideoWriter
 
 OUT = Path(__file__).parents[1] / "images" / "studio"
-COLORS = 256
-"""Colors of a picture: half of the bytes, and no difference that is seen."""
 TARGET = (95.8, 347.6, 35.8, 25.1)
 """The target of the sample film in its first frame: center and half-axes."""
 
@@ -38,9 +36,9 @@ def save(shown: Shown, name: str) -> None:
     shown.page.mouse.move(2, 2)
     shown.page.evaluate("document.activeElement.blur()")
     shown.page.wait_for_timeout(1500)
-    pixels = Image.open(io.BytesIO(shown.page.screenshot())).convert("RGB")
-    pixels.quantize(COLORS).save(OUT / f"{name}.png", optimize=True)
-    print(OUT / f"{name}.png")
+    path = OUT / f"{name}.webp"
+    Image.open(io.BytesIO(shown.page.screenshot())).save(path, quality=90)
+    print(path)
 
 
 def sample(shown: Shown, preset: str = "default") -> None:
@@ -71,7 +69,7 @@ def one_object(browser: Browser, address: str) -> None:
         shown.page.get_by_role("button", name="Track and compare").click()
         shown.until("s.beside !== null && s.session.objects.every(({ tracked }) => tracked)")
         shown.settle()
-        shown.go(60)
+        shown.go(110)
         save(shown, "compared")
     with page(browser, address, "light") as shown:
         sample(shown, "nummiaro")

@@ -74,8 +74,8 @@ function paintOver(canvas, state, view, side) {
   context.translate(view.x + scale / 2, view.y + scale / 2);
   context.scale(scale, scale);
   const size = scale / textScale(); // lines and names grow with the text of the page
-  paintLooked(context, state, frame, size);
   const items = shownItems(state, side);
+  paintLooked(context, state, items, frame, size);
   for (const item of items) paintItem(context, state, item, frame, size);
   paintScene(context, state, frame, size);
   paintPlaces(context, state, size);
@@ -83,14 +83,14 @@ function paintOver(canvas, state, view, side) {
 }
 
 /** Surfaces and particles that the person asked for in this frame. */
-function paintLooked(context, { looked, shown: wanted, selected, foreground }, frame, scale) {
+function paintLooked(context, { looked, shown: wanted, foreground }, items, frame, scale) {
   if (wanted.has("foreground") && foreground?.frame === frame) {
     context.globalAlpha = 0.6;
     const { picture, film } = foreground;
     context.drawImage(picture, -0.5, -0.5, film.width, film.height);
     context.globalAlpha = 1;
   }
-  if (!looked || looked.frame !== frame || looked.object !== selected) return;
+  if (looked?.frame !== frame || !items.some(({ object }) => object === looked.object)) return;
   if (wanted.has("rho") && looked.rho) layers.drawSurface(context, looked.rho);
   const cue = [...wanted].find((name) => name.startsWith("cue:"))?.slice(4);
   if (cue && looked.likelihoods[cue]) layers.drawSurface(context, looked.likelihoods[cue]);
