@@ -55,6 +55,9 @@ app.command(
     name="experiment",
     help="Reproduce tables and figures of the papers.",
 )
+app.command(
+    "motes.cli.studio:app", name="studio", help="See, correct and trust tracks in a browser."
+)
 app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
 app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")
 app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")
