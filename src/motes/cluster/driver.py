@@ -32,7 +32,7 @@ from motes.cluster.records import (
 from motes.cluster.split import parts_of
 from motes.cluster.store import Store, open_store
 from motes.cluster.work import Made, Order, work
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, MotesError
 
 PARTS = "parts"
 """The folder of a store that has the parts of films until they are joined."""
@@ -183,7 +183,7 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
             status="failed",
             digest=order.digest,
             version=__version__,
-            inputs=tuple(Input(path, stamp(path), "") for path in paths_of(order.job)),
+            inputs=_stamped(order.job),
             error=event.error,
         )
     if record.status == "done" and event.task.attempt == 1:
@@ -196,3 +196,11 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
     record = replace(record, attempts=event.task.attempt)
     store.replace(record_name(record.name), encoded(record))
     return record
+
+
+def _stamped(job: Job) -> tuple[Input, ...]:
+    """Return the inputs of a job that nobody could finish, so that changed ones are tried again."""
+    try:
+        return tuple(Input(path, stamp(path), "") for path in paths_of(job))
+    except MotesError:  # as if it is missing now
+        return ()
