@@ -18,12 +18,12 @@ import argparse
 import time
 
 import numpy as np
-from simulated_cameras import Building, Simulation
 
 from motes.core.types import Floats
 from motes.mot.cameras.bordered import BorderedAssociation
 from motes.mot.cameras.neighborhoods import parts_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
+from simulated_cameras import Building, Simulation
 
 COUNTS = 10, 32, 100, 316, 1000, 3162
 SECONDS = 8.0

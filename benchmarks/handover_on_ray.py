@@ -11,13 +11,13 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from simulated_cameras import Building, Simulation
 
 from motes.cluster.handover_actor import HandoverActor
 from motes.cluster.remote_camera import RemoteCamera
 from motes.core.types import Floats
 from motes.mot.cameras.messages import CameraEnded, Ready
 from motes.mot.cameras.neighborhoods import parts_of
+from simulated_cameras import Building, Simulation
 
 WINDOW = 64
 """Reports of a sender that are on the way at a time, at full speed."""
