@@ -24,7 +24,9 @@ ORDER = [
     {"output"},
     {"correction"},
     {"formats"},
+    {"cluster"},
     {"evaluation", "services"},
+    {"studio"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},
 ]

@@ -12,6 +12,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from motes.cli.messages import log
+from motes.cluster.resources import cores
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import leftovers, same_file
 
@@ -74,7 +75,7 @@ def worker_count(workers: int | None) -> int:
     """Return the number of processes; raise a ConfigError if --workers is below 1."""
     if workers is not None and workers < 1:
         raise ConfigError(f"--workers is {workers}; give 1 or more.")
-    return workers or os.cpu_count() or 1
+    return workers or cores()
 
 
 def check_counts(**counts: int) -> None:

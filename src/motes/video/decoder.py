@@ -196,6 +196,38 @@ class Decoder:
         except av.FFmpegError as error:
             raise self._failure(error) from error
 
+    def index(self) -> list[tuple[float, bool]] | None:
+        """Return the time stamp of each picture, in order, and whether it is a key picture.
+
+        Nothing is decoded, so damage is not found. Then open the file anew. None if pictures have
+        no stamps.
+        """
+        found = []
+        try:
+            for packet in self._container.demux(self._stream):
+                if not packet.size or packet.is_discard:
+                    continue
+                if packet.pts is None or packet.time_base is None:
+                    return None
+                found.append((float(packet.pts * packet.time_base), packet.is_keyframe))
+        except av.FFmpegError:
+            return None
+        return sorted(found)
+
+    def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
+        """Yield the pictures from a time stamp on, after `seek`, quickly.
+
+        Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
+        may differ from those of `pictures`.
+        """
+        for packet in self._container.demux(self._stream):
+            if packet.pts is not None and packet.time_base is not None:
+                early = float(packet.pts * packet.time_base) < stamp
+                self._stream.codec_context.skip_frame = "NONREF" if early else "DEFAULT"
+            for found, load in self._decoded(packet if packet.size else None, Report()):
+                if found is not None and found >= stamp:
+                    yield found, load
+
     @property
     def recorded(self) -> bool:
         """Whether the source is known to have an end; without a duration, `Pace` decides."""
