@@ -20,6 +20,7 @@ from motes.formats.recording import (
     CLASSES,
     CONFIDENCES,
     HIDDEN,
+    FilmFacts,
     Recorded,
     Recording,
     aspects,
