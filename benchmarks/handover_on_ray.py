@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,13 +10,13 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from simulated_cameras import Building, Simulation
 
 from motes.cluster.handover_actor import HandoverActor
 from motes.cluster.remote_camera import RemoteCamera
 from motes.core.types import Floats
 from motes.mot.cameras.messages import CameraEnded, Ready
 from motes.mot.cameras.neighborhoods import parts_of
+from simulated_cameras import Building, Simulation
 
 WINDOW = 64
 """Reports of a sender that are on the way at a time, at full speed."""
@@ -100,8 +99,13 @@ def measure(building: Building, largest: int, people: float) -> None:
     """Print the rate of reports through Ray, and the latency at half of it."""
     import ray
 
-    os.environ["RAY_memory_monitor_refresh_ms"] = "0"  # others fill this machine, not this
-    ray.init("local", num_cpus=2, include_dashboard=False, logging_level="ERROR")
+    ray.init(
+        "local",
+        num_cpus=2,
+        include_dashboard=False,
+        logging_level="ERROR",
+        _system_config={"memory_monitor_refresh_ms": 0},  # others may fill this machine
+    )
     try:
         rig = building.rig()
         parts = parts_of(rig, largest)
