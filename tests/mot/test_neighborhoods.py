@@ -209,7 +209,7 @@ def test_identities_are_unique_without_a_common_counter() -> None:
     parts = Parts(rig, [("left",), ("hall",), ("right",)])
     found = []
     for n, camera in enumerate(["left", "hall", "right", "left", "hall", "right"]):
-        report = CameraReport(camera, n, float(n), (sighting(n, at=(), color=BLUE),))
+        report = CameraReport(camera, n, n / 10, (sighting(n, at=(), color=BLUE),))
         found += parts.update(report).values()
     assert found == [1, 2, 3, 4, 5, 6]
 
