@@ -26,6 +26,7 @@ ORDER = [
     {"formats"},
     {"cluster"},
     {"evaluation", "services"},
+    {"studio"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},
 ]

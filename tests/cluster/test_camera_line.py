@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 
+import loops
 from motes.cluster import handover_actor
 from motes.cluster.camera_actor import OPEN, ActorLine
 from motes.cluster.handover_actor import HandoverActor
@@ -112,7 +113,7 @@ def go(
         await part.actor.start({}, 0, 0.0, None)
         await test(part)
 
-    asyncio.run(asyncio.wait_for(run(), 60))
+    loops.run(run(), 60)
 
 
 def test_messages_are_used_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:

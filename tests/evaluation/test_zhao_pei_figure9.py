@@ -14,7 +14,7 @@ import pytest
 import arena
 from crowds import rows, write_crowd
 from evaluations import TARGET, pictures, sequence
-from motes.cli import experiment_zhao_pei, main
+from motes.cli import experiment_scenes, experiment_zhao_pei, main
 from motes.core.detection import Detection, Detector
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -23,6 +23,8 @@ from motes.evaluation.datasets.mot import MotSequence, load_mot_dataset
 from motes.evaluation.papers import zhao_pei_figure9
 from motes.evaluation.papers.result import Result
 from motes.formats.mot_files import Rows
+from motes.mot.association import Association
+from motes.mot.pipeline_config import LOOKALIKE_OVERLAP
 from motes.mot.scene import Scene
 
 
@@ -161,6 +163,16 @@ def test_many_objects_on_the_command_line(
     assert (row["found by"], row["ratio"]) == ("det.txt", "0.833333")
     assert main([*line, "--overwrite", "--detector", str(folder / "gt" / "gt.txt")]) == 0
     assert main([*line, "--overwrite", "--preset", "nummiaro", "--seed", "3"]) == 0
+
+
+def test_lookalikes_are_associated_as_motes_watch_does() -> None:
+    overlaps = [
+        experiment_scenes.scene_factory(None, "nummiaro:adaptive", lookalikes=likes)(
+            0
+        ).config.association.overlap
+        for likes in (False, True)
+    ]
+    assert overlaps == [Association().overlap, LOOKALIKE_OVERLAP]
 
 
 def test_a_part_of_the_film_unless_full(

@@ -41,6 +41,7 @@ app.command("motes.cli.refine:app", name="refine", help="Correct rows; track onl
 app.command("motes.cli.smooth:app", name="smooth", help="Smooth rows, and bridge gaps.")
 app.command("motes.cli.check:app", name="check", help="List doubtful frames of rows.")
 app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
+app.command("motes.cli.batch:app", name="batch", help="Track in many films, on many machines.")
 app.command(
     "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
 )
@@ -53,6 +54,9 @@ app.command(
     "motes.cli.experiment:app",
     name="experiment",
     help="Reproduce tables and figures of the papers.",
+)
+app.command(
+    "motes.cli.studio:app", name="studio", help="See, correct and trust tracks in a browser."
 )
 app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
 app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")

@@ -29,7 +29,9 @@ RenderedDetector = Annotated[
 ]
 
 
-def scene_factory(detector: str | Callable[[], Detector] | None, preset: str) -> SceneFactory:
+def scene_factory(
+    detector: str | Callable[[], Detector] | None, preset: str, *, lookalikes: bool = False
+) -> SceneFactory:
     """Return a function that makes scenes; each has a detector of its own.
 
     Parameters
@@ -38,17 +40,19 @@ def scene_factory(detector: str | Callable[[], Detector] | None, preset: str) ->
         A detector's name as for motes watch, None for a background, or a function that makes one.
     preset
         The preset that tracks each object.
+    lookalikes
+        Whether the detector finds what looks like one example; see `for_lookalikes`.
 
     Raises
     ------
     ConfigError
         If there is no such detector or no such preset, or the preset is no particle filter.
     """
-    from motes.mot.pipeline_config import named_detector
+    from motes.mot.pipeline_config import for_lookalikes, named_detector
     from motes.mot.scene import Scene
     from motes.mot.scene_config import scene_config
 
-    config = scene_config(preset)
+    config = for_lookalikes(scene_config(preset)) if lookalikes else scene_config(preset)
     make = detector if callable(detector) else lambda: named_detector(detector)
     make()  # a wrong name is refused before anything is computed
     return lambda seed: Scene(make(), config, seed)

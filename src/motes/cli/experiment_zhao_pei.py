@@ -95,7 +95,7 @@ def zhao_figure9(
         box = numbers_of("--like", like, "x,y,width,height")
         chosen = LookalikeConfig(tuple(box))  # type: ignore[arg-type]
         finder = partial(lookalike_detector, chosen, detector)
-    scene = scene_factory(finder, preset)
+    scene = scene_factory(finder, preset, lookalikes=like is not None)
     if has_mot_sequences(sequence):
         crowds, problems = load_mot_dataset(sequence)
         refuse_none(sequence, crowds, problems)

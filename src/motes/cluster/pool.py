@@ -8,14 +8,20 @@ so that the number of those that wait does not matter.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
+
+from motes.core.import_callable import explain
 
 TIME_LIMIT = 1800.0
 """Seconds for a task, by default."""
 ATTEMPTS = 3
 """How often a task may end its worker, by default, before it counts as failed."""
+
+
+class TryAgain(Exception):  # noqa: N818
+    """Raised by a task whose failure is not its own, as of a network: it may be tried again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +72,8 @@ class Ended(NamedTuple):
     error
         Why there is no result, in one line.
     crashed
-        Whether the worker died, for whatever reason but the time limit; the task is tried again.
+        Whether the worker died, for whatever reason but the time limit, or the task asks for it:
+        another attempt may succeed.
     """
 
     task: Task
@@ -75,7 +82,36 @@ class Ended(NamedTuple):
     crashed: bool = False
 
 
+class Again(NamedTuple):
+    """An attempt has ended without a result, and there will be another one."""
+
+    task: Task
+    error: str
+
+
 Event = Started | Ended
+
+
+def ended(task: Task, kind: str, value: Any) -> Ended:
+    """Return the end of a task from the message of its worker (`outcome`)."""
+    if kind == "value":
+        return Ended(task, value)
+    return Ended(task, error=value, crashed=kind == "again")
+
+
+def outcome(function: Callable[[Any], Any], argument: Any) -> tuple[str, Any]:
+    """Call a function in a worker.
+
+    Returns
+    -------
+    `value` and the result; or `error`, or `again`, and the error in one line.
+    """
+    try:
+        return "value", function(argument)
+    except TryAgain as error:
+        return "again", str(error)
+    except BaseException as error:  # a task may raise anything
+        return "error", explain(error)
 
 
 def timed_out(task: Task) -> Ended:
@@ -101,13 +137,19 @@ class Pool(Protocol):
         """Wait until something has happened, for some seconds at most."""
         ...
 
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Show the number of jobs of each status, where the pool has a page for that."""
+        ...
+
     def close(self) -> None:
         """End all workers, with the tasks that they run."""
         ...
 
 
-def run(pool: Pool, tasks: Iterable[Task], attempts: int = 1) -> Generator[Event, None, None]:
-    """Run tasks; yield the start of each attempt and the end of each task.
+def run(
+    pool: Pool, tasks: Iterable[Task], attempts: int = 1
+) -> Generator[Event | Again, None, None]:
+    """Run tasks; yield the start and the end of each attempt, and the end of each task.
 
     Parameters
     ----------
@@ -133,5 +175,6 @@ def run(pool: Pool, tasks: Iterable[Task], attempts: int = 1) -> Generator[Event
                 running -= 1
                 if event.crashed and event.task.attempt < attempts:
                     again.append(replace(event.task, attempt=event.task.attempt + 1))
+                    yield Again(event.task, event.error or "")
                     continue
             yield event

@@ -26,9 +26,9 @@ def _cpu_quota(cgroup: Path) -> float | None:
     match _words(cgroup / "cpu.max"):  # version 2
         case [quota, period] if quota != "max":
             return int(quota) / int(period)
-    quota, period = (_words(cgroup / "cpu" / f"cpu.cfs_{name}_us") for name in ("quota", "period"))
-    if quota and period and int(quota[0]) > 0:  # version 1; -1 is no quota
-        return int(quota[0]) / int(period[0])
+    old = [_words(cgroup / "cpu" / f"cpu.cfs_{name}_us") for name in ("quota", "period")]
+    if all(old) and int(old[0][0]) > 0:  # version 1; -1 is no quota
+        return int(old[0][0]) / int(old[1][0])
     return None
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from motes.core.interrupts import check
 from motes.core.track import Status, Track
 from motes.core.types import Floats
 from motes.sot.presets import TrackerConfig
+from motes.sot.step_info import StepInfo
 from motes.sot.tracker import Tracker
 
 
@@ -64,6 +65,8 @@ def run_pass(
     *,
     backward: bool = False,
     so_far: list[Track] | None = None,
+    other: tuple[Frame, Ellipse] | None = None,
+    observe: Callable[[StepInfo], None] | None = None,
 ) -> list[Track]:
     """Return the tracks of a target, in order of the frames.
 
@@ -79,10 +82,21 @@ def run_pass(
         Whether the frames come in reverse order.
     so_far
         A list to which each track is added as soon as it is known, for a run that is interrupted.
+    other
+        The keyframe at the end of the pass, from whose look the models also learn.
+    observe
+        Called with the tracker's report of each frame.
     """
     tracker = Tracker(config, seed, backward=backward)
     tracks = [] if so_far is None else so_far
     for frame in frames:
-        tracks.append(tracker.update(frame) if tracks else tracker.init(frame, region))
+        if tracks:
+            tracks.append(tracker.update(frame))
+        else:
+            tracks.append(tracker.init(frame, region))
+            if other is not None:
+                tracker.learn_also(*other)
+        if observe is not None:
+            observe(tracker.info)
         check()
     return tracks[::-1] if backward else tracks

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motes.cluster import pool as pools
-from motes.cluster.pool import Pool, Started, Task
+from motes.cluster.pool import Again, Pool, Started, Task
 from motes.core.errors import FormatError, MotesError, SourceError
 from motes.core.files import slug, write_whole
 from motes.core.frame import Frame
@@ -158,6 +158,8 @@ def run(
         job: Job = event.task.argument
         if isinstance(event, Started):
             yield JobEvent(job, None)
+        elif isinstance(event, Again):
+            continue
         elif event.error is not None:
             yield JobEvent(job, dict.fromkeys(job.passes, event.error))
         else:

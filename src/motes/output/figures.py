@@ -10,7 +10,9 @@ from msgspec.structs import replace
 
 from motes.core.errors import FormatError, MissingDependencyError
 from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.cues.structure_tensor import Orientation
 from motes.output import charts
 from motes.output.charts import SURFACE_STEPS, Edges, Series, Surface
@@ -29,6 +31,44 @@ FIGURES = (
 CUE_WEIGHTS, ORIENTATION = "cue_weights.png", "orientation_histograms.png"
 """The files for a tracker with several cues, and for one with the cue `orientation`."""
 DPI = 110
+
+
+def surface_of(config: TrackerConfig, frame: Frame, info: StepInfo) -> Surface:
+    """Return the surface of figure 3 around the estimate in a frame, over all cues."""
+    x, y, distances = cue_distances(config, frame, info)
+    rho = np.zeros(x.size * y.size)
+    for name, each in distances.items():
+        rho += info.cue_weights[name] * (1 - each**2)
+    mean = np.array(info.track.ellipse[:2])
+    return Surface(frame.index, x, y, rho.reshape(y.size, x.size), info.ellipses[:, :2], mean)
+
+
+def cue_distances(
+    config: TrackerConfig, frame: Frame, info: StepInfo
+) -> tuple[Floats, Floats, dict[str, Floats]]:
+    """Return how far the estimate's ellipse is from the target model where it is moved to.
+
+    Returns
+    -------
+    The places in x (n,) and in y (m,), and for each cue the distances (m * n,), row by row.
+    """
+    ellipse, n = info.track.ellipse, SURFACE_STEPS
+    reach = max(ellipse.box[2:])
+    x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), n)
+    y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), n)
+    moved = np.tile(np.array(ellipse), (n, n, 1))
+    moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
+    places = moved.reshape(-1, 5)
+    cues = config.cues.items()
+    return x, y, {name: cue.distances(info.models[name], frame, places) for name, cue in cues}
+
+
+def orientation_of(cue: Orientation, frame: Frame, ellipse: Ellipse) -> tuple[Floats, Floats]:
+    """Return the ROH and the FOH of a region: its orientations, turned with it, and a spectrum."""
+    rotated, spectrum = (
+        replace(cue, form=form).learn(frame, ellipse).histogram for form in ("rotated", "fourier")
+    )
+    return rotated, spectrum
 
 
 class Recorder:
@@ -109,25 +149,7 @@ class Recorder:
         """Return the surface of figure 3 in the kept frame; None if no frame was tracked."""
         if self._kept is None:
             return None
-        frame, info = self._kept
-        ellipse, n = info.track.ellipse, SURFACE_STEPS
-        reach = max(ellipse.box[2:])
-        x = np.linspace(max(ellipse.x - reach, 0), min(ellipse.x + reach, frame.width - 1), n)
-        y = np.linspace(max(ellipse.y - reach, 0), min(ellipse.y + reach, frame.height - 1), n)
-        moved = np.tile(np.array(ellipse), (n, n, 1))
-        moved[..., 0], moved[..., 1] = np.meshgrid(x, y)
-        rho = np.zeros(n * n)
-        for name, cue in self._config.cues.items():
-            distances = cue.distances(info.models[name], frame, moved.reshape(-1, 5))
-            rho += info.cue_weights[name] * (1 - distances**2)
-        return Surface(
-            frame.index,
-            x,
-            y,
-            rho.reshape(n, n),
-            info.ellipses[:, :2],
-            np.array(ellipse[:2]),
-        )
+        return surface_of(self._config, *self._kept)
 
     def edges(self) -> Edges | None:
         """Return the histograms of figure 1 in the kept frame; None without frame or cue."""
@@ -144,13 +166,14 @@ class Recorder:
             int(np.clip(y, 0, frame.height - 1))
             for y in (box.y - box.height / 2, box.y + 1.5 * box.height)
         )
+        rotated, spectrum = orientation_of(cue, frame, ellipse)
         return Edges(
             frame.index,
             frame.pixels[top : bottom + 1, left : right + 1],
             (left, top),
             ellipse,
-            replace(cue, form="fourier").learn(frame, ellipse).histogram,
-            replace(cue, form="rotated").learn(frame, ellipse).histogram,
+            spectrum,
+            rotated,
             info.models["orientation"].histogram,
         )
 

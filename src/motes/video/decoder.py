@@ -113,6 +113,7 @@ class Decoder:
         self._failures_in_row = 0
         self._reached = 0.0
         self.keys: list[float] = []
+        self._turned: tuple[int, NDArray[np.int32]] | None = None
 
         kind = self._container.format.name
         # This format sends JPEG images without times; their times of arrival are used.
@@ -194,6 +195,38 @@ class Decoder:
             self._container.seek(round(stamp / unit), stream=self._stream)
         except av.FFmpegError as error:
             raise self._failure(error) from error
+
+    def index(self) -> list[tuple[float, bool]] | None:
+        """Return the time stamp of each picture, in order, and whether it is a key picture.
+
+        Nothing is decoded, so damage is not found. Then open the file anew. None if pictures have
+        no stamps.
+        """
+        found = []
+        try:
+            for packet in self._container.demux(self._stream):
+                if not packet.size or packet.is_discard:
+                    continue
+                if packet.pts is None or packet.time_base is None:
+                    return None
+                found.append((float(packet.pts * packet.time_base), packet.is_keyframe))
+        except av.FFmpegError:
+            return None
+        return sorted(found)
+
+    def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
+        """Yield the pictures from a time stamp on, after `seek`, quickly.
+
+        Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
+        may differ from those of `pictures`.
+        """
+        for packet in self._container.demux(self._stream):
+            if packet.pts is not None and packet.time_base is not None:
+                early = float(packet.pts * packet.time_base) < stamp
+                self._stream.codec_context.skip_frame = "NONREF" if early else "DEFAULT"
+            for found, load in self._decoded(packet if packet.size else None, Report()):
+                if found is not None and found >= stamp:
+                    yield found, load
 
     @property
     def recorded(self) -> bool:
@@ -304,7 +337,17 @@ class Decoder:
         pixels = converted.to_ndarray()
         if converted is frame:  # the decoder owns this memory and may still need it
             pixels = pixels.copy()
-        return as_rgb(_upright(np.asarray(pixels, np.uint8), _display_matrix(frame)))
+        return as_rgb(_upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
+
+    def _matrix(self, frame: VideoFrame) -> NDArray[np.int32]:
+        """Return the display matrix of a picture, which is read anew when its angle changes.
+
+        PyAV's frame and its side data refer to each other, so reading them keeps the memory of each
+        picture until Python's next search for such cycles: hundreds of megabytes.
+        """
+        if self._turned is None or self._turned[0] != frame.rotation:
+            self._turned = frame.rotation, _display_matrix(frame)
+        return self._turned[1]
 
 
 def camera(number: int) -> Decoder:

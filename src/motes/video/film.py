@@ -33,6 +33,11 @@ class Film:
         A video file, an image file, a folder or a pattern.
     start, end
         The frames that are used: from `start` on, before `end`.
+    quick
+        Whether the times are taken from the packets of a video file, without decoding them. This
+        takes a hundredth of the time. After a seek, only frames are decoded that others need. A
+        damaged film may have frames that cannot be read: a SourceError comes when the first of them
+        is met, and without `quick` there is none.
 
     Attributes
     ----------
@@ -57,16 +62,34 @@ class Film:
         If no frame is in the range.
     """
 
-    def __init__(self, source: str | Path, *, start: int = 0, end: int | None = None) -> None:
+    def __init__(
+        self,
+        source: str | Path,
+        *,
+        start: int = 0,
+        end: int | None = None,
+        quick: bool = False,
+    ) -> None:
         if not is_recorded(source):
             raise SourceError(
                 f"{source} is read once, as it comes; record it first, and give the recording."
             )
-        self._source = str(source)
+        if start < 0 or (end is not None and end <= start):
+            stop = "" if end is None else f" to {end}"
+            raise ConfigError(
+                f"No frame is from {start}{stop}; start at 0 or later, and end later."
+            )
+        self._source, self._quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
         self.name, reader = find_reader(self._source)
-        with contextlib.closing(reader), contextlib.closing(reader.pictures(self.report)) as all_:
+        if quick and isinstance(reader, Decoder) and (index := reader.index()) is not None:
+            first, listed = self._first(), index
+            reader.keys.extend(stamp for stamp, key in listed if key)
+            pictures: Generator[Stamped, None, None] = ((stamp, first) for stamp, _ in listed)
+        else:
+            pictures = reader.pictures(self.report)
+        with contextlib.closing(reader), contextlib.closing(pictures) as all_:
             self.fps = reader.fps
             for moment, stamp, load in timed(all_, reader.fps, self.report):
                 if end is not None and len(self.times) >= end:
@@ -92,6 +115,21 @@ class Film:
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
 
+    def _first(self) -> Load:
+        """Return a function that returns the pixels of the first picture, which is decoded here."""
+        _, reader = find_reader(self._source)
+        with contextlib.closing(reader), contextlib.closing(reader.pictures(Report())) as pictures:
+            for _, load in pictures:
+                pixels = load()
+                return lambda: pixels
+        raise SourceError(f"{self.name} holds no readable picture.")
+
+    @property
+    def keys(self) -> list[int]:
+        """The indices of the key pictures, which are quick to reach; empty if unknown."""
+        places = {stamp: i for i, stamp in enumerate(self._stamps)}
+        return [places[key] for key in self._keys if key in places]
+
     def part(self, start: int, end: int) -> Film:
         """Return the same film with other frames: from `start` on, before `end`."""
         if not 0 <= start < end <= len(self.times):
@@ -106,7 +144,7 @@ class Film:
 
     def forward(self, first: int, last: int) -> Generator[Frame, None, None]:
         """Yield the frames from `first` to `last`."""
-        with contextlib.closing(self._loads(first)) as loads:
+        with contextlib.closing(self.loads(first)) as loads:
             for index, load in loads:
                 yield self._frame(index, load)
                 if index >= last:
@@ -117,7 +155,7 @@ class Film:
         held = max(PART // (3 * self.width * self.height), 1)
         while last >= first:
             low, part = max(first, last - held + 1), list[tuple[int, Load]]()
-            with contextlib.closing(self._loads(low)) as loads:
+            with contextlib.closing(self.loads(low)) as loads:
                 for index, load in loads:
                     part.append((index, load))
                     check()
@@ -141,7 +179,7 @@ class Film:
             )
         return Frame(index, self.times[index], pixels)
 
-    def _loads(self, first: int) -> Generator[tuple[int, Load], None, None]:
+    def loads(self, first: int) -> Generator[tuple[int, Load], None, None]:
         """Yield the index of each frame from `first` on, and a function that loads its pixels.
 
         A seek may end behind its goal. Then an earlier key picture is tried, at last the beginning.
@@ -150,12 +188,16 @@ class Film:
         keys = [] if goal is None else self._keys[: bisect.bisect_right(self._keys, goal)]
         found = False
         while not found:
-            key = keys.pop() if len(keys) > 1 else None  # the first one is the beginning
+            # The first key is the beginning.
+            key = keys.pop() if len(keys) > (not self._quick) else None
             _, reader = find_reader(self._source)
             with contextlib.closing(reader):
-                if key is not None and isinstance(reader, Decoder):
+                pictures = reader.pictures(Report())
+                if key is not None and goal is not None and isinstance(reader, Decoder):
                     reader.seek(key)
-                with contextlib.closing(reader.pictures(Report())) as pictures:
+                    if self._quick:
+                        pictures = reader.pictures_from(goal)
+                with contextlib.closing(pictures):
                     for index, load in self._numbered(pictures, first if key is not None else None):
                         if index >= first:
                             found = True
@@ -180,9 +222,9 @@ class Film:
                     return
             if index == len(self.times):
                 return
-            if first is not None and stamp != self._stamps[index]:
+            if stamp != self._stamps[index]:
                 raise SourceError(
-                    f"{self.name} reads differently from its middle, at frame {index}; convert it "
+                    f"{self.name} reads differently the second time, at frame {index}; convert it "
                     f"first."
                 )
             yield index, load

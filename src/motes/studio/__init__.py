@@ -1,0 +1,1 @@
+"""The studio: see, correct and trust tracks in a browser."""

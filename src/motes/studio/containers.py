@@ -1,0 +1,80 @@
+"""What a film says of itself, read before anything is decoded."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from motes.core.errors import ConfigError, MotesError, SourceError
+from motes.studio.safety import Limits
+from motes.video.sources import IMAGE_ENDINGS
+
+FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,asf,flv,mpegvideo,h264,hevc"
+"""FFmpeg's formats that hold their pictures themselves; no playlist, script or address."""
+
+
+def check_container(path: str, limits: Limits) -> None:
+    """Check a film before it is decoded.
+
+    Raises
+    ------
+    SourceError
+        If it is no film, or of a format that may reach elsewhere.
+    ConfigError
+        If it is larger than the limits.
+    """
+    name = Path(path).name
+    if os.path.isdir(path):
+        images = [
+            os.path.join(path, each)
+            for each in os.listdir(path)
+            if os.path.splitext(each)[1].lower() in IMAGE_ENDINGS
+        ]
+        if len(images) > limits.frames:
+            raise too_long(name, len(images), limits)
+        for image in images[:1]:
+            _check_size(name, *_image_size(image), limits)
+    elif os.path.splitext(path)[1].lower() in IMAGE_ENDINGS:
+        _check_size(name, *_image_size(path), limits)
+    else:
+        _check_video(path, name, limits)
+
+
+def too_long(name: str, frames: int, limits: Limits) -> MotesError:
+    """Return the error of a film with too many frames."""
+    return ConfigError(f"{name} has {frames} frames, more than {limits.frames:,}; cut it.")
+
+
+def _check_video(path: str, name: str, limits: Limits) -> None:
+    import av
+
+    options = {"format_whitelist": FORMATS, "protocol_whitelist": "file"}
+    try:
+        with av.open(f"file:{path}", options=options, metadata_errors="replace") as container:
+            for stream in container.streams.video:
+                _check_size(name, stream.codec_context.width, stream.codec_context.height, limits)
+                if stream.frames > limits.frames:
+                    raise too_long(name, stream.frames, limits)
+    except (av.FFmpegError, ValueError) as error:
+        if isinstance(error, MotesError):
+            raise
+        raise SourceError(
+            f"{name} is not a video, or of a kind that the studio does not open; convert it."
+        ) from None
+
+
+def _image_size(path: str) -> tuple[int, int]:
+    from PIL import Image
+
+    try:
+        with Image.open(path) as image:
+            return image.size
+    except (OSError, ValueError, Image.DecompressionBombError):
+        raise SourceError(f"{Path(path).name} is no image that can be read.") from None
+
+
+def _check_size(name: str, width: int, height: int, limits: Limits) -> None:
+    if width * height > limits.pixels:
+        raise ConfigError(
+            f"{name} has {width}x{height} pixels, more than {limits.pixels:,}; rescale it."
+        )

@@ -1,0 +1,383 @@
+"""The document of a session: all that a person has drawn. Every change makes a new document."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import msgspec
+from msgspec import UNSET
+from msgspec.structs import replace
+
+from motes.core.config import from_dict, from_toml, to_toml
+from motes.core.errors import ConfigError
+from motes.core.geometry import Ellipse, as_ellipse, region_within
+from motes.correction.keyframes import Keyframes
+from motes.mot.analytics.events import Regions
+from motes.sot.presets import TrackerConfig, configure, preset
+from motes.studio import protocol
+from motes.studio.protocol import FilmFacts, Places, Region
+
+MAX_OBJECTS = 50
+
+
+class Target(msgspec.Struct, frozen=True):
+    """An object.
+
+    Attributes
+    ----------
+    object, name, color, preset, config, seed, first, last, corrections, compared
+        As in `protocol.Item`.
+    keys
+        The drawn regions, by frame.
+    absent
+        First and last frames of absences, in order, apart from each other.
+    """
+
+    object: int
+    name: str
+    color: str
+    preset: str
+    config: str | None
+    seed: int
+    first: int
+    last: int
+    keys: dict[int, Region]
+    absent: tuple[tuple[int, int], ...] = ()
+    corrections: int = 0
+    compared: int | None = None
+
+    @property
+    def tracker(self) -> TrackerConfig:
+        """The configuration of the tracker."""
+        return tracker_of(self.preset, self.config)
+
+    @property
+    def frames(self) -> range:
+        """The frames of the object."""
+        return range(self.first, self.last + 1)
+
+    @property
+    def marks(self) -> Keyframes:
+        """The keyframes, as the library takes them."""
+        marked: dict[int, Ellipse | None] = {
+            frame: as_ellipse(region) for frame, region in self.keys.items()
+        }
+        marked |= {t: None for first, last in self.absent for t in range(first, last + 1)}
+        return dict(sorted(marked.items()))
+
+    def is_absent(self, frame: int) -> bool:
+        """Return whether the object is marked as absent in a frame."""
+        return any(first <= frame <= last for first, last in self.absent)
+
+
+class Document(msgspec.Struct, frozen=True):
+    """What a person has drawn in a film.
+
+    Attributes
+    ----------
+    targets
+        The objects.
+    places
+        Lines, zones and the ground.
+    following
+        The number of the next object.
+    """
+
+    targets: tuple[Target, ...] = ()
+    places: Places = Places()
+    following: int = 1
+
+    def target(self, number: int) -> Target:
+        """Return an object; one that is compared has the frames and keyframes of the other one.
+
+        Raises
+        ------
+        ConfigError
+            If there is none of this number.
+        """
+        for each in self.targets:
+            if each.object == number:
+                if each.compared is None:
+                    return each
+                of = self.target(each.compared)
+                return replace(
+                    each, first=of.first, last=of.last, keys=of.keys, absent=of.absent,
+                    corrections=0,
+                )  # fmt: skip
+        raise ConfigError(f"There is no object {number}; it may have been removed.")
+
+    def all(self) -> Iterator[Target]:
+        """Yield all objects."""
+        return (self.target(each.object) for each in self.targets)
+
+    @property
+    def effort(self) -> float:
+        """Corrections for each 100 frames of objects."""
+        own = [each for each in self.targets if each.compared is None]
+        frames = sum(len(each.frames) for each in own)
+        return 100 * sum(each.corrections for each in own) / frames if frames else 0.0
+
+
+RowAt = Callable[[int, int], Region | None]
+"""The place of an object in a frame, from its rows; None where there is none."""
+
+
+def tracker_of(name: str, toml: str | None) -> TrackerConfig:
+    """Return the configuration of a preset, changed by the text of a file.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown preset or key, or a value that does not fit.
+    """
+    base = preset(name)
+    return base if toml is None else configure(base, from_toml(toml, "the configuration"))
+
+
+def regions_of(places: Places) -> Regions:
+    """Return places as the library takes them; raise a ConfigError if they make no sense."""
+    values = {
+        "line": [_plain(each) for each in places.lines],
+        "zone": [_plain(each) for each in places.zones],
+    }
+    if places.ground is not None:
+        values["ground"] = {"points": [*places.ground]}  # type: ignore[assignment]
+    regions: Regions = from_dict(msgspec.to_builtins(values), Regions)
+    return regions
+
+
+def places_toml(places: Places) -> str:
+    """Return places as the TOML of `motes watch --places`."""
+    return to_toml(regions_of(places))
+
+
+def _plain(each: protocol.Line | protocol.Zone) -> dict[str, object]:
+    values: dict[str, object] = msgspec.to_builtins(each)
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def changed(
+    document: Document, command: protocol.Command, film: FilmFacts, row_at: RowAt
+) -> tuple[Document, int | None]:
+    """Return the document after a command, and the number of an object that is new or changed.
+
+    Raises
+    ------
+    ConfigError
+        If the command makes no sense here.
+    """
+    match command:
+        case protocol.AddObject():
+            return _added(document, command, film)
+        case protocol.ChangeObject():
+            names = ("name", "color", "preset", "config", "seed")
+            given = {name: getattr(command, name) for name in names}
+            given = {name: value for name, value in given.items() if value is not UNSET}
+            target = replace(_own(document, command.object, compared=True), **given)
+            target.tracker  # noqa: B018
+            return _with(document, target), target.object
+        case protocol.RemoveObject():
+            document.target(command.object)
+            left = [
+                each
+                for each in document.targets
+                if command.object not in (each.object, each.compared)
+            ]
+            return replace(document, targets=tuple(left)), None
+        case protocol.SetKeyframe() if command.region is None:
+            return _absent(document, command.object, command.frame, command.frame)
+        case protocol.SetKeyframe():
+            return _marked(document, command, film)
+        case protocol.RemoveKeyframe():
+            return _unmarked(document, command)
+        case protocol.SetAbsent():
+            return _absent(document, command.object, command.first, command.last)
+        case protocol.Split():
+            return _split(document, command, row_at)
+        case protocol.Join():
+            return _joined(document, command)
+        case protocol.Compare():
+            _own(document, command.object)
+            return _compared(document, command)
+        case protocol.SetPlaces():
+            regions_of(command.places)
+            return replace(document, places=command.places), None
+        case _:
+            raise ConfigError("This command changes nothing.")
+
+
+def _own(document: Document, number: int, *, compared: bool = False) -> Target:
+    """Return an object that may be changed; one that is compared follows another one."""
+    found = document.target(number)
+    if found.compared is not None:
+        if not compared:
+            raise ConfigError(f"{found.name} follows another object; change that one.")
+        return next(each for each in document.targets if each.object == number)
+    return found
+
+
+def _with(document: Document, target: Target) -> Document:
+    targets = (target if each.object == target.object else each for each in document.targets)
+    return replace(document, targets=tuple(targets))
+
+
+def appended(document: Document, target: Target) -> Document:
+    """Return the document with a further object; raise a ConfigError if there are too many."""
+    if len(document.targets) >= MAX_OBJECTS:
+        raise ConfigError(f"A session has {MAX_OBJECTS} objects at most; open another one.")
+    return replace(document, targets=(*document.targets, target), following=document.following + 1)
+
+
+def _added(
+    document: Document, command: protocol.AddObject, film: FilmFacts
+) -> tuple[Document, int]:
+    _check_frame(command.frame, range(film.frames))
+    region_within(command.region, film.width, film.height)
+    number = document.following
+    target = Target(
+        number, command.name or f"object {number}", command.color, command.preset,
+        command.config, command.seed, 0, film.frames - 1, {command.frame: command.region},
+    )  # fmt: skip
+    target.tracker  # noqa: B018
+    return appended(document, target), number
+
+
+def _check_frame(frame: int, frames: range) -> None:
+    if frame not in frames:
+        raise ConfigError(
+            f"Frame {frame} is not of the object, which has {frames.start} to {frames.stop - 1}."
+        )
+
+
+def _marked(
+    document: Document, command: protocol.SetKeyframe, film: FilmFacts
+) -> tuple[Document, int]:
+    target = _own(document, command.object)
+    assert command.region is not None
+    _check_frame(command.frame, target.frames)
+    region_within(command.region, film.width, film.height)
+    keys = dict(sorted({**target.keys, command.frame: command.region}.items()))
+    target = replace(
+        target,
+        keys=keys,
+        absent=_without(target.absent, command.frame, command.frame),
+        corrections=target.corrections + 1,
+    )
+    return _with(document, target), target.object
+
+
+def _unmarked(document: Document, command: protocol.RemoveKeyframe) -> tuple[Document, int]:
+    target = _own(document, command.object)
+    if command.frame not in target.keys and not target.is_absent(command.frame):
+        raise ConfigError(f"Frame {command.frame} is not marked.")
+    keys = {frame: region for frame, region in target.keys.items() if frame != command.frame}
+    if not keys:
+        raise ConfigError("An object needs a keyframe; remove the object instead.")
+    absent = _without(target.absent, command.frame, command.frame)
+    return _with(document, replace(target, keys=keys, absent=absent)), target.object
+
+
+def _absent(document: Document, number: int, first: int, last: int) -> tuple[Document, int]:
+    target = _own(document, number)
+    if last < first:
+        raise ConfigError(f"The frames {first} to {last} are no range; the first one comes first.")
+    _check_frame(first, target.frames)
+    _check_frame(last, target.frames)
+    keys = {frame: each for frame, each in target.keys.items() if not first <= frame <= last}
+    if not keys:
+        raise ConfigError("The object would have no keyframe; draw it in another frame first.")
+    ranges = sorted([*_without(target.absent, first, last), (first, last)])
+    merged: list[tuple[int, int]] = []
+    for begin, end in ranges:
+        if merged and begin == merged[-1][1] + 1:
+            merged[-1] = merged[-1][0], end
+        else:
+            merged.append((begin, end))
+    target = replace(target, keys=keys, absent=tuple(merged), corrections=target.corrections + 1)
+    return _with(document, target), number
+
+
+def _without(
+    ranges: tuple[tuple[int, int], ...], first: int, last: int
+) -> tuple[tuple[int, int], ...]:
+    """Return ranges without the frames from `first` to `last`."""
+    parts = [
+        part
+        for begin, end in ranges
+        for part in ((begin, min(end, first - 1)), (max(begin, last + 1), end))
+    ]
+    return tuple(part for part in dict.fromkeys(parts) if part[0] <= part[1])
+
+
+def _part(target: Target, first: int, last: int) -> Target:
+    """Return an object with a part of its frames, and the marks in them."""
+    outside = _without(target.absent, 0, first - 1) if first else target.absent
+    return replace(
+        target,
+        first=first,
+        last=last,
+        keys={frame: each for frame, each in target.keys.items() if first <= frame <= last},
+        absent=_without(outside, last + 1, target.last),
+    )
+
+
+def _split(document: Document, command: protocol.Split, row_at: RowAt) -> tuple[Document, int]:
+    target, frame = _own(document, command.object), command.frame
+    if frame not in target.frames[1:]:
+        raise ConfigError(f"{target.name} cannot be split at frame {frame}; choose a later one.")
+    before, after = _part(target, target.first, frame - 1), _part(target, frame, target.last)
+    number = document.following
+    if not after.keys:
+        region = row_at(target.object, frame)
+        if region is None:
+            raise ConfigError(
+                f"{target.name} has no place in frame {frame}; draw it there, or track it first."
+            )
+        after = replace(after, keys={frame: region})
+    if not before.keys:
+        region = row_at(target.object, frame - 1)
+        if region is None:
+            raise ConfigError(
+                f"{target.name} has no place in frame {frame - 1}; draw it there first."
+            )
+        before = replace(before, keys={frame - 1: region})
+    before = replace(before, corrections=before.corrections + 1)
+    after = replace(after, object=number, name=f"{target.name} (2)", corrections=0)
+    return appended(_with(document, before), after), number
+
+
+def _joined(document: Document, command: protocol.Join) -> tuple[Document, int]:
+    one, other = _own(document, command.object), _own(document, command.other)
+    if one.object == other.object:
+        raise ConfigError("An object cannot be joined with itself; choose another one.")
+    both = set(one.keys) & set(other.keys)
+    if clash := [frame for frame in both if one.keys[frame] != other.keys[frame]]:
+        raise ConfigError(
+            f"{one.name} and {other.name} differ in frame {min(clash)}; remove a keyframe there."
+        )
+    absent = one.absent
+    for first, last in other.absent:
+        absent = tuple(sorted([*_without(absent, first, last), (first, last)]))
+    for frame in (*one.keys, *other.keys):
+        absent = _without(absent, frame, frame)
+    target = replace(
+        one,
+        first=min(one.first, other.first),
+        last=max(one.last, other.last),
+        keys=dict(sorted({**one.keys, **other.keys}.items())),
+        absent=absent,
+        corrections=one.corrections + other.corrections + 1,
+    )
+    left = [each for each in document.targets if other.object not in (each.object, each.compared)]
+    return _with(replace(document, targets=tuple(left)), target), one.object
+
+
+def _compared(document: Document, command: protocol.Compare) -> tuple[Document, int]:
+    of, number = document.target(command.object), document.following
+    name = f"{of.name}: {'file' if command.config is not None else command.preset}"
+    target = replace(
+        of, object=number, name=name[:100], preset=command.preset, config=command.config,
+        seed=command.seed, compared=of.object, corrections=0,
+    )  # fmt: skip
+    target.tracker  # noqa: B018
+    return appended(document, target), number

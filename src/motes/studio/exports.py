@@ -1,0 +1,201 @@
+"""The files of a session, to the byte as the command line writes them; and its command line."""
+
+from __future__ import annotations
+
+import io
+import os
+import shlex
+import tempfile
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import msgspec
+
+from motes.core.config import to_dict, to_toml
+from motes.core.errors import ConfigError, FormatError
+from motes.core.track import Status, Track
+from motes.correction.history import FORMAT, History
+from motes.formats import registry
+from motes.formats.recording import Recording
+from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
+from motes.output.journal import FrameRow, Header, ObjectRow
+from motes.output.track_rows import CORRECTED, Form, fields_of, line_of
+from motes.studio.document import Target, places_toml
+from motes.studio.protocol import FilmFacts, Places, Watch
+from motes.studio.scenes import watch_config
+
+LABEL = "object"
+ROW_FORMS: dict[str, Form] = {"csv": "csv", "jsonl": "jsonl"}
+
+
+class Reproduction(msgspec.Struct, frozen=True):
+    """How a run is repeated.
+
+    Attributes
+    ----------
+    command
+        The command line.
+    files
+        The files that it names; and the whole configuration, in `tracker.toml` or `watch.toml`.
+    """
+
+    command: str
+    files: dict[str, str]
+
+
+def target_file(form: str, tracks: Sequence[Track], film: FilmFacts) -> bytes:
+    """Return the rows of one object, as `motes track --at ... -o` writes them.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown format.
+    FormatError
+        If the format cannot hold them.
+    """
+    if form in ROW_FORMS:
+        lines = [",".join(CORRECTED)] if form == "csv" else []
+        for track in tracks:
+            fields = fields_of(track.frame, track.time, track, CORRECTED)
+            lines.append(line_of(ROW_FORMS[form], CORRECTED, fields))
+        return "".join(f"{line}\n" for line in lines).encode()
+    frames = [
+        FrameRow(
+            track.frame,
+            track.time,
+            () if track.status is Status.ABSENT else (ObjectRow.of_target(track),),
+        )
+        for track in tracks
+    ]
+    return recorded_file(form, film, frames)
+
+
+def objects_file(
+    form: str, found: Mapping[int, tuple[str, Sequence[Track]]], film: FilmFacts
+) -> bytes:
+    """Return several objects in one file, each with its number as identity and its name as class.
+
+    Raises
+    ------
+    ConfigError, FormatError
+        As `target_file`.
+    """
+    frames: dict[int, tuple[float, list[ObjectRow]]] = {}
+    for number, (name, tracks) in found.items():
+        for track in tracks:
+            _, objects = frames.setdefault(track.frame, (track.time, []))
+            if track.status is not Status.ABSENT:
+                row = ObjectRow.of_target(track)
+                objects.append(msgspec.structs.replace(row, identity=number, label=name))
+    rows = [FrameRow(frame, time, tuple(each)) for frame, (time, each) in sorted(frames.items())]
+    return scene_file(form, rows, film)
+
+
+def scene_file(form: str, frames: Sequence[FrameRow], film: FilmFacts) -> bytes:
+    """Return the objects of the many-object mode, as `motes watch -o` writes them."""
+    if form not in ROW_FORMS:
+        return recorded_file(form, film, frames)
+    lines = [",".join(OBJECT_COLUMNS)] if form == "csv" else []
+    for picture in frames:
+        for each in picture.objects:
+            lines.append(object_line(ROW_FORMS[form], OBJECT_COLUMNS, object_values(picture, each)))
+    return "".join(f"{line}\n" for line in lines).encode()
+
+
+def recorded_file(form: str, film: FilmFacts, frames: Sequence[FrameRow]) -> bytes:
+    """Return objects in a format of `motes convert`; a format of many files as ZIP."""
+    known = registry.named(form)
+    recording = Recording(Header(film.name, film.width, film.height, LABEL), frames)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "file"
+        try:
+            registry.write(path, form, recording)
+        except OSError as error:
+            raise FormatError(f"{form} cannot be written: {error.strerror}.") from None
+        return zipped(path) if known.folder else path.read_bytes()
+
+
+def zipped(folder: Path) -> bytes:
+    """Return the files of a folder as ZIP; equal files give equal bytes."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                name = path.relative_to(folder).as_posix()
+                archive.writestr(zipfile.ZipInfo(name), path.read_bytes())
+    return out.getvalue()
+
+
+def file_name(film: FilmFacts, what: str, form: str) -> str:
+    """Return the name of a file of a format."""
+    known = registry.named(form)
+    ending = known.endings[0] if known.endings else f".{form}"
+    stem = os.path.splitext(os.path.basename(film.name))[0]
+    plain = "".join(each if each.isalnum() or each in "-_" else "_" for each in what)
+    return f"{stem}-{plain}{'.zip' if known.folder else ending}"
+
+
+def history_file(target: Target, film: FilmFacts) -> bytes:
+    """Return the history beside rows, from which `motes refine` goes on."""
+    end = target.last + 1
+    history = History(
+        motes=FORMAT,
+        film=os.path.basename(film.name),
+        width=film.width,
+        height=film.height,
+        frames=film.frames if end == film.frames else end,
+        start=target.first,
+        end=end,
+        config=to_dict(target.tracker),
+        seed=target.seed,
+    ).corrected([*target.marks.items()])
+    return msgspec.json.format(msgspec.json.encode(history), indent=1) + b"\n"
+
+
+def command_of(target: Target, film: FilmFacts) -> Reproduction:
+    """Return the command line that tracks an object again, to the byte."""
+    words = ["motes", "track", film.name]
+    if target.first:
+        words += ["--start", str(target.first)]
+    if target.last + 1 < film.frames:
+        words += ["--end", str(target.last + 1)]
+    for frame, region in target.keys.items():
+        words += ["--at", f"{frame}={','.join(map(exact, region))}"]
+    for first, last in target.absent:
+        words += ["--absent", f"{first}:{last}" if last > first else str(first)]
+    words += ["--preset", target.preset]
+    files = {"tracker.toml": to_toml(target.tracker)}
+    if target.config is not None:
+        words += ["--config", "motes.toml"]
+        files["motes.toml"] = target.config
+    words += ["--seed", str(target.seed), "-o", "rows.csv"]
+    return Reproduction(shlex.join(words), files)
+
+
+def watch_command(film: FilmFacts, watch: Watch, places: Places) -> Reproduction:
+    """Return the command line that tracks all that moves again."""
+    words = ["motes", "watch", film.name, "--detector", watch.detector, "--preset", watch.preset]
+    files = {"watch.toml": to_toml(watch_config(watch))}
+    if watch.config is not None:
+        words += ["--config", "motes.toml"]
+        files["motes.toml"] = watch.config
+    if places != Places():
+        words += ["--places", "places.toml"]
+        files["places.toml"] = places_toml(places)
+    words += ["--seed", str(watch.seed), "-o", "rows.csv", "--events", "events.jsonl"]
+    return Reproduction(shlex.join(words), files)
+
+
+def exact(value: float) -> str:
+    """Return a number as text that gives the same number."""
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
+
+
+def check_formats(form: str, *, several: bool) -> None:
+    """Raise a ConfigError unless a format can be written, for several objects if need be."""
+    known = registry.named(form)
+    if known.write is None:
+        raise ConfigError(f"Files of the format {form} cannot be written; choose another one.")
+    if several and known.single:
+        raise ConfigError(f"{form} holds one object; choose one, or another format.")

@@ -1,0 +1,171 @@
+"""What a session gives and takes as files."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+
+from motes.core.config import to_dict
+from motes.core.errors import ConfigError
+from motes.studio import exports, imports
+from motes.studio.document import Target, regions_of
+from motes.studio.sessions import Session
+from motes.studio.tables import CUES, FRAME, Table, pack, tracks
+from motes.studio.tasks import Annotate, DrawFigures, DrawForeground, DrawSlit
+
+HISTORY = "corrections"
+"""The name of the export that `motes refine` needs beside the rows."""
+
+
+class File(NamedTuple):
+    """A file: its name, and its content."""
+
+    name: str
+    data: bytes
+
+
+async def export(session: Session, form: str, number: int | None) -> File:
+    """Return the rows of one object, or of all, in a format.
+
+    Raises
+    ------
+    MotesError
+        If there are none, or the format cannot hold them.
+    """
+    film = session.facts
+    targets = _targets(session, number)
+    if form == HISTORY:
+        stem = exports.file_name(film, targets[0].name, "csv")
+        return File(f"{stem}.corrections.json", exports.history_file(targets[0], film))
+    exports.check_formats(form, several=len(targets) > 1)
+    tables = {each.object: (each.name, _table(session, each)) for each in targets}
+
+    def made() -> bytes:
+        found = {key: (name, tracks(table)) for key, (name, table) in tables.items()}
+        if len(found) > 1:
+            return exports.objects_file(form, found, film)
+        ((_, only),) = found.values()
+        return exports.target_file(form, only, film)
+
+    what = "objects" if len(targets) > 1 else targets[0].name
+    return File(exports.file_name(film, what, form), await asyncio.to_thread(made))
+
+
+async def export_scene(session: Session, form: str) -> File:
+    """Return the objects of the many-object mode in a format, or its events as JSON Lines."""
+    film = session.facts
+    if form == "events":
+        lines = (msgspec.json.encode(event) + b"\n" for event in session.watching.events())
+        return File(exports.file_name(film, "events", "jsonl"), b"".join(lines))
+    exports.check_formats(form, several=True)
+    frames = session.watching.frames()
+    data = await asyncio.to_thread(exports.scene_file, form, frames, film)
+    return File(exports.file_name(film, "watched", form), data)
+
+
+def command(session: Session, number: int | None) -> exports.Reproduction:
+    """Return how an object is tracked again; without a number, how all that moves is."""
+    if number is not None:
+        return exports.command_of(session.document.target(number), session.facts)
+    asked = session.watching.asked
+    if asked is None:
+        raise ConfigError("Nothing has been watched yet; start the many-object mode first.")
+    return exports.watch_command(session.facts, asked.watch, asked.places)
+
+
+async def film(session: Session, number: int | None) -> File:
+    """Return a film in which one object, or all are drawn."""
+    objects = [
+        (target.object, pack(table), table.shape[1] - CUES)
+        for target in _targets(session, number)
+        for table in [_table(session, target)]
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "film.mp4"
+        await session.ask(Annotate(objects, str(path)), frames=session.facts.frames)
+        stem = Path(session.facts.name).stem
+        return File(f"{stem}-annotated.mp4", path.read_bytes())
+
+
+async def figures(session: Session, number: int) -> File:
+    """Return the papers' figures of a pass from an object's first keyframe on, as ZIP."""
+    target = session.document.target(number)
+    start = min(target.keys)
+    region = target.marks[start]
+    assert region is not None
+    with tempfile.TemporaryDirectory() as folder:
+        task = DrawFigures(
+            to_dict(target.tracker), target.seed, start, tuple(region), target.last, folder
+        )
+        await session.ask(task, frames=target.last - start + 1)
+        return File(f"{Path(session.facts.name).stem}-figures.zip", exports.zipped(Path(folder)))
+
+
+async def slit(session: Session, name: str) -> File:
+    """Return the slit scan of a line, with the crossings that were counted."""
+    asked = session.watching.asked
+    lines = regions_of(session.document.places if asked is None else asked.places).lines
+    if name not in lines:
+        raise ConfigError(f"There is no line {name!r}; draw one first.")
+    line = lines[name]
+    crossings = [
+        (event["frame"], event["x"], event["y"], event["identity"], _second(event, line.label))
+        for event in session.watching.events()
+        if event["event"] == "crosses" and event.get("place") == name
+    ]
+    task = DrawSlit(line.points, crossings)
+    return File("slit.png", (await session.ask(task, frames=session.facts.frames)).data)
+
+
+def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
+    return event.get("direction") == label[1]
+
+
+async def foreground(session: Session, index: int) -> bytes:
+    """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
+    if index >= session.facts.frames:
+        raise ConfigError(f"The film has {session.facts.frames} frames; there is no frame {index}.")
+    asked = session.watching.asked
+    method = "mog2" if asked is None else asked.watch.detector
+    if method == "people" or method == "faces":
+        raise ConfigError(f"The detector {method} has no foreground; choose one of motion.")
+    return (await session.ask(DrawForeground(method, index), frames=index)).data
+
+
+def take(session: Session, name: str, data: bytes, form: str | None) -> list[int]:
+    """Add the objects of a file, and return their numbers."""
+    recorded = imports.read(name, data, form, session.facts)
+    document, tables = imports.taken(
+        session.document, recorded, session.times, Path(name).stem or "object"
+    )
+    session.take_rows(document, tables)
+    return [*tables]
+
+
+def _targets(session: Session, number: int | None) -> list[Target]:
+    document = session.document
+    if number is not None:
+        return [document.target(number)]
+    targets = [each for each in document.all() if each.compared is None]
+    if not targets:
+        raise ConfigError("There is no object; draw one first.")
+    return targets
+
+
+def _table(session: Session, target: Target) -> Table:
+    """Return the rows of an object: the result, or what there is of it so far."""
+    final = session.jobs.final(target)
+    if final is not None:
+        return final
+    shown = session.jobs.shown(target.object)
+    if shown is not None:
+        table = shown[target.first : target.last + 1]
+        table = table[~np.isnan(table[:, FRAME])]
+        if len(table):
+            return table
+    raise ConfigError(f"{target.name} has no rows yet; track it first.")

@@ -1,0 +1,130 @@
+"""The films of the studio: those of a folder, and uploads."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+
+from motes.core.errors import FormatError, SourceError
+from motes.studio.protocol import Film
+from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
+from motes.studio.sample import sample
+from motes.video.sources import IMAGE_ENDINGS
+
+DEPTH = 4
+"""Folders in folders that are looked into."""
+MOST = 1000
+"""Films that are listed."""
+
+
+class Films:
+    """The films that may be opened.
+
+    Parameters
+    ----------
+    folder
+        Where a user has them; None for uploads alone.
+    uploads
+        Where uploads are kept; it is made.
+    limits
+        Of their size.
+    """
+
+    def __init__(self, folder: Path | None, uploads: Path, limits: Limits) -> None:
+        self._folder, self._uploads, self._limits = folder, uploads, limits
+        uploads.mkdir(parents=True, exist_ok=True)
+
+    def path(self, name: str, *, uploaded: bool) -> Path:
+        """Return the path of a film; raise a SourceError if there is none of that name."""
+        folder = self._uploads if uploaded else self._folder
+        if folder is None:
+            raise SourceError("The studio has no folder of films; upload one.")
+        return inside(folder, name)
+
+    def listed(self) -> list[Film]:
+        """Return the films, those of the folder first."""
+        found: list[Film] = []
+        for folder, uploaded in ((self._folder, False), (self._uploads, True)):
+            if folder is None:
+                continue
+            for path in _films(folder.resolve(), DEPTH):
+                if len(found) == MOST:
+                    return found
+                name = path.relative_to(folder.resolve()).as_posix()
+                size = path.stat().st_size if path.is_file() else 0
+                found.append(Film(name, size, uploaded))
+        return found
+
+    def sample(self) -> Film:
+        """Return the film of a first visit."""
+        return sample(self._uploads)
+
+    async def upload(self, name: str, size: int | None, parts: AsyncIterator[bytes]) -> Film:
+        """Write a film that arrives in parts, and return it; an interrupted one leaves nothing.
+
+        Raises
+        ------
+        ConfigError
+            If its name is that of no film.
+        FormatError
+            If it is too large, or cannot be written.
+        SourceError
+            If it is no plain film.
+        """
+        plain = film_name(name)
+        path = self._uploads / plain
+        while path.exists():
+            path = path.with_name(f"{Path(plain).stem}-{secrets.token_hex(3)}{path.suffix}")
+        used = sum(each.stat().st_size for each in self._uploads.iterdir() if each.is_file())
+        room = min(self._limits.upload, self._limits.uploads - used)
+        if size is not None and size > room:
+            raise _too_large(plain, room)
+        partial = path.with_name(f".{secrets.token_hex(8)}{path.suffix}")
+        written = 0
+        try:
+            with partial.open("xb") as file:
+                async for part in parts:
+                    written += len(part)
+                    if written > room:
+                        raise _too_large(plain, room)
+                    file.write(part)
+            check_film(partial)
+            partial.replace(path)
+        except OSError as error:
+            raise FormatError(f"{plain} cannot be written: {error.strerror}.") from None
+        except SourceError as error:
+            raise SourceError(str(error).replace(partial.name, plain)) from None
+        finally:
+            partial.unlink(missing_ok=True)
+        return Film(path.name, written, uploaded=True)
+
+
+def _too_large(name: str, room: int) -> FormatError:
+    return FormatError(
+        f"{name} is larger than {room >> 20} MB, the room that is left; put it into the folder of "
+        f"the studio instead."
+    )
+
+
+def _films(folder: Path, depth: int) -> Iterator[Path]:
+    """Yield films, and folders of images, under a folder; no links."""
+    folders, images = [], 0
+    with contextlib.suppress(OSError):
+        for entry in sorted(os.scandir(folder), key=lambda each: each.name):
+            if entry.name.startswith("."):
+                continue
+            if entry.is_dir(follow_symlinks=False):
+                folders.append(Path(entry.path))
+            elif entry.is_file(follow_symlinks=False):
+                ending = os.path.splitext(entry.name)[1].lower()
+                images += ending in IMAGE_ENDINGS
+                if ending in VIDEO_ENDINGS:
+                    yield Path(entry.path)
+    if images > 1:
+        yield folder
+    if depth:
+        for each in folders:
+            yield from _films(each, depth - 1)

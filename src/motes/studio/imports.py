@@ -1,0 +1,117 @@
+"""Tracks from files of other tools, as objects whose rows are known."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from motes.core.errors import ConfigError, FormatError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status, Track
+from motes.formats import registry
+from motes.formats.recording import VISIBLE, FilmFacts, Recorded
+from motes.output.journal import ObjectRow
+from motes.output.track_rows import DEVIATIONS
+from motes.studio import protocol
+from motes.studio.document import Document, Target
+from motes.studio.document import appended as appended_to
+from motes.studio.tables import Table, line, table_of
+
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0e442")
+"""The palette of Okabe and Ito, whose colors color-blind readers can distinguish."""
+
+
+def read(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> Recorded:
+    """Return the objects in an uploaded file, whose format is recognized unless it is given.
+
+    Raises
+    ------
+    MotesError
+        If it cannot be read, or has frames that the film does not.
+    """
+    facts = FilmFacts(
+        source=film.name, width=film.width, height=film.height, frames=film.frames, fps=film.fps
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / (Path(name).name or "rows")
+        path.write_bytes(data)
+        recorded = registry.read(path, form or registry.recognized(path), facts)
+        rows = [*recorded]
+    if rows and rows[-1].frame >= film.frames:
+        raise FormatError(
+            f"{name} has frame {rows[-1].frame}, but {film.name} has {film.frames} frames; open "
+            f"the film that it belongs to."
+        )
+    head = recorded.head
+    if head.width and (head.width, head.height) != (film.width, film.height):
+        raise FormatError(
+            f"{name} is of a film of {head.width}x{head.height} pixels; open that film."
+        )
+    return recorded
+
+
+def taken(
+    document: Document, recorded: Recorded, times: Sequence[float], stem: str
+) -> tuple[Document, dict[int, Table]]:
+    """Return the document with the objects of a file, and their rows by their numbers.
+
+    The first frame in which an object is visible is its keyframe; in formats of keyframes, all that
+    a person has drawn are.
+
+    Raises
+    ------
+    ConfigError
+        If there is no object, or there are too many.
+    """
+    found: dict[int, dict[int, ObjectRow]] = {}
+    for row in recorded:
+        for each in row.objects:
+            found.setdefault(each.identity, {})[row.frame] = each
+    tables: dict[int, Table] = {}
+    for identity, rows in sorted(found.items()):
+        drawn = [frame for frame, each in rows.items() if each.status in VISIBLE]
+        if not drawn:
+            continue
+        some = not all(each.keyframe for each in rows.values())
+        keys = [frame for frame in drawn if rows[frame].keyframe] if some else drawn[:1]
+        number = document.following
+        first, last = min(rows), max(rows)
+        target = Target(
+            number,
+            (rows[drawn[0]].label or stem if len(found) == 1 else f"{stem} {identity}")[:100],
+            COLORS[(number - 1) % len(COLORS)], "default", None, 0, first, last,
+            {frame: tuple(rows[frame].ellipse) for frame in keys},
+        )  # fmt: skip
+        document = appended_to(document, target)
+        cues = len(target.tracker.cues)
+        tables[number] = table_of(
+            (
+                line(_track(frame, times[frame], rows.get(frame)), [0.0] * cues, final=True)
+                for frame in range(first, last + 1)
+            ),
+            cues,
+        )
+    if not tables:
+        raise ConfigError("The file has no object that is visible; choose another one.")
+    return document, tables
+
+
+def _track(frame: int, time: float, row: ObjectRow | None) -> Track:
+    nan = math.nan
+    if row is None:
+        nowhere = Ellipse(nan, nan, nan, nan, nan)
+        return Track(frame, time, nowhere, np.full((5, 5), nan), nan, Status.ABSENT, nan, nan)
+
+    def number(name: str) -> float:
+        value = row.more.get(name)
+        return float(value) if isinstance(value, int | float) else nan
+
+    return Track(
+        frame, time, row.ellipse, np.diag([number(name) ** 2 for name in DEVIATIONS]),
+        row.confidence, row.status, number("distance"), number("effective_sample_size"),
+        outlier=number("outlier") == 1,
+    )  # fmt: skip

@@ -1,0 +1,20 @@
+// Short messages: for all in a corner, for screen readers through a live region.
+
+import { button, element } from "./dom.js";
+
+const SECONDS = { note: 4, error: 12 };
+
+/** Show a message; an error stays longer, and is read at once. */
+export function announce(text, kind = "note") {
+  const region = document.getElementById(kind === "error" ? "alerts" : "notes");
+  const close = button("Close this message", () => message.remove(), { picture: "close" });
+  const message = element("div", { class: `message ${kind}` }, element("span", {}, text), close);
+  region.append(message);
+  while (region.children.length > 3) region.firstElementChild.remove();
+  setTimeout(() => message.remove(), SECONDS[kind] * 1000);
+}
+
+/** Have screen readers read a text; nothing is shown. */
+export function read(text) {
+  document.getElementById("spoken").textContent = text;
+}

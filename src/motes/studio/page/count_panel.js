@@ -1,0 +1,118 @@
+// The many-object mode: track all that moves, count it, and show it over time.
+
+import { button, element, field, fill } from "./dom.js";
+import { endGround } from "./places.js";
+import { isRunning } from "./derived.js";
+
+const DETECTORS = [
+  ["mog2", "Motion, MOG2"],
+  ["knn", "Motion, nearest neighbors"],
+  ["gaussian", "Motion, one Gaussian"],
+  ["people", "People"],
+  ["faces", "Faces"],
+];
+const USUAL = "nummiaro:adaptive";
+
+export function mountCountPanel(app) {
+  const { store, actions } = app;
+  const detector = element("select", {}, DETECTORS.map(([value, label]) => element("option", { value }, label)));
+  const preset = element("select");
+  const seed = element("input", { type: "number", min: "0", step: "1", value: "0" });
+  const start = button("Track all that moves", () => actions.watch({
+    detector: detector.value, preset: preset.value, config: null, seed: Math.max(0, Math.round(Number(seed.value))),
+  }), { class: "main grow", picture: "play", text: "Track all that moves" });
+  const counts = element("div", { "aria-live": "polite" });
+  const places = element("div", { class: "places" });
+  const slit = element("div", { class: "slit" });
+  const events = element("ol", { class: "events" });
+  const panel = element("div", { class: "tabpanel" },
+    element("section", { class: "panel" }, element("h2", {}, "All that moves"),
+      field("Detector", detector),
+      element("div", { class: "row tracker" }, field("Tracker", preset, { class: "field grow" }), field("Seed", seed, { class: "field seed" })),
+      element("div", { class: "row" }, start)),
+    element("section", { class: "panel" }, element("h2", {}, "Lines, zones and ground"), places),
+    element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events),
+    element("section", { class: "panel" }, element("h2", {}, "Slit scan"), slit));
+  store.on(["presets"], ({ presets }) => {
+    fill(preset, (presets?.watch ?? []).map(({ name, summary }) => element("option", { value: name, title: summary }, name)));
+    preset.value = USUAL;
+  });
+  store.on(["counts"], (state) => fill(counts, countRows(state)));
+  store.on(["events", "film"], (state) => fill(events, eventRows(app, state)));
+  store.on(["session", "corners", "tool"], (state) => state.session && paintPlaces(places, app, state));
+  store.on(["scene", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
+  return panel;
+}
+
+function countRows({ counts }) {
+  if (!counts) return element("p", { class: "muted" }, "Draw a line or a zone, then track all that moves.");
+  const rows = [["Objects now", counts.objects], ...Object.entries(counts.totals)];
+  return element("table", {}, element("tbody", {}, rows.map(([name, value]) =>
+    element("tr", {}, element("th", { scope: "row" }, name), element("td", { class: "number" }, value)))));
+}
+
+function eventRows({ store, player }, { events }) {
+  return events.slice(-8).reverse().map((event) => {
+    const { frame, identity, event: what, direction, place } = event;
+    const words = [identity, what, place, direction].filter((word) => word !== undefined && word !== null);
+    return element("li", {}, button(`Go to frame ${frame}`, () => {
+      store.set({ following: false, playing: false });
+      player.go(frame);
+    }, { text: `${frame}: ${words.join(" ")}`, class: "event" }));
+  });
+}
+
+function paintPlaces(root, app, { session, corners, tool }) {
+  const { store, actions } = app;
+  const { lines, zones, ground } = session.places;
+  const entry = (kind, list, at) => {
+    const place = list[at];
+    const change = (next) => actions.setPlaces({ [kind]: list.map((old, other) => (other === at ? next : old)) });
+    const usual = `${kind.slice(0, -1)} ${at + 1}`;
+    const name = element("input", {
+      value: place.name, placeholder: usual, "aria-label": `Name of ${usual}`, maxlength: "100",
+      onchange: ({ target }) => change({ ...place, name: target.value }),
+    });
+    const remove = button(`Remove ${usual}`, () => actions.setPlaces({ [kind]: list.filter((_, other) => other !== at) }), { picture: "trash" });
+    return element("div", { class: "row" }, name, remove);
+  };
+  const tools = element("div", { class: "row even" }, ["line", "zone", "ground"].map((name) =>
+    button(name, () => store.set({ tool: name, corners: [] }), {
+      picture: name, text: name[0].toUpperCase() + name.slice(1), class: "plain", "aria-pressed": String(tool === name),
+    })));
+  fill(root, tools, lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at)),
+    tool === "ground" && corners.length ? groundForm(app, corners) : null,
+    ground && !corners.length
+      ? element("div", { class: "row" }, element("span", { class: "grow" }, `Ground: ${ground.length} points`),
+        button("Remove the ground", () => actions.setPlaces({ ground: null }), { picture: "trash" }))
+      : null);
+}
+
+/** The places in metres of the points that were clicked. */
+function groundForm(app, corners) {
+  const input = (label, value) => element("input", { type: "number", step: "any", required: true, "aria-label": label, value });
+  const usual = [[0, 0], [1, 0], [1, 1], [0, 1]];
+  const rows = corners.map((_, at) => [input(`X of point ${at + 1}`, usual[at][0]), input(`Y of point ${at + 1}`, usual[at][1])]);
+  const set = button("Set the ground", () => endGround(app, rows.map((pair) => pair.map(({ value }) => Number(value)))), {
+    class: "main", text: "Set the ground", disabled: corners.length < 4,
+  });
+  return element("fieldset", { class: "ground" },
+    element("legend", { class: "muted" }, "Metres of each point: X, Y"),
+    rows.map(([x, y], at) => element("div", { class: "row even" }, element("span", {}, `Point ${at + 1}`), x, y)), set);
+}
+
+/** The slit scan of each line, drawn anew when a run has ended. */
+function paintSlit(root, { jobs, session, scene }) {
+  const running = [...jobs.values()].some((job) => job.kind === "watch" && isRunning(job));
+  const ended = [...jobs.values()].filter(({ kind }) => kind === "watch").map(({ job }) => job);
+  const names = session.places.lines.map(({ name }, at) => name || `line ${at + 1}`);
+  const key = JSON.stringify([running, scene.length > 0, ended, names]);
+  if (root.dataset.key === key) return;
+  root.dataset.key = key;
+  const shown = scene.length && !running ? names : [];
+  fill(root, shown.map((name) => element("figure", {}, element("figcaption", { class: "muted" }, name),
+    element("img", {
+      src: `/api/sessions/${session.id}/slit?line=${encodeURIComponent(name)}&job=${ended.at(-1) ?? 0}`,
+      alt: `Pixels of ${name}, frame by frame from left to right`,
+    }))), shown.length ? null : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line."));
+}

@@ -1,0 +1,85 @@
+// The dialogs: help, the tour, absence, comparison, removal. Files have their own in files.js.
+
+import { ask } from "./api.js";
+import { announce } from "./announce.js";
+import { button, element, field } from "./dom.js";
+import { helpOf } from "./keyboard.js";
+import { selectedItem } from "./derived.js";
+import { trackerFields } from "./trackers.js";
+import { showCommand, showExports } from "./files.js";
+import { refreshHome } from "./home.js";
+import { startTour } from "./tour.js";
+
+let numbered = 0;
+
+/** Show a dialog: Escape or its cross close it, and the focus goes back to where it was. */
+export function show(title, body, footer = []) {
+  const id = `dialog-${(numbered += 1)}`;
+  const dialog = element("dialog", { "aria-labelledby": id },
+    element("header", {}, element("h2", { id }, title), button("Close", () => dialog.close(), { picture: "close" })),
+    element("div", { class: "body" }, body),
+    footer.length ? element("footer", {}, footer) : null);
+  dialog.addEventListener("close", () => dialog.remove());
+  dialog.addEventListener("click", (event) => event.target === dialog && dialog.close());
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+/** Return the dialogs by their names. */
+export function makeDialogs(app) {
+  const { store, actions } = app;
+  return {
+    help: () => show("Keys", element("div", { class: "keys" }, helpOf(app).map(([title, keys]) =>
+      element("section", {}, element("h3", {}, title), element("dl", {}, keys.map(([names, what]) => [
+        element("dt", {}, names.map((name) => element("kbd", {}, name))), element("dd", {}, what),
+      ])))))),
+    tour: () => startTour(app),
+    exports: () => showExports(app),
+    command: () => showCommand(app),
+
+    absent() {
+      const { frame, film } = store.state;
+      const input = (value) => element("input", { type: "number", min: "0", max: film.frames - 1, step: "1", value });
+      const [first, last] = [input(frame), input(frame)];
+      const dialog = show("Absent from … to …", [
+        element("p", { class: "muted" }, "The object is not in these frames; both ends are included."),
+        element("div", { class: "row even" }, field("First frame", first), field("Last frame", last)),
+      ], [button("Mark as absent", () => {
+        dialog.close();
+        actions.absentBetween(Number(first.value), Number(last.value));
+      }, { class: "main" })]);
+    },
+
+    compare() {
+      const item = selectedItem(store.state);
+      if (!item) return;
+      const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
+      const place = element("div");
+      const paint = () => place.replaceChildren(...trackerFields(app, chosen, (changes) => {
+        Object.assign(chosen, changes);
+        paint();
+      }));
+      paint();
+      const dialog = show(`${item.name} with another tracker`, [
+        element("p", { class: "muted" }, "The same keyframes are tracked again; both are shown side by side."), place,
+      ], [button("Track and compare", () => {
+        dialog.close();
+        actions.compare(chosen);
+      }, { class: "main" })]);
+    },
+
+    remove(id, film) {
+      const dialog = show("Delete the session?", element("p", {}, `The tracks and corrections of ${film} in this session are deleted. The film stays.`),
+        [button("Keep it", () => dialog.close(), { class: "plain" }), button("Delete", async () => {
+          dialog.close();
+          try {
+            await ask(`/api/sessions/${id}`, { method: "DELETE" });
+          } catch (error) {
+            announce(error.message, "error");
+          }
+          refreshHome(app);
+        }, { class: "plain bad" })]);
+    },
+  };
+}

@@ -1,0 +1,92 @@
+// Elements of the page, made in one call.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** Return a new element: properties are attributes, `on...` functions listen, children are nodes or text. */
+export function element(tag, properties = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (value === null || value === undefined || value === false) continue;
+    if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name === "value" || name === "checked" || name === "disabled") made[name] = value;
+    else made.setAttribute(name, value === true ? "" : value);
+  }
+  made.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
+  return made;
+}
+
+/** Put the pictures of icons.svg into the page: a reference to another file would flicker. */
+export async function loadIcons() {
+  const answer = await fetch("/static/icons.svg");
+  const { documentElement } = new DOMParser().parseFromString(await answer.text(), "image/svg+xml");
+  documentElement.setAttribute("class", "unseen");
+  documentElement.setAttribute("aria-hidden", "true");
+  document.body.append(documentElement);
+}
+
+/** Return one picture of icons.svg; it is hidden from screen readers. */
+export function icon(name) {
+  const svg = document.createElementNS(SVG, "svg");
+  svg.setAttribute("class", "icon");
+  svg.setAttribute("aria-hidden", "true");
+  const use = document.createElementNS(SVG, "use");
+  use.setAttribute("href", `#icon-${name}`);
+  svg.append(use);
+  return svg;
+}
+
+/** Show another picture and label on a button. */
+export function relabel(made, label, picture, shown = label) {
+  made.querySelector("use").setAttribute("href", `#icon-${picture}`);
+  made.title = shown;
+  made.setAttribute("aria-label", label);
+}
+
+/** Return a button with an icon, a label for screen readers and tooltips, or both. */
+export function button(label, onclick, { picture = null, text = null, ...properties } = {}) {
+  const parts = [picture && icon(picture), text].filter(Boolean);
+  const shown = parts.length ? parts : [label];
+  const titled = parts.length && text !== label ? { "aria-label": label, title: label } : {};
+  return element("button", { type: "button", onclick, ...titled, ...properties }, ...shown);
+}
+
+/** Return a labelled field: the label stands before or above its control. */
+export function field(label, control, properties = {}) {
+  return element("label", { class: "field", ...properties }, element("span", {}, label), control);
+}
+
+/** Replace what is in a parent; nothing is touched where the nodes are the same. */
+export function fill(parent, ...children) {
+  parent.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
+}
+
+/** Return a canvas's context, its size set to its place on the page in device pixels. */
+export function sized(canvas) {
+  const ratio = window.devicePixelRatio || 1;
+  const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+  const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+  if (canvas.width !== width || canvas.height !== height) {
+    canvas.width = width;
+    canvas.height = height;
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  return context;
+}
+
+/** Return how large the text of the page is, next to that of a small window: 1 or more. */
+export const textScale = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 13;
+
+const colors = new Map();
+
+/** Return the value of a color of style.css, such as "--line". */
+export function color(name) {
+  if (!colors.has(name)) {
+    colors.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
+  }
+  return colors.get(name);
+}
+
+/** Read the colors again: the theme has changed. */
+export const forgetColors = () => colors.clear();

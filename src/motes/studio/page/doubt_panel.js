@@ -1,0 +1,35 @@
+// The doubtful frames of the chosen object, the first to correct first.
+
+import { button, element, fill } from "./dom.js";
+import { selectedItem, clock } from "./derived.js";
+
+export function mountDoubtPanel({ store, actions }) {
+  const list = element("ol", { class: "doubts" });
+  const empty = element("p", { class: "muted" });
+  const ask = button("Find doubtful frames", () => {
+    const item = selectedItem(store.state);
+    if (item) actions.send("doubts", { object: item.object, count: 20 });
+  }, { class: "plain" });
+  const panel = element("div", { class: "tabpanel" },
+    element("section", { class: "panel" }, element("h2", {}, "Doubtful frames"),
+      element("p", { class: "muted" }, "Correct the first one: it makes the most frames right."), list, empty, ask));
+  store.on(["doubts", "selected", "frame", "film", "session"], (state) => {
+    const items = state.doubts.get(state.selected);
+    const item = selectedItem(state);
+    ask.disabled = !item?.tracked;
+    empty.textContent = !item?.tracked ? "Track an object first." : items && !items.length ? "No frame is in doubt." : "";
+    empty.hidden = !empty.textContent;
+    fill(list, (items ?? []).map((doubt) => entry(doubt, state, actions)));
+  });
+  return panel;
+}
+
+function entry(doubt, { film, frame }, actions) {
+  const { frame: at, gain, reasons } = doubt;
+  return element("li", {},
+    element("button", { type: "button", class: "doubt", "aria-current": at === frame ? "true" : null, onclick: () => actions.goToDoubt(doubt) },
+      element("span", { class: "at" }, `Frame ${at}`),
+      element("span", { class: "muted" }, clock(at / film.fps)),
+      element("span", { class: "gain" }, `${gain.toFixed(1)} frames`),
+      element("span", { class: "why muted" }, reasons.join(", "))));
+}

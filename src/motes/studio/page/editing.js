@@ -1,0 +1,185 @@
+// Pointing at the stage: drawing, moving by handles, panning, zooming, with mouse, pen or fingers.
+
+import { between, contains, dragged, handles, moved } from "./geometry.js";
+import { textScale } from "./dom.js";
+import { nextColor } from "./colors.js";
+import { itemOf, regionOf, selectedItem, shownItems } from "./derived.js";
+import { addCorner, endLine } from "./places.js";
+
+const NEAR = 11; // pixels of the screen around a handle
+const SLIP = 3; // a pointer that moved less has clicked
+
+/** Let a stage be drawn on. */
+export function mountEditing(stage, app, side) {
+  const { store, actions } = app;
+  const pointers = new Map();
+  let gesture = null;
+  const at = (event) => [event.offsetX, event.offsetY];
+
+  stage.canvas.addEventListener("pointerdown", (event) => {
+    stage.canvas.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, at(event));
+    if (pointers.size === 2) {
+      store.set({ draft: null });
+      gesture = pinch(store, stage, [...pointers.values()]);
+    } else if (pointers.size === 1) gesture = begin(event);
+  });
+  stage.canvas.addEventListener("pointermove", (event) => {
+    if (!pointers.has(event.pointerId)) {
+      stage.canvas.style.cursor = cursorAt(at(event));
+      return;
+    }
+    pointers.set(event.pointerId, at(event));
+    gesture?.move(at(event), [...pointers.values()]);
+  });
+  const end = (event) => {
+    if (!pointers.delete(event.pointerId)) return;
+    if (pointers.size === 0) {
+      if (event.type === "pointerup") gesture?.end(at(event));
+      else store.set({ draft: null });
+      gesture = null;
+    }
+  };
+  stage.canvas.addEventListener("pointerup", end);
+  stage.canvas.addEventListener("pointercancel", end);
+  stage.canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    store.set({ view: stage.view().zoomed(Math.exp(-event.deltaY / 400), at(event)) });
+  }, { passive: false });
+
+  function begin(event) {
+    const point = stage.view().toFilm(at(event));
+    const { tool } = store.state;
+    if (event.button === 1 || event.altKey || tool === "hand" || side > 0) return pan(store, stage, at(event));
+    if (event.button !== 0) return null;
+    store.set({ playing: false, following: false });
+    if (store.state.draft?.byKeys) return dragDraft(point) ?? pan(store, stage, at(event));
+    if (tool === "box" || tool === "ellipse") return draw(point, tool);
+    if (tool === "line") return drawLine(point);
+    if (tool === "zone" || tool === "ground") return click(point);
+    return grab(point) ?? pan(store, stage, at(event), () => store.set({ draft: null }));
+  }
+
+  /** Draw a new region from corner to corner. */
+  function draw(start, kind) {
+    const { redrawing, session, pictured } = store.state;
+    const item = redrawing ? selectedItem(store.state) : null;
+    const color = item?.color ?? nextColor(session.objects.filter(({ compared }) => compared === null));
+    const draft = { object: item?.object ?? null, frame: pictured, color };
+    return {
+      move: (where) => store.set({ draft: { ...draft, region: between(start, stage.view().toFilm(where), kind) } }),
+      end(where) {
+        const [x, y] = stage.view().toScreen(start);
+        const drawn = store.state.draft;
+        if (drawn && Math.hypot(where[0] - x, where[1] - y) > SLIP) actions.commit(drawn);
+        else store.set({ draft: null });
+      },
+    };
+  }
+
+  /** Take the handle or the object under the pointer: what is dragged becomes a keyframe. */
+  function grab(point) {
+    const { selected, session, pictured } = store.state;
+    const items = shownItems(store.state, side).filter(({ compared }) => compared === null);
+    const first = items.filter(({ object }) => object === selected);
+    const region = (item) => regionOf(store.state, item, pictured);
+    for (const item of first) {
+      const handle = handleAt(region(item), point);
+      if (handle) return change(item, region(item), (start, to) => dragged(start, handle, to));
+    }
+    const under = [...first, ...items].find((item) => region(item) && contains(region(item), point));
+    if (!under) return null;
+    store.set({ selected: itemOf({ session }, under.object).object });
+    return change(under, region(under), (start, to) => moved(start, to[0] - point[0], to[1] - point[1]));
+  }
+
+  function change(item, start, shaped) {
+    const draft = { object: item.object, frame: store.state.pictured, color: item.color };
+    let origin = null;
+    return {
+      move(where) {
+        origin ??= where;
+        if (!store.state.draft && Math.hypot(where[0] - origin[0], where[1] - origin[1]) < SLIP) return;
+        store.set({ draft: { ...draft, region: shaped(start, stage.view().toFilm(where)) } });
+      },
+      end: () => store.state.draft && actions.commit(store.state.draft),
+    };
+  }
+
+  /** Move the draft that was begun with keys. */
+  function dragDraft(point) {
+    const { draft } = store.state;
+    const handle = handleAt(draft.region, point);
+    if (!handle && !contains(draft.region, point)) return null;
+    return {
+      move(where) {
+        const to = stage.view().toFilm(where);
+        const region = handle
+          ? dragged(draft.region, handle, to)
+          : moved(draft.region, to[0] - point[0], to[1] - point[1]);
+        store.set({ draft: { ...draft, region } });
+      },
+      end: () => {},
+    };
+  }
+
+  function drawLine(start) {
+    return {
+      move: (where) => store.set({ corners: [start, stage.view().toFilm(where)] }),
+      end: () => endLine(app),
+    };
+  }
+
+  function click(point) {
+    return { move: () => {}, end: () => addCorner(app, point, NEAR / stage.view().scale) };
+  }
+
+  function handleAt(region, point) {
+    if (!region) return null;
+    const scale = stage.view().scale / textScale();
+    const found = handles(region, 22 / scale)
+      .map(({ name, point: [x, y] }) => ({ name, away: Math.hypot(x - point[0], y - point[1]) * scale }))
+      .filter(({ away }) => away < NEAR)
+      .sort((one, two) => one.away - two.away)[0];
+    return found?.name ?? null;
+  }
+
+  function cursorAt(where) {
+    const { tool, session, pictured } = store.state;
+    if (tool === "hand" || side > 0) return "grab";
+    if (tool !== "select" || !session) return "crosshair";
+    const point = stage.view().toFilm(where);
+    const item = selectedItem(store.state);
+    const region = item && regionOf(store.state, item, pictured);
+    if (item?.compared === null && handleAt(region, point)) return "pointer";
+    return region && contains(region, point) ? "move" : "default";
+  }
+}
+
+function pan(store, stage, start, clicked = () => {}) {
+  const view = stage.view();
+  let far = false;
+  return {
+    move([x, y]) {
+      far ||= Math.hypot(x - start[0], y - start[1]) > SLIP;
+      if (far) store.set({ view: view.panned(x - start[0], y - start[1]) });
+    },
+    end: () => far || clicked(),
+  };
+}
+
+function pinch(store, stage, [one, two]) {
+  const view = stage.view();
+  const middle = (a, b) => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+  const apart = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]) || 1;
+  const [start, length] = [middle(one, two), apart(one, two)];
+  return {
+    move(_, [a, b]) {
+      if (!b) return;
+      const now = middle(a, b);
+      const zoomed = view.zoomed(apart(a, b) / length, start);
+      store.set({ view: zoomed.panned(now[0] - start[0], now[1] - start[1]) });
+    },
+    end: () => {},
+  };
+}

@@ -1,0 +1,98 @@
+// Files that go out and come in, and the command line that makes the same rows.
+
+import { ask, reason, send } from "./api.js";
+import { announce, read } from "./announce.js";
+import { button, element, field } from "./dom.js";
+import { show } from "./dialogs.js";
+import { selectedItem } from "./derived.js";
+
+/** Show what can be exported, and a place for rows that come in. */
+export async function showExports(app) {
+  const { session, scene } = app.store.state;
+  const formats = await asked("/api/formats");
+  if (!formats) return;
+  const base = `/api/sessions/${session.id}`;
+  const tracked = session.objects.filter((item) => item.tracked);
+  const which = element("select", {}, element("option", { value: "" }, "All objects"),
+    tracked.map(({ object, name }) => element("option", { value: object }, name)));
+  which.value = selectedItem(app.store.state)?.tracked ? String(app.store.state.selected) : "";
+  const format = element("select", {}, formatOptions(formats));
+  const object = () => (which.value ? `object=${which.value}` : "");
+  const form = () => `format=${encodeURIComponent(format.value)}`;
+  const take = (label, address, properties) =>
+    button(label, ({ currentTarget }) => download(currentTarget, address()), { class: "plain grow", text: label, ...properties });
+  const file = element("input", { type: "file", "aria-label": "File to import", onchange: ({ target }) => bring(app, target.files[0]) });
+  show("Export and import", [
+    tracked.length ? element("section", { class: "stack" }, element("h3", {}, "Take home"),
+      element("div", { class: "row even" }, field("Objects", which), field("Format", format)),
+      element("div", { class: "row" },
+        take("Export", () => `${base}/export?${form()}&${object()}`, { class: "main grow", picture: "export" }),
+        take("Annotated film", () => `${base}/film?${object()}`),
+        take("Figures", () => `${base}/figures?object=${which.value || tracked[0].object}`)))
+      : element("p", { class: "muted" }, "Track an object, and its rows can be taken home here."),
+    scene.length ? element("section", { class: "stack" }, element("h3", {}, "All that moves"),
+      element("div", { class: "row" },
+        take("Rows of all objects", () => `${base}/export?scene&format=csv`),
+        take("Events", () => `${base}/export?scene&format=events`))) : null,
+    element("section", { class: "stack" }, element("h3", {}, "Bring in"),
+      element("p", { class: "muted" }, "Rows or annotations in a format that motes convert reads."), file),
+  ]);
+}
+
+const formatOptions = (formats) =>
+  Object.entries(formats).map(([name, title]) => element("option", { value: name }, `${name} – ${title}`));
+
+/** Return the JSON of an address, or null after showing why it was refused. */
+async function asked(address) {
+  try {
+    return await ask(address);
+  } catch (error) {
+    announce(error.message, "error");
+    return null;
+  }
+}
+
+/** Fetch a file and hand it to the browser; a refusal is shown instead. */
+async function download(pressed, address) {
+  pressed.disabled = true;
+  try {
+    const answer = await fetch(address);
+    if (!answer.ok) throw new Error(await reason(answer));
+    const named = /filename\*?=(?:UTF-8'')?"?([^";]+)/.exec(answer.headers.get("content-disposition") ?? "");
+    const link = element("a", { href: URL.createObjectURL(await answer.blob()), download: decodeURIComponent(named?.[1] ?? "tracks") });
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  } catch (error) {
+    announce(error.message, "error");
+  } finally {
+    pressed.disabled = false;
+  }
+}
+
+async function bring({ store }, file) {
+  if (!file) return;
+  try {
+    await send(`/api/sessions/${store.state.session.id}/import?name=${encodeURIComponent(file.name)}`, file, () => {});
+    announce(`${file.name} was imported.`);
+  } catch (error) {
+    announce(`${file.name} was not imported: ${error.message}`, "error");
+  }
+}
+
+/** Show the command line and the files that make the same rows. */
+export async function showCommand({ store }) {
+  const { session, selected } = store.state;
+  const run = await asked(`/api/sessions/${session.id}/command${selected === null ? "" : `?object=${selected}`}`);
+  if (!run) return;
+  show("The same run on the command line",
+    [block("Command", run.command), ...Object.entries(run.files).map(([name, text]) => block(name, text))]);
+}
+
+function block(title, text) {
+  const copy = button(`Copy ${title}`, async () => {
+    await navigator.clipboard.writeText(text);
+    copy.lastChild.textContent = "Copied";
+    read(`${title} was copied`);
+  }, { picture: "copy", text: "Copy", class: "plain" });
+  return element("section", { class: "code" }, element("header", {}, element("h3", {}, title), copy), element("pre", { tabindex: "0", "aria-label": title }, text));
+}

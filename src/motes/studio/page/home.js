@@ -1,0 +1,123 @@
+// The first page: films to open, a place to drop one, and the sessions so far.
+
+import { ask, send } from "./api.js";
+import { announce } from "./announce.js";
+import { button, element, fill, icon } from "./dom.js";
+
+export function mountHome(root, app) {
+  const { store } = app;
+  const films = element("ul", { class: "films", "aria-label": "Films" });
+  const sessions = element("ul", { class: "sessions", "aria-label": "Sessions" });
+  const filter = element("input", { type: "search", placeholder: "Find a film", "aria-label": "Find a film", oninput: () => paint() });
+  const paint = () => fill(films, filmEntries(app, filter.value));
+  root.append(
+    element("div", { class: "intro" },
+      element("h1", {}, "See, correct and trust tracks"),
+      element("p", { class: "muted" }, "Open a film, draw around an object, watch it being followed, and correct the frames in doubt."),
+      element("div", { class: "row" },
+        button("Open the sample film", () => openSample(app), { class: "plain", picture: "film", text: "Open the sample film" }),
+        button("Take the tour", () => app.dialogs.tour(), { text: "Take the tour", class: "plain" }))),
+    dropZone(app),
+    element("div", { class: "lists" },
+      element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
+      element("section", { class: "card" }, element("header", {}, element("h2", {}, "Sessions")), sessions)));
+  store.on(["films"], paint);
+  store.on(["sessions"], (state) => fill(sessions, sessionEntries(app, state)));
+}
+
+/** Read the lists again: the person is on the first page. */
+export async function refreshHome({ store }) {
+  try {
+    const [films, sessions, presets] = await Promise.all([
+      ask("/api/films"), ask("/api/sessions"), store.state.presets ?? ask("/api/presets"),
+    ]);
+    store.set({ films, sessions, presets });
+  } catch (error) {
+    announce(`The server does not answer: ${error.message}`, "error");
+  }
+}
+
+/** Open a new session on a film. */
+export async function openFilm(app, film, uploaded = false) {
+  try {
+    const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
+    location.hash = `#${session.id}`;
+  } catch (error) {
+    announce(error.message, "error");
+  }
+}
+
+/** Open the sample film; the server renders it when it is first asked for. */
+export async function openSample(app) {
+  try {
+    const { name } = await ask("/api/sample", { method: "POST" });
+    await openFilm(app, name, true);
+  } catch (error) {
+    announce(error.message, "error");
+  }
+}
+
+function filmEntries(app, words) {
+  const { films } = app.store.state;
+  if (films === null) return element("li", { class: "muted empty" }, "…");
+  const found = films.filter(({ name }) => name.toLowerCase().includes(words.toLowerCase()));
+  if (!found.length) return element("li", { class: "muted empty" }, films.length ? "No film has this name." : "There is no film in the folder. Drop one above.");
+  return found.map(({ name, bytes, uploaded }) => element("li", {},
+    element("button", { type: "button", class: "entry", onclick: () => openFilm(app, name, uploaded) },
+      icon("film"), element("span", { class: "grow name" }, name),
+      element("span", { class: "muted" }, uploaded ? "uploaded" : ""), element("span", { class: "muted size" }, size(bytes)))));
+}
+
+const size = (bytes) => (bytes > 1e6 ? `${(bytes / 1e6).toFixed(1)} MB` : bytes ? `${Math.ceil(bytes / 1e3)} KB` : "");
+
+function sessionEntries(app, { sessions }) {
+  if (sessions === null) return element("li", { class: "muted empty" }, "…");
+  if (!sessions.length) return element("li", { class: "muted empty" }, "What you do is kept here, as it happens.");
+  return sessions.map(({ id, film, objects, changed }) => element("li", { class: "row" },
+    element("a", { href: `#${id}`, class: "entry" },
+      element("span", { class: "grow name" }, film),
+      element("span", { class: "muted" }, `${objects} object${objects === 1 ? "" : "s"}`),
+      element("time", { class: "muted", datetime: changed }, when(changed))),
+    button(`Delete the session of ${film}`, () => app.dialogs.remove(id, film), { picture: "trash" })));
+}
+
+function when(changed) {
+  const date = new Date(/[Z+]/.test(changed.slice(10)) ? changed : `${changed}Z`);
+  return Number.isNaN(date.getTime()) ? changed : date.toLocaleString([], { dateStyle: "short", timeStyle: "short" });
+}
+
+/** A place for films that are dropped or chosen; they are sent to the server as they are. */
+function dropZone(app) {
+  const file = element("input", { type: "file", accept: "video/*,.mkv,.avi,.mpg,.wmv", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
+  const bar = element("progress", { max: "1", value: 0, hidden: true, "aria-label": "Upload" });
+  const words = element("span", {}, "Drop a film here, or ");
+  const zone = element("div", { class: "drop" }, icon("import"), words, element("label", { class: "pick plain", for: "file" }, "Choose a file"), file, bar);
+  const mark = (on) => zone.classList.toggle("over", on);
+  document.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    mark(true);
+  });
+  document.addEventListener("dragleave", (event) => event.relatedTarget || mark(false));
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    mark(false);
+    const [dropped] = event.dataTransfer.files;
+    if (dropped) upload(dropped);
+  });
+
+  async function upload(film) {
+    bar.hidden = false;
+    words.textContent = `Sending ${film.name} …`;
+    try {
+      const kept = await send(`/api/uploads?name=${encodeURIComponent(film.name)}`, film, (share) => (bar.value = share));
+      await openFilm(app, kept.name, true);
+    } catch (error) {
+      announce(`${film.name} was not taken: ${error.message}`, "error");
+    } finally {
+      bar.hidden = true;
+      words.textContent = "Drop a film here, or ";
+      file.value = "";
+    }
+  }
+  return zone;
+}

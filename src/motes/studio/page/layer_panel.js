@@ -1,0 +1,126 @@
+// Which layers are shown, and the plots of what the tracker saw in this frame.
+
+import { color, element, field, fill, sized } from "./dom.js";
+import { selectedItem, runningJobs } from "./derived.js";
+import { LANES } from "./series.js";
+import { foregroundOf } from "./foreground.js";
+
+const ALWAYS = [
+  ["ellipse", "Ellipse"],
+  ["labels", "Names"],
+  ["covariance", "Covariance"],
+  ["particles", "Particles"],
+  ["trails", "Trails"],
+  ["places", "Places"],
+  ["foreground", "Foreground"],
+];
+const ASKED = ["particles", "rho"];
+const PATIENCE = 120; // milliseconds that a frame must stay before its layers are asked for
+
+export function mountLayerPanel(app) {
+  const { store } = app;
+  const boxes = element("div", { class: "checks" });
+  const surface = element("select", { onchange: ({ target }) => chooseSurface(store, target.value) });
+  const plots = element("div", { class: "plots" });
+  const lanes = element("div", { class: "checks" }, LANES.map(({ name, label }) =>
+    check(label, store.state.lanes.has(name), (on) => store.set({ lanes: changed(store.state.lanes, name, on) }))));
+  const panel = element("div", { class: "tabpanel" },
+    element("section", { class: "panel" }, element("h2", {}, "Over the film"), boxes, field("Surface around the target", surface)),
+    element("section", { class: "panel" }, element("h2", {}, "Target model and estimate"), plots),
+    element("section", { class: "panel" }, element("h2", {}, "Timeline"), lanes));
+  store.on(["shown", "scene"], ({ shown }) => fill(boxes, ALWAYS.map(([name, label]) =>
+    check(label, shown.has(name), (on) => store.set({ shown: changed(store.state.shown, name, on) })))));
+  store.on(["session", "selected", "shown"], (state) => paintSurfaces(surface, state));
+  store.on(["looked", "looks", "pictured", "selected"], (state) => paintPlots(plots, state));
+  let timer = 0;
+  store.on(["pictured", "selected", "shown", "tab", "playing", "jobs"], () => {
+    clearTimeout(timer);
+    timer = setTimeout(() => look(app), PATIENCE);
+  });
+  return panel;
+}
+
+function check(label, checked, onchange) {
+  return element("label", { class: "check" },
+    element("input", { type: "checkbox", checked, onchange: ({ target }) => onchange(target.checked) }), label);
+}
+
+function changed(set, name, on) {
+  const next = new Set(set);
+  if (on) next.add(name);
+  else next.delete(name);
+  return next;
+}
+
+/** Only one surface is shown at a time: they would cover each other. */
+function chooseSurface(store, name) {
+  const others = [...store.state.shown].filter((layer) => layer !== "rho" && !layer.startsWith("cue:"));
+  store.set({ shown: new Set(name ? [...others, name] : others) });
+}
+
+function paintSurfaces(select, state) {
+  const cues = selectedItem(state)?.cues ?? [];
+  const chosen = [...state.shown].find((layer) => layer === "rho" || layer.startsWith("cue:")) ?? "";
+  fill(select, [["", "None"], ["rho", "ρ, similarity to the model"], ...cues.map((cue) => [`cue:${cue}`, `Likelihood of ${cue}`])]
+    .map(([value, label]) => element("option", { value }, label)));
+  select.value = chosen;
+}
+
+/** Ask the server for what the shown layers need, once a frame stands still. */
+function look(app) {
+  const { store, actions } = app;
+  const { state } = store;
+  const item = selectedItem(state);
+  if (state.shown.has("foreground") && !state.playing) foregroundOf(app);
+  if (!item?.tracked || state.playing || runningJobs(state).length || state.pictured === null) return;
+  const wanted = ASKED.filter((layer) => state.shown.has(layer));
+  if ([...state.shown].some((layer) => layer.startsWith("cue:"))) wanted.push("likelihoods");
+  if (state.tab === "layers") wanted.push("histograms", "orientation");
+  const { looked, asked, session } = state;
+  const key = [item.object, state.pictured, session.revision, ...wanted].join();
+  if (!wanted.length || key === asked || (looked && looked.key === key)) return;
+  store.set({ asked: key });
+  actions.send("look", { object: item.object, frame: state.pictured, layers: wanted });
+}
+
+function paintPlots(root, { looked, pictured, selected }) {
+  const here = looked && looked.frame === pictured && looked.object === selected;
+  const pairs = here ? Object.entries(looked.histograms) : [];
+  const turns = here ? Object.entries(looked.orientation) : [];
+  if (!pairs.length && !turns.length) {
+    const none = "This tracker compares no histograms; nummiaro does.";
+    const later = "Histograms are shown where the film stands still in a tracked frame.";
+    fill(root, element("p", { class: "muted" }, here ? none : later));
+    return;
+  }
+  const canvases = pairs.map(([cue, { model, estimate }]) => plot(`${cue}: model and estimate`, [model, estimate]));
+  canvases.push(...turns.map(([name, values]) => plot(`Orientation, ${name}`, [values])));
+  fill(root, canvases.map(({ node }) => node), element("p", { class: "legend muted" },
+    element("i", { class: "model" }), "Model", element("i", { class: "estimate" }), "Estimate"));
+  for (const { draw } of canvases) draw();
+}
+
+/** A plot of one or two histograms: the first one filled, the second one as a line. */
+function plot(title, [filled, line]) {
+  const canvas = element("canvas", { class: "plot", role: "img", "aria-label": title });
+  const node = element("figure", {}, element("figcaption", { class: "muted" }, title), canvas);
+  const draw = () => {
+    const context = sized(canvas);
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const most = Math.max(...filled, ...(line ?? []), 1e-9);
+    const bin = width / filled.length;
+    context.fillStyle = color("--edge");
+    filled.forEach((value, at) => context.fillRect(at * bin, height * (1 - value / most), Math.max(1, bin - 0.5), (height * value) / most));
+    if (!line) return;
+    context.strokeStyle = color("--accent");
+    context.lineWidth = 1.5;
+    context.beginPath();
+    line.forEach((value, at) => {
+      const y = Math.max(1, height * (1 - value / most));
+      context.lineTo(at * bin, y);
+      context.lineTo((at + 1) * bin, y);
+    });
+    context.stroke();
+  };
+  return { node, draw };
+}

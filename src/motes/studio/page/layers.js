@@ -1,0 +1,182 @@
+// What is drawn over the film: each function draws one layer in pixels of the film.
+
+import { asEllipse, covarianceEllipse, isBox } from "./geometry.js";
+import { viridis } from "./colors.js";
+
+const HALO = "rgba(0, 0, 0, 0.65)";
+
+/** Trace the outline of a region. */
+function outline(context, region) {
+  context.beginPath();
+  if (isBox(region)) {
+    const [x, y, width, height] = region;
+    context.rect(x - 0.5, y - 0.5, width, height);
+  } else {
+    const [x, y, a, b, theta] = region;
+    context.ellipse(x, y, Math.max(a, 0.1), Math.max(b, 0.1), theta, 0, 2 * Math.PI);
+  }
+}
+
+/** Stroke the current path in a color with a dark halo: visible on light and on dark pictures. */
+function stroke(context, { color, scale, width = 2, dash = [] }) {
+  context.setLineDash([]);
+  context.lineWidth = (width + 2) / scale;
+  context.strokeStyle = HALO;
+  context.stroke();
+  context.setLineDash(dash.map((length) => length / scale));
+  context.lineWidth = width / scale;
+  context.strokeStyle = color;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Draw a region: what is guessed or interpolated is thinner. */
+export function drawRegion(context, region, style) {
+  if (!region.every(Number.isFinite)) return;
+  outline(context, region);
+  stroke(context, style);
+}
+
+/** Draw a name beside a region; the text keeps its size on the screen. */
+export function drawLabel(context, region, text, { color, scale }) {
+  const [x, y, a, b, theta] = asEllipse(region);
+  const top = y - Math.hypot(a * Math.sin(theta), b * Math.cos(theta));
+  context.font = `600 ${12 / scale}px system-ui, sans-serif`;
+  const width = context.measureText(text).width + 8 / scale;
+  const [left, height] = [x - width / 2, 17 / scale];
+  const low = Math.max(height, top - 6 / scale);
+  context.fillStyle = "rgba(10, 12, 15, 0.78)";
+  context.beginPath();
+  context.roundRect(left, low - height, width, height, 3 / scale);
+  context.fill();
+  context.fillStyle = color;
+  context.fillRect(left, low - 2 / scale, width, 2 / scale);
+  context.fillStyle = "#fff";
+  context.textBaseline = "middle";
+  context.fillText(text, left + 4 / scale, low - height / 2 - 0.5 / scale);
+}
+
+/** Draw the ellipse that holds 95 % of the position's distribution. */
+export function drawCovariance(context, at, covariance, { color, scale }) {
+  const region = covarianceEllipse(at, covariance);
+  if (!region.every(Number.isFinite) || region[2] <= 0) return;
+  outline(context, region);
+  context.fillStyle = `${color}33`;
+  context.fill();
+  stroke(context, { color, scale, width: 1.2, dash: [2, 3] });
+}
+
+/** Draw particles [x, y, a, b, theta]; the likelier one is lighter, and drawn last. */
+export function drawParticles(context, particles, weights, { scale }) {
+  const most = Math.max(...weights, 1e-12);
+  const order = particles.map((_, place) => place).sort((one, two) => weights[one] - weights[two]);
+  context.lineWidth = 1 / scale;
+  for (const place of order) {
+    const share = Math.sqrt(weights[place] / most);
+    const [red, green, blue] = viridis(share);
+    const [x, y, a, b, theta] = particles[place];
+    context.strokeStyle = `rgba(${red}, ${green}, ${blue}, ${0.12 + 0.5 * share})`;
+    context.beginPath();
+    if (a > 0) context.ellipse(x, y, a, Math.max(b, 0.1), theta, 0, 2 * Math.PI);
+    context.stroke();
+    context.fillStyle = `rgb(${red}, ${green}, ${blue})`;
+    context.beginPath();
+    context.arc(x, y, 1.6 / scale, 0, 2 * Math.PI);
+    context.fill();
+  }
+}
+
+/** Draw the path of an object up to a frame; the last frames are stronger. */
+export function drawTrail(context, rows, frame, { color, scale, length = 60 }) {
+  const first = Math.max(0, frame - length);
+  context.lineWidth = 2 / scale;
+  context.strokeStyle = color;
+  for (let at = first + 1; at <= frame; at += 1) {
+    const [before, row] = [rows[at - 1], rows[at]];
+    if (!before || !row || !Number.isFinite(before.x) || !Number.isFinite(row.x)) continue;
+    context.globalAlpha = 0.15 + (0.85 * (at - first)) / length;
+    context.beginPath();
+    context.moveTo(before.x, before.y);
+    context.lineTo(row.x, row.y);
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+}
+
+/** Draw heights over a grid as colors: values[i][j] belongs to y[i] and x[j]. */
+export function drawSurface(context, { x, y, values }, opacity = 0.62) {
+  const [wide, high] = [x.length, y.length];
+  if (wide < 2 || high < 2) return;
+  const [dx, dy] = [(x[wide - 1] - x[0]) / (wide - 1), (y[high - 1] - y[0]) / (high - 1)];
+  context.globalAlpha = opacity;
+  context.imageSmoothingEnabled = true;
+  context.drawImage(surfacePicture(values), x[0] - dx / 2, y[0] - dy / 2, wide * dx, high * dy);
+  context.globalAlpha = 1;
+}
+
+/** Return a canvas with one pixel for each number, in the colors of viridis. */
+function surfacePicture(values) {
+  const [height, width] = [values.length, values[0].length];
+  const picture = new OffscreenCanvas(width, height);
+  const pixels = new ImageData(width, height);
+  const all = values.flat().filter(Number.isFinite);
+  const low = all.reduce((least, value) => Math.min(least, value), Infinity);
+  const high = all.reduce((most, value) => Math.max(most, value), -Infinity);
+  values.flat().forEach((value, place) => {
+    const rgb = viridis((value - low) / (high - low || 1));
+    pixels.data.set([...rgb, Number.isFinite(value) ? 255 : 0], 4 * place);
+  });
+  picture.getContext("2d").putImageData(pixels, 0, 0);
+  return picture;
+}
+
+/** Draw a line that is counted: an arrow at its middle shows which side is its right. */
+export function drawLine(context, [x1, y1, x2, y2], text, { color, scale }) {
+  context.beginPath();
+  context.moveTo(x1, y1);
+  context.lineTo(x2, y2);
+  const [mx, my] = [(x1 + x2) / 2, (y1 + y2) / 2];
+  const length = Math.hypot(x2 - x1, y2 - y1) || 1;
+  const [nx, ny] = [(-(y2 - y1) / length) * (14 / scale), ((x2 - x1) / length) * (14 / scale)];
+  context.moveTo(mx, my);
+  context.lineTo(mx + nx, my + ny);
+  stroke(context, { color, scale });
+  drawLabel(context, [mx, my, 1, 1, 0], text, { color, scale });
+}
+
+/** Draw a polygon with corners [[x, y], ...]. */
+export function drawZone(context, corners, text, { color, scale }) {
+  context.beginPath();
+  corners.forEach(([x, y], place) => (place ? context.lineTo(x, y) : context.moveTo(x, y)));
+  context.closePath();
+  context.fillStyle = `${color}22`;
+  context.fill();
+  stroke(context, { color, scale, dash: [6, 4] });
+  const middle = corners.reduce(([sx, sy], [x, y]) => [sx + x, sy + y], [0, 0]);
+  const center = middle.map((sum) => sum / corners.length);
+  if (text) drawLabel(context, [...center, 1, 1, 0], text, { color, scale });
+}
+
+/** Draw numbered points, such as those of the ground. */
+export function drawPoints(context, points, { color, scale }) {
+  points.forEach(([x, y], place) => {
+    context.beginPath();
+    context.arc(x, y, 5 / scale, 0, 2 * Math.PI);
+    stroke(context, { color, scale });
+    drawLabel(context, [x, y, 6 / scale, 6 / scale, 0], String(place + 1), { color, scale });
+  });
+}
+
+/** Draw the handles of a region that may be dragged. */
+export function drawHandles(context, points, { color, scale }) {
+  for (const { name, point } of points) {
+    context.beginPath();
+    if (name === "turn") context.arc(...point, 5 / scale, 0, 2 * Math.PI);
+    else context.rect(point[0] - 4 / scale, point[1] - 4 / scale, 8 / scale, 8 / scale);
+    context.fillStyle = "#fff";
+    context.fill();
+    context.lineWidth = 1.5 / scale;
+    context.strokeStyle = color;
+    context.stroke();
+  }
+}

@@ -1,0 +1,131 @@
+// The page: one state, one connection, and the views that draw it.
+
+import { Actions } from "./actions.js";
+import { announce } from "./announce.js";
+import { button, element, fill, loadIcons } from "./dom.js";
+import { Connection } from "./connection.js";
+import { makeDialogs } from "./dialogs.js";
+import { mountCountPanel } from "./count_panel.js";
+import { mountDoubtPanel } from "./doubt_panel.js";
+import { mountEditing } from "./editing.js";
+import { mountHome, refreshHome } from "./home.js";
+import { mountKeyboard } from "./keyboard.js";
+import { mountLayerPanel } from "./layer_panel.js";
+import { mountObjects } from "./objects.js";
+import { mountStage } from "./stage.js";
+import { mountStrip } from "./strip.js";
+import { mountTabs } from "./tabs.js";
+import { mountTimeline } from "./timeline.js";
+import { mountTools, mountTransport } from "./toolbar.js";
+import { Pictures } from "./pictures.js";
+import { Player } from "./player.js";
+import { Store } from "./store.js";
+import { startTheme, switchTheme } from "./theme.js";
+import { isToured, startTour } from "./tour.js";
+import { freshSession, initialState } from "./state.js";
+import { Viewport } from "./viewport.js";
+
+const part = (name) => document.getElementById(name);
+
+const store = new Store(initialState());
+const pictures = new Pictures();
+const player = new Player(store, pictures);
+
+/** All parts of the page; tests read its state. */
+export const app = { store, pictures, player, connection: null, stages: [] };
+app.actions = new Actions(app);
+app.dialogs = makeDialogs(app);
+app.viewNow = () => (app.stages[0] && store.state.film ? app.stages[0].view() : null);
+
+/** Zoom by a key: in, out, or to the whole film. */
+app.zoom = (key) => {
+  const [stage] = app.stages;
+  const { width, height } = stage.size();
+  const factor = key === "-" ? 0.8 : 1.25;
+  store.set({ view: key === "0" ? null : stage.view().zoomed(factor, [width / 2, height / 2]) });
+};
+
+/** Do what a key does, for buttons that have one. */
+app.keys = (key) => document.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+
+startTheme(store);
+mountHome(part("home"), app);
+mountObjects(part("left"), app);
+mountTools(part("tools"), app);
+mountTransport(part("transport"), app);
+mountStrip(part("strip"), app);
+mountTimeline(part("timeline"), app);
+mountTabs(part("right"), app, [
+  ["layers", "Layers", mountLayerPanel(app)],
+  ["doubts", "Doubts", mountDoubtPanel(app)],
+  ["count", "Count", mountCountPanel(app)],
+]);
+mountKeyboard(app);
+
+/** One stage, or two side by side. */
+store.on(["beside"], ({ beside }) => {
+  app.stages.forEach((stage) => stage.remove());
+  const sides = beside === null ? [0] : [0, 1];
+  app.stages = sides.map((side) => {
+    const stage = mountStage(part("stages"), app, side);
+    mountEditing(stage, app, side);
+    return stage;
+  });
+  store.set({ view: null });
+});
+new ResizeObserver(() => store.touch("sized")).observe(part("stages"));
+
+store.on(["session"], ({ session, beside }) => {
+  if (beside !== null && !session?.objects.some(({ object }) => object === beside)) store.set({ beside: null });
+});
+
+/** While a run is followed, the film shows the frame that was tracked last. */
+store.on(["newest", "overlays"], ({ following, newest }) => {
+  if (following && newest) player.go(newest.frame);
+});
+
+const bar = {
+  undo: button("Undo (Ctrl+Z)", () => app.actions.undo(), { picture: "undo" }),
+  redo: button("Redo (Ctrl+Y)", () => app.actions.redo(), { picture: "redo" }),
+  single: button("End side by side", () => store.set({ beside: null }), { picture: "compare", text: "Single view", class: "plain" }),
+  exports: button("Export and import (X)", () => app.dialogs.exports(), { picture: "export", text: "Export", class: "plain" }),
+  command: button("Command line (C)", () => app.dialogs.command(), { picture: "command" }),
+  help: button("Keys (?)", () => app.dialogs.help(), { picture: "doubt" }),
+  theme: button("Light or dark", () => announce(`Colors: ${switchTheme(store)}`), { picture: "theme" }),
+};
+part("actions").append(...Object.values(bar));
+store.on(["session", "beside", "connected"], ({ session, beside, connected }) => {
+  for (const name of ["undo", "redo", "exports", "command", "help"]) bar[name].hidden = !session;
+  bar.single.hidden = beside === null;
+  bar.undo.disabled = !session?.undo;
+  bar.redo.disabled = !session?.redo;
+  fill(part("title"),
+    session && element("h1", {}, session.film.name),
+    session && element("span", { class: "muted" }, `${session.film.width} × ${session.film.height}, ${session.film.frames} frames`),
+    session && !connected ? element("span", { class: "offline", role: "status" }, "The server does not answer; trying again …") : null);
+  document.title = session ? `${session.film.name} – motes studio` : "motes studio";
+});
+
+store.on(["trouble"], ({ trouble }) => trouble && announce(trouble, "error"));
+
+/** The address names the session: #id, or nothing for the first page. */
+function route() {
+  const id = decodeURIComponent(location.hash.slice(1));
+  app.connection?.close();
+  app.connection = null;
+  pictures.clear();
+  store.set(freshSession());
+  part("home").hidden = Boolean(id);
+  part("session").hidden = !id;
+  if (id) app.connection = new Connection(store, id);
+  refreshHome(app);
+}
+
+/** The first time, the tour begins as soon as there is a session. */
+store.on(["film"], ({ film }) => {
+  if (film && !isToured()) setTimeout(() => startTour(app), 0);
+});
+
+addEventListener("hashchange", route);
+await loadIcons();
+route();

@@ -1,0 +1,79 @@
+// What each message of the server changes in the page's state.
+
+import { announce } from "./announce.js";
+import { named, ROW, SCENE_OBJECT } from "./protocol.js";
+
+export const MESSAGES = {
+  state(store, { session }) {
+    const { selected } = store.state;
+    const known = new Set(session.objects.map(({ object }) => object));
+    for (const object of store.state.rows.keys()) if (!known.has(object)) store.state.rows.delete(object);
+    store.set({
+      session,
+      film: sameFilm(store.state.film, session.film),
+      selected: known.has(selected) ? selected : session.objects[0]?.object ?? null,
+      jobs: new Map(session.jobs.map((job) => [job.job, job])),
+    });
+  },
+
+  rows(store, { object, rows, reset }) {
+    const kept = (!reset && store.state.rows.get(object)) || [];
+    let newest = null;
+    for (const values of rows) {
+      const row = named(ROW, values);
+      kept[row.frame] = row;
+      if (!row.final) newest = { object, frame: row.frame };
+    }
+    store.state.rows.set(object, kept);
+    store.touch("rows");
+    if (newest) store.set({ newest });
+  },
+
+  overlay(store, overlay) {
+    store.state.overlays.set(overlay.object, overlay);
+    const seen = store.state.seen.get(overlay.object) ?? [];
+    seen[overlay.frame] = { milliseconds: overlay.milliseconds, supporting: overlay.supporting ?? NaN };
+    store.state.seen.set(overlay.object, seen);
+    store.touch("overlays");
+  },
+
+  progress(store, { type, ...job }) {
+    store.set({ jobs: new Map(store.state.jobs).set(job.job, job) });
+    if (job.status === "failed") announce(job.error ?? "The run has failed.", "error");
+  },
+
+  doubts(store, { object, items }) {
+    store.set({ doubts: new Map(store.state.doubts).set(object, items) });
+  },
+
+  layers(store, layers) {
+    store.set({ looked: layers });
+  },
+
+  scene_rows(store, { frames, reset }) {
+    const scene = reset ? [] : store.state.scene;
+    let last = null;
+    for (const [frame, time, objects] of frames) {
+      scene[frame] = { frame, time, objects: objects.map((values) => named(SCENE_OBJECT, values)) };
+      last = frame;
+    }
+    store.set({ scene });
+    store.touch("scene");
+    if (last !== null) store.set({ newest: { object: null, frame: last } });
+  },
+
+  scene_events(store, { events, reset }) {
+    store.set({ events: reset ? events : [...store.state.events, ...events] });
+  },
+
+  counts(store, { objects, totals }) {
+    store.set({ counts: { objects, totals } });
+  },
+
+  failure(store, { error }) {
+    announce(error, "error");
+  },
+};
+
+/** Keep the known film if it is the same: views of the film need not be drawn again. */
+const sameFilm = (old, film) => (JSON.stringify(old) === JSON.stringify(film) ? old : film);

@@ -1,0 +1,84 @@
+// Pictures of the film: fetched when they are looked at, kept while there is room.
+
+import { reason } from "./api.js";
+
+const ROOM = 96;
+const AT_ONCE = 4;
+
+export class Pictures {
+  #kept = new Map(); // in the order of their last use
+  #running = new Map();
+  #session = null;
+  #width = 0;
+
+  /** Choose the film of a session, and the largest width of its pictures. */
+  choose(session, width) {
+    if (session === this.#session && width === this.#width) return;
+    this.clear();
+    this.#session = session;
+    this.#width = width;
+  }
+
+  clear() {
+    for (const control of this.#running.values()) control.control.abort();
+    for (const picture of this.#kept.values()) picture.close();
+    this.#running.clear();
+    this.#kept.clear();
+  }
+
+  /** Return the picture of a frame if it is here, else null. */
+  get(frame) {
+    const picture = this.#kept.get(frame);
+    if (!picture) return null;
+    this.#kept.delete(frame);
+    this.#kept.set(frame, picture);
+    return picture;
+  }
+
+  /** Return the picture of a frame once it has come. What waits for other frames gives way. */
+  async want(frame, { urgent = true } = {}) {
+    const here = this.get(frame);
+    if (here) return here;
+    const running = this.#running.get(frame);
+    if (running) return running.picture;
+    if (this.#running.size >= AT_ONCE) {
+      if (!urgent) return null;
+      const [oldest, { control }] = this.#running.entries().next().value;
+      control.abort();
+      this.#running.delete(oldest);
+    }
+    const control = new AbortController();
+    const picture = this.#fetch(frame, control);
+    this.#running.set(frame, { control, picture });
+    return picture;
+  }
+
+  async #fetch(frame, control) {
+    const address = `/api/sessions/${this.#session}/frames/${frame}.jpg?width=${this.#width}`;
+    try {
+      const answer = await fetch(address, { signal: control.signal });
+      if (!answer.ok) throw new Error(await reason(answer));
+      const picture = await createImageBitmap(await answer.blob());
+      if (control.signal.aborted) {
+        picture.close();
+        return null;
+      }
+      this.#kept.set(frame, picture);
+      this.#forget();
+      return picture;
+    } catch (error) {
+      if (error.name === "AbortError") return null;
+      throw error;
+    } finally {
+      if (this.#running.get(frame)?.control === control) this.#running.delete(frame);
+    }
+  }
+
+  #forget() {
+    while (this.#kept.size > ROOM) {
+      const [frame, picture] = this.#kept.entries().next().value;
+      picture.close();
+      this.#kept.delete(frame);
+    }
+  }
+}

@@ -1,0 +1,88 @@
+// Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
+
+const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
+
+export class Player {
+  #started = null;
+  #handle = 0;
+  #looks = 0;
+  #seen = 0;
+
+  constructor(store, pictures) {
+    this.store = store;
+    this.pictures = pictures;
+    store.on(["playing"], ({ playing }) => (playing ? this.#start() : this.#stop()));
+    store.on(["frame", "film"], () => this.#look());
+  }
+
+  /** Go to a frame, or to the nearest one of the film. */
+  go(frame) {
+    const { film } = this.store.state;
+    if (!film) return;
+    this.store.set({ frame: Math.min(film.frames - 1, Math.max(0, Math.round(frame))) });
+  }
+
+  step(count) {
+    this.store.set({ playing: false });
+    this.go(this.store.state.frame + count);
+  }
+
+  toggle() {
+    const { playing, frame, film } = this.store.state;
+    if (!film) return;
+    if (!playing && frame >= film.frames - 1) this.go(0);
+    this.store.set({ playing: !playing, following: false });
+  }
+
+  #start() {
+    const { frame } = this.store.state;
+    this.#started = { frame, at: performance.now() };
+    this.#handle = requestAnimationFrame(() => this.#tick());
+  }
+
+  #stop() {
+    cancelAnimationFrame(this.#handle);
+    this.#started = null;
+  }
+
+  #tick() {
+    const { film, speed, playing } = this.store.state;
+    if (!playing || !film) return;
+    const seconds = (performance.now() - this.#started.at) / 1000;
+    const due = Math.min(film.frames - 1, this.#started.frame + Math.floor(seconds * film.fps * speed));
+    for (let ahead = 1; ahead <= 3; ahead += 1) {
+      if (due + ahead < film.frames) this.pictures.want(due + ahead, { urgent: false }).catch(() => {});
+    }
+    if (due !== this.store.state.frame) this.go(due);
+    if (due >= film.frames - 1) this.store.set({ playing: false });
+    else this.#handle = requestAnimationFrame(() => this.#tick());
+  }
+
+  /** Fetch the picture of the frame; what is drawn over the film waits for it. */
+  async #look() {
+    const { film, frame, session } = this.store.state;
+    if (!film) return;
+    this.pictures.choose(session.id, Math.min(film.width, WIDEST));
+    const look = (this.#looks += 1);
+    try {
+      const picture = await this.pictures.want(frame);
+      const late = look < this.#seen; // a picture that was asked for later is shown already
+      if (!picture || late || this.store.state.film !== film) return;
+      this.#seen = look;
+      this.store.set({ pictured: frame });
+      this.store.touch("picture");
+      if (!this.store.state.playing) this.#ahead(frame);
+    } catch (error) {
+      this.store.set({ trouble: `Frame ${frame} cannot be shown: ${error.message}` });
+    }
+  }
+
+  /** Fetch the neighbors of a frame that stands still. */
+  #ahead(frame) {
+    for (const near of [frame + 1, frame - 1]) {
+      if (near >= 0 && near < this.store.state.film.frames) {
+        this.pictures.want(near, { urgent: false }).catch(() => {});
+      }
+    }
+  }
+}

@@ -1,0 +1,52 @@
+// What the timeline shows: for each lane, numbers of each frame out of an object's rows.
+
+/** The mean side of the ellipse's box, in pixels. */
+const side = (row) => 2 * Math.sqrt(row.a * row.b);
+
+/** The lanes; `seen` ones have what overlays showed while a run was looked at. */
+export const LANES = [
+  { name: "confidence", label: "Confidence", low: 0, high: 1, value: (row) => row.confidence },
+  { name: "size", label: "Size", unit: "px", low: 0, value: side },
+  { name: "speed", label: "Speed", unit: "px/frame", low: 0, value: speed },
+  { name: "distance", label: "Distance", low: 0, high: 1, value: (row) => row.distance },
+  { name: "particles", label: "Effective N", low: 0, value: (row) => row.effective_sample_size },
+  { name: "cues", label: "Cue weights", low: 0, high: 1, value: null },
+  { name: "supporting", label: "Supporting", low: 0, seen: true, value: ({ supporting }) => supporting },
+  { name: "milliseconds", label: "Time, ms", low: 0, seen: true, value: ({ milliseconds }) => milliseconds },
+];
+
+/** What the timeline shows of the many-object mode: the number of objects. */
+export const SCENE_LANES = [
+  { name: "objects", label: "Objects", low: 0, value: ({ objects }) => objects.length },
+];
+
+function speed(row, before) {
+  if (!before || before.frame === row.frame) return NaN;
+  return Math.hypot(row.x - before.x, row.y - before.y) / Math.abs(row.frame - before.frame);
+}
+
+/** Return per column of a plot the smallest and largest value of its frames: [low, high] or null. */
+export function columns(rows, value, { first, last, count }) {
+  const found = new Array(count).fill(null);
+  let before = rows[first - 1];
+  for (let frame = Math.max(0, first); frame <= last && frame < rows.length; frame += 1) {
+    const row = rows[frame];
+    if (!row) {
+      before = undefined;
+      continue;
+    }
+    const number = value(row, before);
+    before = row;
+    if (!Number.isFinite(number)) continue;
+    const column = Math.min(count - 1, Math.floor(((frame - first) / (last - first + 1)) * count));
+    const range = found[column];
+    if (!range) found[column] = [number, number];
+    else if (number < range[0]) range[0] = number;
+    else if (number > range[1]) range[1] = number;
+  }
+  return found;
+}
+
+/** Return the largest value of all columns, at least 1e-9. */
+export const highest = (ranges) =>
+  ranges.reduce((most, range) => (range && range[1] > most ? range[1] : most), 1e-9);

@@ -1,0 +1,116 @@
+// The tools over the stage, and the player under it.
+
+import { button, element, relabel } from "./dom.js";
+import { clock, runningJobs } from "./derived.js";
+
+const TOOLS = [
+  ["select", "Choose and move (V)", "select"],
+  ["box", "Draw a box (B)", "box"],
+  ["ellipse", "Draw an ellipse (E)", "ellipse"],
+  ["hand", "Move the picture (H)", "hand"],
+  null,
+  ["line", "Draw a line that is counted", "line"],
+  ["zone", "Draw a zone that is counted", "zone"],
+  ["ground", "Click four points of the ground", "ground"],
+];
+
+export function mountTools(root, app) {
+  const { store } = app;
+  const buttons = new Map();
+  for (const entry of TOOLS) {
+    if (!entry) {
+      root.append(element("span", { class: "divider", "aria-hidden": "true" }));
+      continue;
+    }
+    const [name, label, picture] = entry;
+    const made = button(label, () => {
+      store.set({ tool: name, redrawing: false, corners: [], draft: null, following: false });
+      if (["line", "zone", "ground"].includes(name)) store.set({ tab: "count" });
+    }, { picture });
+    buttons.set(name, made);
+    root.append(made);
+  }
+  const share = element("span", { class: "zoom muted", "aria-live": "off" });
+  root.append(
+    element("span", { class: "grow" }), jobView(app), element("span", { class: "divider", "aria-hidden": "true" }),
+    button("Zoom out (-)", () => app.zoom("-"), { picture: "minus" }), share,
+    button("Zoom in (+)", () => app.zoom("+"), { picture: "plus" }),
+    button("Whole film (0)", () => app.zoom("0"), { picture: "fit" }));
+  store.on(["tool"], ({ tool }) => {
+    for (const [name, made] of buttons) made.setAttribute("aria-pressed", String(name === tool));
+  });
+  store.on(["view", "film", "beside", "sized"], () => {
+    share.textContent = `${Math.round(100 * (app.viewNow()?.scale ?? 1))} %`;
+  });
+}
+
+/** The run that is going on: its share, rate, time left, and pause and stop. */
+function jobView({ store, actions }) {
+  const bar = element("progress", { max: "1", "aria-label": "Progress" });
+  const words = element("span", { class: "words" });
+  const current = () => runningJobs(store.state)[0];
+  const pause = button("Pause", () => actions.job(current().status === "paused" ? "resume" : "pause", current().job), { picture: "pause" });
+  const stop = button("Stop", () => actions.job("stop", current().job), { picture: "stop" });
+  const view = element("div", { class: "job row" }, bar, words, pause, stop);
+  store.on(["jobs"], (state) => {
+    const [job] = runningJobs(state);
+    view.hidden = !job;
+    if (!job) return;
+    const paused = job.status === "paused";
+    bar.value = job.total ? job.done / job.total : 0;
+    words.textContent = wordsOf(job, bar.value, paused);
+    relabel(pause, paused ? "Go on" : "Pause", paused ? "play" : "pause");
+  });
+  return view;
+}
+
+function wordsOf({ status, rate, left }, share, paused) {
+  const state = paused ? "Paused" : status === "waiting" ? "Waiting" : `${Math.floor(100 * share)} %`;
+  const speed = rate === null ? "" : `${rate.toFixed(0)} frames/s`;
+  const rest = left === null || paused ? "" : `${clock(Math.ceil(left))} left`;
+  return [state, speed, rest].filter(Boolean).join(" · ");
+}
+
+export function mountTransport(root, app) {
+  const { store, player, actions } = app;
+  const play = button("Play", () => player.toggle(), { picture: "play", id: "play" });
+  const number = element("input", {
+    type: "number", min: "0", step: "1", class: "frame", "aria-label": "Frame", id: "frame",
+    onchange({ target }) {
+      store.set({ following: false, playing: false });
+      player.go(Number(target.value));
+    },
+  });
+  const total = element("span", { class: "muted" });
+  const time = element("span", { class: "muted time" });
+  const speed = element("select", {
+    "aria-label": "Speed", class: "speed", onchange: ({ target }) => {
+      store.set({ speed: Number(target.value), playing: false });
+    },
+  }, [0.1, 0.25, 0.5, 1, 2, 4].map((value) => element("option", { value }, `${value}×`)));
+  speed.value = "1";
+  const follow = element("input", {
+    type: "checkbox", onchange: ({ target }) => store.set({ following: target.checked, playing: false }),
+  });
+  root.append(
+    button("First frame (Home)", () => player.go(0), { picture: "first" }),
+    button("One frame back (D)", () => player.step(-1), { picture: "back" }), play,
+    button("One frame forward (F)", () => player.step(1), { picture: "forward" }),
+    button("Last frame (End)", () => player.go(Infinity), { picture: "last" }),
+    number, total, time, speed,
+    element("label", { class: "check" }, follow, "Follow the run"),
+    element("span", { class: "grow" }),
+    button("Next doubtful frame (N)", () => actions.nextDoubt(), { picture: "doubt", text: "Next doubtful", class: "plain" }));
+  store.on(["playing"], ({ playing }) => {
+    const word = playing ? "Pause" : "Play";
+    relabel(play, word, word.toLowerCase(), `${word} (Space)`);
+  });
+  store.on(["following"], ({ following }) => (follow.checked = following));
+  store.on(["frame", "film"], ({ frame, film }) => {
+    if (!film) return;
+    if (document.activeElement !== number) number.value = frame;
+    number.max = film.frames - 1;
+    total.textContent = `of ${film.frames - 1}`;
+    time.textContent = `${clock(frame / film.fps)} / ${clock(film.frames / film.fps)}`;
+  });
+}

@@ -1,0 +1,151 @@
+"""Pictures of a film for the page, decoded on demand in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections import OrderedDict
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from motes.core.errors import ConfigError
+from motes.core.frame import FRAME_INTERVAL
+from motes.studio.containers import check_container
+from motes.studio.protocol import FilmFacts
+from motes.studio.safety import Limits
+from motes.video.decoder import Load
+from motes.video.film import Film
+
+QUALITY = 85
+"""Of JPEGs."""
+HELD = 64 << 20
+"""Bytes of JPEGs that are kept."""
+NEAR = 12
+"""Frames that are decoded on the way rather than to seek again."""
+WIDEST = 3840
+THUMBNAILS = 200
+"""Most thumbnails of a strip."""
+
+Opened = Generator[tuple[int, Load], None, None]
+
+
+class Pictures:
+    """JPEGs of the frames of a film. The place that was read last stays open.
+
+    Parameters
+    ----------
+    path
+        The film.
+    limits
+        Of its size.
+
+    Raises
+    ------
+    SourceError
+        If it cannot be read.
+    ConfigError
+        If it is larger than the limits.
+    """
+
+    def __init__(self, path: str, limits: Limits) -> None:
+        check_container(path, limits)
+        self._film = film = Film(path, quick=True)
+        if film.width * film.height > limits.pixels:
+            raise ConfigError(
+                f"{film.name} has {film.width}x{film.height} pixels, more than "
+                f"{limits.pixels:,}; rescale it."
+            )
+        if len(film.times) > limits.frames:
+            raise ConfigError(
+                f"{film.name} has {len(film.times)} frames, more than {limits.frames:,}; cut it."
+            )
+        self._held: OrderedDict[tuple[int, int], bytes] = OrderedDict()
+        self._size, self._next = 0, -1
+        self._opened: Opened | None = None
+
+    @property
+    def facts(self) -> FilmFacts:
+        """Size and length of the film."""
+        film = self._film
+        fps = film.fps or 1 / FRAME_INTERVAL
+        return FilmFacts(film.name, film.width, film.height, len(film.times), fps)
+
+    @property
+    def times(self) -> list[float]:
+        """The time of each frame, in seconds."""
+        return self._film.times
+
+    def picture(self, index: int, width: int) -> bytes:
+        """Return a frame as JPEG, at most `width` pixels wide.
+
+        Raises
+        ------
+        ConfigError
+            If the film has no such frame.
+        SourceError
+            If it cannot be read.
+        """
+        if not 0 <= index < len(self._film.times):
+            raise ConfigError(
+                f"There is no frame {index}; the last one is {self._film.frames[-1]}."
+            )
+        width = max(16, min(width, WIDEST, self._film.width))
+        key = index, width
+        if key in self._held:
+            self._held.move_to_end(key)
+            return self._held[key]
+        data = jpeg(self._pixels(index), width)
+        self._held[key] = data
+        self._size += len(data)
+        while self._size > HELD:
+            self._size -= len(self._held.popitem(last=False)[1])
+        return data
+
+    def strip(self, count: int, height: int) -> bytes:
+        """Return thumbnails side by side: of the key pictures nearest to equal steps."""
+        count, height = max(1, min(count, THUMBNAILS)), max(16, min(height, 200))
+        last, keys = len(self._film.times) - 1, np.array(self._film.keys or self._film.frames)
+        width = max(1, round(height * self._film.width / self._film.height))
+        out = Image.new("RGB", (width * count, height))
+        for place, wanted in enumerate(np.linspace(0, last, count)):
+            index = int(keys[np.abs(keys - wanted).argmin()])
+            out.paste(
+                Image.fromarray(self._pixels(index)).resize((width, height)), (place * width, 0)
+            )
+        return _encoded(out)
+
+    def _pixels(self, index: int) -> NDArray[np.uint8]:
+        if self._opened is None or not self._next <= index < self._next + NEAR:
+            if self._opened is not None:
+                self._opened.close()
+            self._opened = self._film.loads(index)
+        for found, load in self._opened:
+            self._next = found + 1
+            if found == index:
+                return load()
+        self._opened, self._next = None, -1
+        return self._film.frame(index).pixels
+
+    def close(self) -> None:
+        """Close the film."""
+        if self._opened is not None:
+            with contextlib.suppress(Exception):
+                self._opened.close()
+
+
+def jpeg(pixels: NDArray[np.uint8], width: int) -> bytes:
+    """Return a picture as JPEG, of this width."""
+    picture = Image.fromarray(pixels)
+    if width < picture.width:
+        height = max(1, round(width * picture.height / picture.width))
+        picture = picture.resize((width, height), Image.Resampling.BILINEAR, reducing_gap=1.5)
+    return _encoded(picture)
+
+
+def _encoded(picture: Image.Image) -> bytes:
+    out = io.BytesIO()
+    picture.save(out, "JPEG", quality=QUALITY)
+    return out.getvalue()

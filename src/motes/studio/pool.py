@@ -1,0 +1,105 @@
+"""The tracking workers of a session: they stay warm, and short tasks come first."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import heapq
+import itertools
+import os
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from motes.studio.processes import Worker
+from motes.studio.safety import Limits
+
+LONG = 400
+"""Frames from which a task is long; one worker is always left for short ones."""
+
+
+class Pool:
+    """Workers that open one film.
+
+    Parameters
+    ----------
+    path
+        The film.
+    limits
+        Of each worker.
+    """
+
+    def __init__(self, path: Path, limits: Limits) -> None:
+        self._path, self._limits = path, limits
+        self._idle: list[Worker] = []
+        self._count = self._long = 0
+        self._most = (os.cpu_count() or 1) + 1
+        self._waiting: list[tuple[int, int, asyncio.Future[Worker]]] = []
+        self._numbers = itertools.count()
+        self._all: set[Worker] = set()
+        self._closed = False
+
+    def warm(self) -> None:
+        """Start a worker, so that it is ready when it is needed."""
+        if not self._count:
+            self._idle.append(self._started())
+
+    @contextlib.asynccontextmanager
+    async def worker(self, frames: int) -> AsyncIterator[Worker]:
+        """Give a worker for a task of so many frames; the shortest task comes first."""
+        mine: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
+        heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
+        self._serve()
+        try:
+            worker = await mine
+        except asyncio.CancelledError:
+            if mine.done() and not mine.cancelled():
+                self._take_back(mine.result(), frames)
+            raise
+        try:
+            yield worker
+        finally:
+            self._take_back(worker, frames)
+
+    def close(self) -> None:
+        """End all workers."""
+        self._closed = True
+        for worker in self._all:
+            worker.close()
+        for *_, waiter in self._waiting:
+            waiter.cancel()
+
+    @property
+    def pids(self) -> list[int]:
+        """The numbers of the processes."""
+        return [worker.pid for worker in self._all]
+
+    def _started(self) -> Worker:
+        self._count += 1
+        worker = Worker(self._path, self._limits, pictures=False)
+        self._all.add(worker)
+        return worker
+
+    def _take_back(self, worker: Worker, frames: int) -> None:
+        self._long -= frames >= LONG
+        if worker.ended:
+            self._count -= 1
+            self._all.discard(worker)
+        else:
+            self._idle.append(worker)
+        self._serve()
+
+    def _serve(self) -> None:
+        """Give workers to the tasks that wait, as far as there are any."""
+        while self._waiting and not self._closed:
+            frames, _, waiter = self._waiting[0]
+            if waiter.cancelled():
+                heapq.heappop(self._waiting)
+                continue
+            is_long = frames >= LONG
+            if is_long and self._long >= self._most - 1:
+                return
+            if not self._idle and self._count >= self._most:
+                return
+            heapq.heappop(self._waiting)
+            self._long += is_long
+            waiter.set_result(self._idle.pop() if self._idle else self._started())

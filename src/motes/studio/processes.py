@@ -1,0 +1,144 @@
+"""Worker processes, seen from the server: tasks go in, answers come out, and limits are kept."""
+
+from __future__ import annotations
+
+import asyncio
+import multiprocessing
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import msgspec
+
+from motes.core.errors import MotesError
+from motes.core.worker_processes import blocked_signals, cause
+from motes.studio.safety import Limits
+from motes.studio.tasks import RUN, Answer, Done, Failed, Part, Ready, Task
+from motes.studio.worker import main
+
+
+class WorkerError(MotesError):
+    """A worker has failed, or has ended."""
+
+
+class Worker:
+    """A process that works on one film; it does one task at a time.
+
+    Parameters
+    ----------
+    path
+        The film.
+    limits
+        Of memory, and of the time without a sign of life.
+    pictures
+        Whether it makes pictures; else it tracks.
+    """
+
+    def __init__(self, path: Path, limits: Limits, *, pictures: bool) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._name, self._limits = path.name, limits
+        self._wish = context.Value("b", RUN, lock=False)
+        self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
+        self._loop = asyncio.get_running_loop()
+        self._turn = asyncio.Lock()
+        self.ended = False
+        with blocked_signals():
+            self._pipe, theirs = context.Pipe()
+            arguments = (theirs, self._wish, str(path), limits, pictures)
+            self._process = context.Process(target=main, args=arguments, daemon=True)
+            self._process.start()
+            theirs.close()
+        threading.Thread(target=self._read, args=(self._pipe,), daemon=True).start()
+        self._ready: asyncio.Task[Ready] = asyncio.create_task(self._opened())
+        self._ready.add_done_callback(lambda task: task.cancelled() or task.exception())
+
+    @property
+    def pid(self) -> int:
+        """The number of the process."""
+        return self._process.pid or 0
+
+    async def ready(self) -> Ready:
+        """Wait until the film is open.
+
+        Raises
+        ------
+        WorkerError
+            If it cannot be opened.
+        """
+        return await asyncio.shield(self._ready)
+
+    async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> Done:
+        """Do a task; `part` takes what comes before its end. Others wait for their turn.
+
+        Raises
+        ------
+        WorkerError
+            If it fails, or the process ends.
+        """
+        async with self._turn:
+            await self.ready()
+            self._wish.value = RUN
+            with suppress(OSError):  # the answer will be missing, and that is reported
+                self._pipe.send_bytes(msgspec.msgpack.encode(task))
+            while True:
+                answer = await self._answer()
+                if isinstance(answer, Part):
+                    if part is not None:
+                        part(answer)
+                elif isinstance(answer, Done):
+                    return answer
+                elif isinstance(answer, Failed):
+                    raise WorkerError(answer.error)
+
+    def wish(self, value: int) -> None:
+        """Let the worker run, pause or stop."""
+        self._wish.value = value
+
+    def close(self) -> None:
+        """End the process; nobody waits for it any more."""
+        self._ready.cancel()
+        self._kill()
+
+    def _kill(self) -> None:
+        if not self.ended:
+            self.ended = True
+            self._process.kill()
+            threading.Thread(target=self._process.join, daemon=True).start()
+
+    async def _opened(self) -> Ready:
+        answer = await self._answer()
+        if isinstance(answer, Ready):
+            return answer
+        self._kill()
+        raise WorkerError(answer.error if isinstance(answer, Failed) else f"{answer}")
+
+    async def _answer(self) -> Answer:
+        try:
+            answer = await asyncio.wait_for(self._answers.get(), self._limits.silence)
+        except TimeoutError:
+            self._kill()
+            raise WorkerError(
+                f"{self._name} kept its worker busy for {self._limits.silence:g} s without a "
+                f"result, so that worker was ended; convert the film."
+            ) from None
+        if answer is None:
+            self.ended = True
+            await asyncio.to_thread(self._process.join, 5)
+            how = cause(self._process.exitcode)
+            raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")
+        return answer
+
+    def _read(self, pipe: Connection) -> None:
+        answer: Answer | None = None
+        with suppress(EOFError, OSError, msgspec.MsgspecError):
+            while True:
+                answer = msgspec.msgpack.decode(pipe.recv_bytes(), type=Answer)
+                self._put(answer)
+        self._put(None)
+        pipe.close()
+
+    def _put(self, answer: Answer | None) -> None:
+        with suppress(RuntimeError):  # the loop is closed: the server ends
+            self._loop.call_soon_threadsafe(self._answers.put_nowait, answer)

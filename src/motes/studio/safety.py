@@ -1,0 +1,190 @@
+"""What the studio lets through: limits, the token, hosts and origins, and paths of files."""
+
+from __future__ import annotations
+
+import hmac
+import os
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from motes.core.errors import ConfigError, SourceError
+from motes.video.sources import IMAGE_ENDINGS
+
+VIDEO_ENDINGS = frozenset(
+    {
+        ".avi",
+        ".m4v",
+        ".mkv",
+        ".mov",
+        ".mp4",
+        ".mpeg",
+        ".mpg",
+        ".mts",
+        ".ogv",
+        ".ts",
+        ".webm",
+        ".wmv",
+    }
+)
+"""Films that are listed. Playlists, which reach elsewhere, are not among them."""
+PLAYLISTS = (b"#EXTM3U", b"ffconcat", b"<?xml", b"<MPD", b"[playlist]")
+"""How files begin that name other files or addresses."""
+HEAD = 4096
+"""Bytes of a film in which such a beginning is looked for."""
+
+COOKIE = "motes-studio"
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+        "connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; "
+        "frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+"""Headers of all answers."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What the studio takes at most.
+
+    Attributes
+    ----------
+    upload
+        Bytes of an uploaded film.
+    uploads
+        Bytes of all uploaded films.
+    imported
+        Bytes of a file of tracks.
+    pixels
+        Pixels of a frame.
+    frames
+        Frames of a film.
+    sessions
+        Sessions that are open at once.
+    objects
+        Objects of a session.
+    jobs
+        Jobs that a session has at once.
+    memory
+        Bytes of memory of a worker.
+    silence
+        Seconds after which a worker that gives no sign is ended.
+    """
+
+    upload: int = 8 << 30
+    uploads: int = 64 << 30
+    imported: int = 64 << 20
+    pixels: int = 7680 * 4320
+    frames: int = 1_000_000
+    sessions: int = 16
+    objects: int = 50
+    jobs: int = 20
+    memory: int = 4 << 30
+    silence: float = 60.0
+
+
+class Guard:
+    """Decides which requests are answered.
+
+    Parameters
+    ----------
+    host, port
+        Where the server listens.
+    token
+        What a browser must know; None on this computer alone.
+    """
+
+    def __init__(self, host: str, port: int, token: str | None) -> None:
+        self._token = token
+        names = {host, "localhost", "127.0.0.1", "[::1]"} if is_local(host) else None
+        self._hosts = None if names is None else {f"{name}:{port}" for name in names}
+
+    def knows(self, token: str | None) -> bool:
+        """Return whether a token is the right one; without one, all are."""
+        if self._token is None:
+            return True
+        return hmac.compare_digest((token or "").encode(), self._token.encode())
+
+    def refusal(self, headers: Mapping[str, str]) -> str | None:
+        """Return why a request is refused by its Host and Origin; None if it is not."""
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if self._hosts is not None and host.lower() not in self._hosts:
+            return "This address is not that of the studio; use the one that it has printed."
+        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+            return "A page of another address asks; open the studio itself."
+        return None
+
+
+def is_local(host: str) -> bool:
+    """Return whether only this computer reaches an address."""
+    return host in ("localhost", "127.0.0.1", "::1")
+
+
+def new_token() -> str:
+    """Return a token that cannot be guessed."""
+    return secrets.token_urlsafe(24)
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the path of a file or a folder of images under a folder.
+
+    Raises
+    ------
+    SourceError
+        If the name leads elsewhere, also by a link, or names no film.
+    """
+    wrong = SourceError(f"There is no film {name!r} in this folder; choose one of the list.")
+    if not name or "\0" in name or Path(name).is_absolute():
+        raise wrong
+    root = folder.resolve()
+    try:
+        path = (root / name).resolve(strict=True)
+    except (OSError, RuntimeError):
+        raise wrong from None
+    if not path.is_relative_to(root) or path == root:
+        raise wrong
+    check_film(path)
+    return path
+
+
+def check_film(path: Path) -> None:
+    """Raise a SourceError unless a path is a plain film: a video, an image or images."""
+    ending = path.suffix.lower()
+    if path.is_dir():
+        with os.scandir(path) as entries:
+            for entry in entries:
+                image = os.path.splitext(entry.name)[1].lower() in IMAGE_ENDINGS
+                if image and not entry.is_file(follow_symlinks=False):
+                    raise SourceError(f"{path.name} holds links or devices; give plain images.")
+        return
+    if not path.is_file():
+        raise SourceError(f"{path.name} is no plain file; give a film.")
+    if ending not in VIDEO_ENDINGS | IMAGE_ENDINGS:
+        raise SourceError(
+            f"{path.name} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+        )
+    with path.open("rb") as file:
+        head = file.read(HEAD).lstrip(b"\xef\xbb\xbf \t\r\n")
+    if head.startswith(PLAYLISTS):
+        raise SourceError(f"{path.name} is a playlist, which names other files; give the film.")
+
+
+def film_name(name: str) -> str:
+    """Return the name under which an upload is kept; raise a ConfigError for a name of no film."""
+    plain = "".join(each for each in Path(name).name if each.isprintable() and each not in '/\\:"')
+    if not plain.strip(". ") or len(plain) > 200:
+        raise ConfigError("The name of the upload is none; give that of a film.")
+    if Path(plain).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
+        raise ConfigError(
+            f"{plain} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+        )
+    return plain.lstrip(".")

@@ -1,0 +1,132 @@
+"""The many-object mode: `motes watch` in a worker, and what it has found so far."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+from msgspec.structs import asdict
+
+from motes.core.config import from_dict, from_toml, merge, to_dict
+from motes.core.detection import PreparedDetector
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.mot.analytics.events import Event, EventCounter, Regions
+from motes.mot.pipeline_config import WatchConfig, detector_values
+from motes.mot.scene import Scene
+from motes.mot.scene_config import scene_config
+from motes.output.journal import FrameRow, ObjectRow, object_rows
+from motes.studio.protocol import SceneFrame, SceneObject, Watch
+
+REFUSED = ("detector",)
+"""Keys of a configuration file that may name files and code; the page chooses the detector."""
+
+
+class ScenePart(msgspec.Struct, frozen=True):
+    """Some frames of the many-object mode.
+
+    Attributes
+    ----------
+    frames, events
+        What is new.
+    objects
+        Number of objects in the last frame.
+    totals
+        How often each event has happened so far, by its name.
+    """
+
+    frames: list[FrameRow]
+    events: list[dict[str, Any]]
+    objects: int
+    totals: dict[str, int]
+
+
+def watch_config(watch: Watch) -> WatchConfig:
+    """Return the configuration of a run.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown preset or key, a value that does not fit, or a key that may not be given.
+    """
+    values = to_dict(WatchConfig(**asdict(scene_config(watch.preset))))
+    if watch.config is not None:
+        changes = from_toml(watch.config, "the configuration")
+        for key in REFUSED:
+            if key in changes:
+                raise ConfigError(f"The configuration has {key!r}; choose it in the page instead.")
+        values = merge(values, changes)
+    values = merge(values, {"detector": detector_values(watch.detector)})
+    config: WatchConfig = from_dict(values, WatchConfig)
+    return config
+
+
+class SceneRun:
+    """A run over a film.
+
+    Parameters
+    ----------
+    config, seed
+        The scene and its detector.
+    places
+        Lines, zones and the ground.
+    """
+
+    def __init__(self, config: WatchConfig, places: Regions, seed: int) -> None:
+        self._detector = config.for_camera(config.detector.detector())
+        self._scene = Scene(self._detector, config, seed)
+        self._counter = EventCounter(places)
+        self._totals = Counter[str]()
+
+    def prepare(self, frames: Iterator[Frame]) -> None:
+        """Let the detector learn from the begin of the film, if it wants to."""
+        if isinstance(self._detector, PreparedDetector):
+            self._detector.prepare(frames)
+
+    def parts(self, frames: Iterator[Frame]) -> Iterator[ScenePart]:
+        """Yield a part for each frame; the last one has the events that are still open."""
+        last: tuple[FrameRow, list[Event]] | None = None
+        for frame, tracks in self._scene.watch(frames, ahead=False):
+            if last is not None:
+                yield self._part(*last)
+            row = FrameRow(frame.index, frame.time, object_rows(tracks))
+            last = row, self._counter.update(tracks)
+        if last is not None:
+            yield self._part(last[0], [*last[1], *self._counter.finish()])
+
+    def _part(self, row: FrameRow, events: list[Event]) -> ScenePart:
+        fields = [event.fields() for event in events]
+        self._totals.update(map(count_name, fields))
+        here = self._scene.created - self._scene.terminated
+        return ScenePart([row], fields, here, dict(self._totals))
+
+
+def joined(parts: list[ScenePart]) -> ScenePart:
+    """Return parts as one."""
+    return ScenePart(
+        [row for part in parts for row in part.frames],
+        [event for part in parts for event in part.events],
+        parts[-1].objects,
+        parts[-1].totals,
+    )
+
+
+def shown(row: FrameRow) -> SceneFrame:
+    """Return a frame for the page."""
+    return SceneFrame(row.frame, row.time, [*map(_object, row.objects)])
+
+
+def _object(each: ObjectRow) -> SceneObject:
+    x, y, width, height = (round(value, 2) for value in each.box)
+    return SceneObject(
+        each.identity, x, y, width, height, each.confidence, str(each.status), each.occluded_by,
+        each.label,
+    )  # fmt: skip
+
+
+def count_name(event: dict[str, Any]) -> str:
+    """Return the name under which an event is counted, such as `line 1 left`."""
+    what = event.get("direction") or event["event"]
+    return f"{event['place']} {what}" if event.get("place") else str(what)

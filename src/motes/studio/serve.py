@@ -1,0 +1,89 @@
+"""Runs the studio until it is interrupted."""
+
+from __future__ import annotations
+
+import socket
+import webbrowser
+from collections.abc import Callable
+from pathlib import Path
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from motes.core.errors import ConfigError
+from motes.studio.protocol import LARGEST_MESSAGE
+from motes.studio.safety import Guard, Limits, is_local, new_token
+from motes.studio.server import app
+from motes.studio.store import data_folder
+from motes.studio.studio import Studio
+
+
+def serve(
+    folder: Path | None,
+    host: str,
+    port: int,
+    data: Path | None,
+    *,
+    log: Callable[[str], None],
+    browser: bool,
+    limits: Limits,
+) -> None:
+    """Serve the studio until it is interrupted.
+
+    Parameters
+    ----------
+    folder
+        The films of the user.
+    host, port
+        Where it listens; port 0 is any free one.
+    data
+        Where sessions and uploads are kept; by default the user's folder for data.
+    log
+        Takes a line for the user.
+    browser
+        Whether the page is opened in a browser.
+    limits
+        What is taken at most.
+
+    Raises
+    ------
+    ConfigError
+        If the address cannot be used.
+    """
+    opened = listening(host, port)
+    port = opened.getsockname()[1]
+    token = None if is_local(host) else new_token()
+    studio = Studio(folder, data or data_folder(), limits)
+    name = f"[{host}]" if ":" in host else host
+    address = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+    log(f"The studio is at {address} ; Ctrl-C ends it.")
+    if browser:
+        webbrowser.open(address)
+    with opened:
+        uvicorn.Server(settings(app(studio, Guard(host, port, token)))).run(sockets=[opened])
+
+
+def settings(application: ASGIApp) -> uvicorn.Config:
+    """Return how an application is served."""
+    return uvicorn.Config(
+        application,
+        log_level="error",
+        ws="websockets-sansio",
+        ws_max_size=4 * LARGEST_MESSAGE,  # up to there, the page gets a message
+        server_header=False,
+        timeout_graceful_shutdown=1,
+    )
+
+
+def listening(host: str, port: int) -> socket.socket:
+    """Return a socket that listens at an address; raise a ConfigError if it cannot be used."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        # With the protocol, asyncio sends small answers at once (TCP_NODELAY).
+        opened = socket.socket(found[0], socket.SOCK_STREAM, socket.IPPROTO_TCP)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind(found[4])
+        opened.listen()
+    except OSError as error:
+        raise ConfigError(f"{host}:{port} cannot be used: {error.strerror}.") from None
+    return opened

@@ -1,0 +1,302 @@
+"""The studio on the network: its routes, and what stands before them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import mimetypes
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import msgspec
+from starlette.applications import Starlette
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.responses import FileResponse, RedirectResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from motes.core.errors import ConfigError, MotesError
+from motes.formats.registry import FORMATS
+from motes.studio import files, protocol
+from motes.studio.clients import Client
+from motes.studio.safety import COOKIE, HEADERS, Guard
+from motes.studio.sessions import Session
+from motes.studio.studio import Studio, presets
+
+PAGE = Path(__file__).with_name("page")
+"""The files of the page."""
+NOT_FOUND = 404
+BUSY = 409
+
+
+def app(studio: Studio, guard: Guard) -> ASGIApp:
+    """Return the application that serves a studio."""
+
+    @contextlib.asynccontextmanager
+    async def life(_: Starlette) -> AsyncIterator[None]:
+        tidy = asyncio.create_task(studio.tidy())
+        try:
+            yield
+        finally:
+            tidy.cancel()
+            studio.close()
+
+    api = _Api(studio)
+    routes = [
+        Route("/", _page),
+        Mount("/static", StaticFiles(directory=PAGE), name="static"),
+        Route("/api/films", _plain(api.films)),
+        Route("/api/uploads", _plain(api.upload), methods=["POST"]),
+        Route("/api/sample", _plain(api.sample), methods=["POST"]),
+        Route("/api/presets", _plain(api.presets)),
+        Route("/api/sessions", _plain(api.sessions)),
+        Route("/api/sessions", _plain(api.begin), methods=["POST"]),
+        Route("/api/sessions/{id}", _plain(api.session)),
+        Route("/api/sessions/{id}", _plain(api.remove), methods=["DELETE"]),
+        Route("/api/sessions/{id}/frames/{index:int}.jpg", _plain(api.frame)),
+        Route("/api/sessions/{id}/foreground/{index:int}.png", _plain(api.foreground)),
+        Route("/api/sessions/{id}/strip", _plain(api.strip)),
+        Route("/api/sessions/{id}/export", _plain(api.export)),
+        Route("/api/sessions/{id}/import", _plain(api.take), methods=["POST"]),
+        Route("/api/sessions/{id}/command", _plain(api.command)),
+        Route("/api/sessions/{id}/film", _plain(api.film)),
+        Route("/api/sessions/{id}/figures", _plain(api.figures)),
+        Route("/api/sessions/{id}/slit", _plain(api.slit)),
+        Route("/api/formats", _plain(api.formats)),
+        WebSocketRoute("/api/sessions/{id}/ws", api.talk),
+    ]
+    return _Gate(Starlette(routes=routes, lifespan=life), guard)
+
+
+async def _page(_: Request) -> Response:
+    return FileResponse(PAGE / "index.html", media_type="text/html; charset=utf-8")
+
+
+def _json(content: Any, status: int = 200) -> Response:
+    return Response(msgspec.json.encode(content), status, media_type="application/json")
+
+
+def _refused(error: str, status: int) -> Response:
+    return _json(protocol.Failure(error), status)
+
+
+def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Request], Any]:
+    """Return an endpoint whose errors are one line of JSON."""
+
+    async def endpoint(request: Request) -> Response:
+        try:
+            return await answer(request)
+        except msgspec.MsgspecError as error:
+            return _refused(f"This request is none: {error}.", 400)
+        except MotesError as error:
+            return _refused(str(error), 400)
+
+    return endpoint
+
+
+class _Api:
+    """The answers to requests."""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio = studio
+
+    async def films(self, _: Request) -> Response:
+        return _json(await asyncio.to_thread(self._studio.films.listed))
+
+    async def upload(self, request: Request) -> Response:
+        length = request.headers.get("content-length", "")
+        name = request.query_params.get("name", "")
+        size = int(length) if length.isdecimal() else None
+        film = await self._studio.films.upload(name, size, request.stream())
+        return _json(film, 201)
+
+    async def sample(self, _: Request) -> Response:
+        return _json(await asyncio.to_thread(self._studio.films.sample), 201)
+
+    async def presets(self, _: Request) -> Response:
+        return _json(presets())
+
+    async def sessions(self, _: Request) -> Response:
+        return _json(self._studio.sessions())
+
+    async def begin(self, request: Request) -> Response:
+        body = await _body(request, protocol.LARGEST_MESSAGE)
+        wanted = msgspec.json.decode(body, type=protocol.Open)
+        session = await self._studio.begin(wanted.film, uploaded=wanted.uploaded)
+        return _json(session.state(), 201)
+
+    async def session(self, request: Request) -> Response:
+        return _json((await self._session(request)).state())
+
+    async def remove(self, request: Request) -> Response:
+        self._studio.remove(request.path_params["id"])
+        return Response(status_code=204)
+
+    async def frame(self, request: Request) -> Response:
+        session = await self._session(request)
+        index, width = request.path_params["index"], _number(request, "width", 1280)
+        # A film does not change while it is open, so that a frame may stay with the browser.
+        tag = f'"{session.name}-{index}-{width}"'
+        headers = {"ETag": tag, "Cache-Control": "private, max-age=3600"}
+        if request.headers.get("if-none-match") == tag:
+            return Response(status_code=304, headers=headers)
+        data = await session.picture(index, width)
+        return Response(data, media_type="image/jpeg", headers=headers)
+
+    async def foreground(self, request: Request) -> Response:
+        session = await self._session(request)
+        data = await files.foreground(session, request.path_params["index"])
+        return Response(data, media_type="image/png")
+
+    async def strip(self, request: Request) -> Response:
+        session = await self._session(request)
+        count, height = _number(request, "count", 40), _number(request, "height", 54)
+        data = await session.strip(count, height)
+        return Response(data, media_type="image/jpeg")
+
+    async def _session(self, request: Request) -> Session:
+        return await self._studio.session(request.path_params["id"])
+
+    async def export(self, request: Request) -> Response:
+        """Rows in a format: of an object, of all, or with `scene` of the many-object mode."""
+        session = await self._session(request)
+        form = request.query_params.get("format", "csv")
+        if "scene" in request.query_params:
+            return _download(await files.export_scene(session, form))
+        return _download(await files.export(session, form, _object(request)))
+
+    async def take(self, request: Request) -> Response:
+        session = await self._session(request)
+        data = await _body(request, self._studio.limits.imported)
+        name, form = (request.query_params.get(each) for each in ("name", "format"))
+        return _json(files.take(session, name or "rows", data, form), 201)
+
+    async def command(self, request: Request) -> Response:
+        return _json(files.command(await self._session(request), _object(request)))
+
+    async def film(self, request: Request) -> Response:
+        return _download(await files.film(await self._session(request), _object(request)))
+
+    async def figures(self, request: Request) -> Response:
+        number = _object(request)
+        if number is None:
+            raise ConfigError("Figures are of one object; name it.")
+        return _download(await files.figures(await self._session(request), number))
+
+    async def slit(self, request: Request) -> Response:
+        line = request.query_params.get("line", "line 1")
+        return _download(await files.slit(await self._session(request), line))
+
+    async def formats(self, _: Request) -> Response:
+        found = {name: each.title for name, each in FORMATS.items() if each.write is not None}
+        return _json(found)
+
+    async def talk(self, socket: WebSocket) -> None:
+        """Talk with a page, until it leaves."""
+        await socket.accept()
+        try:
+            session = await self._studio.session(socket.path_params["id"])
+        except MotesError as failed:
+            await socket.send_text(protocol.encode(protocol.Failure(str(failed))))
+            await socket.close()
+            return
+        client = Client(session.rows_of, session.watching.messages)
+        session.join(client)
+        sending = asyncio.create_task(client.run(socket.send_text))
+        try:
+            while True:
+                text = await socket.receive_text()
+                if len(text) > protocol.LARGEST_MESSAGE:
+                    most = f"A message has {protocol.LARGEST_MESSAGE} bytes at most."
+                    client.send(protocol.Reply(-1, most))
+                    continue
+                try:
+                    command = protocol.decode(text)
+                except msgspec.MsgspecError as error:
+                    client.send(protocol.Reply(-1, f"This message is no command: {error}."))
+                    continue
+                if isinstance(command, protocol.Acknowledge):
+                    client.acknowledge(command.number)
+                else:
+                    client.send(session.obey(command))
+        except (WebSocketDisconnect, KeyError):  # KeyError: a message of bytes
+            pass
+        finally:
+            sending.cancel()
+            session.clients.discard(client)
+
+
+async def _body(request: Request, most: int) -> bytes:
+    """Return the body of a request; raise a ConfigError if it is larger than `most` bytes."""
+    body = bytearray()
+    async for part in request.stream():
+        body += part
+        if len(body) > most:
+            raise ConfigError(f"This is larger than {most >> 10} kB; send less.")
+    return bytes(body)
+
+
+def _number(request: Request, name: str, default: int) -> int:
+    text = request.query_params.get(name, "")
+    return int(text) if text.isdecimal() and len(text) < 9 else default
+
+
+def _object(request: Request) -> int | None:
+    """Return the number of an object in the address; None without one."""
+    text = request.query_params.get("object", "")
+    return int(text) if text.isdecimal() and len(text) < 16 else None
+
+
+def _download(file: files.File) -> Response:
+    name = quote(file.name)
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{name}"}
+    kind = mimetypes.guess_type(file.name)[0] or "application/octet-stream"
+    return Response(file.data, media_type=kind, headers=headers)
+
+
+class _Gate:
+    """Lets requests through that the guard allows, and gives all answers their headers."""
+
+    def __init__(self, inner: ASGIApp, guard: Guard) -> None:
+        self._inner, self._guard = inner, guard
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self._inner(scope, receive, send)
+            return
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        answer = self._refusal(scope)
+        if answer is None:
+            await self._inner(scope, receive, with_headers)
+        elif scope["type"] == "websocket":
+            await WebSocket(scope, receive, send).close(4403)
+        else:
+            await answer(scope, receive, with_headers)
+
+    def _refusal(self, scope: Scope) -> Response | None:
+        headers = Headers(scope=scope)
+        error = self._guard.refusal(headers)
+        if error is not None:
+            return _refused(error, 403)
+        request = Request({**scope, "type": "http"})
+        if self._guard.knows(request.cookies.get(COOKIE)):
+            return None
+        given = request.query_params.get("token")
+        opening = scope["type"] == "http" and scope["path"] == "/"
+        if opening and given is not None and self._guard.knows(given):
+            answer = RedirectResponse("/", 303)
+            answer.set_cookie(COOKIE, given, httponly=True, samesite="strict")
+            return answer
+        return _refused("The token is missing; open the address that the studio has printed.", 403)

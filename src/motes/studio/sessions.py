@@ -1,0 +1,387 @@
+"""A session while it is open: its document with undo and redo, its jobs, and the pages on it."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from msgspec import UNSET
+
+from motes.core.errors import ConfigError, MotesError
+from motes.studio import protocol
+from motes.studio.clients import Client
+from motes.studio.document import Document, Target, changed
+from motes.studio.jobs import Job, Jobs
+from motes.studio.plan import pass_to
+from motes.studio.pool import Pool
+from motes.studio.processes import Worker, WorkerError
+from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
+from motes.studio.safety import Limits
+from motes.studio.store import Store
+from motes.studio.tables import ELLIPSE, FRAME, STATUS, Table, pack, rows
+from motes.studio.tasks import Done, FindDoubts, LookAt, Picture, Strip, Task
+from motes.studio.watching import Watching
+
+
+class Session:
+    """An open session.
+
+    Parameters
+    ----------
+    name
+        Its name in the store.
+    path
+        Its film.
+    store, limits
+        Where it is kept, and what it may use.
+    """
+
+    def __init__(self, name: str, path: Path, store: Store, limits: Limits) -> None:
+        self.name, self.path = name, path
+        self._store, self._limits = store, limits
+        self._film, _, self._place, tracked = store.known(name)
+        self._tracked = set(tracked)
+        self.document = store.document(name, self._place)
+        self._last = store.last_place(name)
+        self._revision = self._place
+        self.clients: set[Client] = set()
+        self._pictures: Worker | None = None
+        self._pool = Pool(path, limits)
+        self._tasks: set[asyncio.Task[None]] = set()
+        self.facts: FilmFacts
+        self.times: list[float]
+        self.jobs: Jobs
+        self.watching: Watching
+
+    async def open(self) -> None:
+        """Open the film, and go on with what was under way.
+
+        Raises
+        ------
+        WorkerError
+            If it cannot be read.
+        """
+        ready = await self._picture_worker().ready()
+        self.facts = msgspec.structs.replace(ready.facts, name=self._film)
+        self.times = ready.times
+        self._pool.warm()
+        parts = self.name, self._store, self._pool
+        numbers = itertools.count(1)
+        self.jobs = Jobs(*parts, self.facts.frames, numbers, self)
+        self.watching = Watching(*parts, numbers, self)
+        self.jobs.update(self.document)
+        left = [each for each in self._tracked if self._unfinished(each)]
+        if left:
+            self.jobs.track(left)
+
+    def _unfinished(self, number: int) -> bool:
+        with suppress(ConfigError):
+            self.document.target(number)
+            return not self.jobs.complete(number)
+        return False
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody looks at it, or something runs."""
+        return bool(self.clients or self._tasks) or any(
+            job.active and job.status != "paused" for job in self._jobs.values()
+        )
+
+    @property
+    def _jobs(self) -> dict[int, Job]:
+        """All jobs, by their numbers."""
+        if not hasattr(self, "watching"):
+            return {}
+        watch = self.watching.job
+        return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
+
+    def close(self) -> None:
+        """End all processes; nothing is lost."""
+        for task in self._tasks:
+            task.cancel()
+        if hasattr(self, "watching"):
+            self.jobs.close()
+            self.watching.close()
+        self._pool.close()
+        if self._pictures is not None:
+            self._pictures.close()
+
+    @property
+    def pids(self) -> list[int]:
+        """The numbers of its processes."""
+        return [*self._pool.pids, *([self._pictures.pid] if self._pictures else [])]
+
+    # Pictures.
+
+    def _picture_worker(self) -> Worker:
+        if self._pictures is None or self._pictures.ended:
+            self._pictures = Worker(self.path, self._limits, pictures=True)
+        return self._pictures
+
+    async def picture(self, index: int, width: int) -> bytes:
+        """Return a frame as JPEG; raise a WorkerError if it cannot be read."""
+        return await self._pictured(Picture(index, width))
+
+    async def strip(self, count: int, height: int) -> bytes:
+        """Return thumbnails side by side as JPEG."""
+        return await self._pictured(Strip(count, height))
+
+    async def _pictured(self, task: Task) -> bytes:
+        worker = self._picture_worker()
+        try:
+            return (await worker.run(task)).data
+        except WorkerError as error:
+            if worker.ended:
+                self.send(protocol.Failure(str(error)))
+            raise
+
+    async def ask(self, task: Task, frames: int = 0) -> Done:
+        """Let a tracking worker do a task over so many frames, none for a short one."""
+        async with self._pool.worker(frames) as worker:
+            return await worker.run(task)
+
+    # What pages see: `Audience` of `Jobs`.
+
+    def send(self, message: Message) -> None:
+        """Send a message to all pages."""
+        for client in self.clients:
+            client.send(message)
+
+    def rows(self, number: int, frames: Iterable[int]) -> None:
+        """Note that rows of an object have changed."""
+        frames = [*frames]
+        for client in self.clients:
+            client.rows(number, frames)
+
+    def reset(self, number: int) -> None:
+        """Note that all rows of an object are void."""
+        for client in self.clients:
+            client.reset(number)
+
+    def overlay(self, overlay: protocol.Overlay) -> None:
+        """Take what a tracker sees in a frame."""
+        for client in self.clients:
+            client.overlay(overlay)
+
+    def progress(self, progress: protocol.Progress) -> None:
+        """Take the state of a job."""
+        for client in self.clients:
+            client.progress(progress)
+
+    def scene(self, *, reset: bool = False) -> None:
+        """Note that many-object mode has more; with `reset`, earlier parts are void."""
+        for client in self.clients:
+            client.scene(reset=reset)
+
+    def rows_of(self, number: int, frames: list[int]) -> list[Row]:
+        """Return the rows of an object in these frames, as they are now."""
+        shown = self.jobs.shown(number)
+        if shown is None:
+            return []
+        table = shown[frames]
+        return rows(table[~np.isnan(table[:, FRAME])])
+
+    def join(self, client: Client) -> None:
+        """Let a page look: it gets the state and all rows."""
+        self.clients.add(client)
+        client.send(protocol.State(self.state()))
+        client.scene()
+        for target in self.document.targets:
+            client.reset(target.object)
+            shown = self.jobs.shown(target.object)
+            if shown is not None:
+                client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
+
+    def state(self) -> protocol.Session:
+        """Return the session without rows."""
+        return protocol.Session(
+            id=self.name,
+            film=self.facts,
+            revision=self._revision,
+            objects=[self._item(each) for each in self.document.all()],
+            places=self.document.places,
+            jobs=[job.progress() for _, job in sorted(self._jobs.items())],
+            effort=self.document.effort,
+            undo=self._place > 0,
+            redo=self._place < self._last,
+        )
+
+    def _item(self, target: Target) -> protocol.Item:
+        return protocol.Item(
+            target.object, target.name, target.color, target.preset, target.config, target.seed,
+            target.first, target.last, [Keyframe(*each) for each in target.keys.items()],
+            [*target.absent], target.corrections, target.compared, [*target.tracker.cues],
+            target.object in self._tracked,
+        )  # fmt: skip
+
+    # What pages ask for.
+
+    def obey(self, command: Command) -> Reply:
+        """Do what a command asks for, or begin it, and return the reply."""
+        try:
+            return self._obey(command)
+        except MotesError as error:
+            return Reply(command.id, str(error))
+
+    def _obey(self, command: Command) -> Reply:
+        reply = Reply(command.id)
+        match command:
+            case protocol.Track():
+                job = self._track(command.objects)
+                return Reply(command.id, job=job.number)
+            case protocol.Watch():
+                return Reply(command.id, job=self._watch(command).number)
+            case protocol.Pause() | protocol.Resume():
+                self._pause(self._job(command.job), on=isinstance(command, protocol.Pause))
+            case protocol.Stop():
+                self._stop(self._job(command.job))
+            case protocol.Undo():
+                self._go(self._place - 1, "There is nothing to take back.")
+            case protocol.Redo():
+                self._go(self._place + 1, "There is nothing to make again.")
+            case protocol.Doubts():
+                self._begin(self._find_doubts(command))
+            case protocol.Look():
+                self._begin(self._look(command))
+            case _:
+                return self._change(command)
+        return reply
+
+    def _change(self, command: Command) -> Reply:
+        document, number = changed(self.document, command, self.facts, self._row_at)
+        self._put(document)
+        if isinstance(command, protocol.Split) and command.object in self._tracked:
+            assert number is not None
+            self._set_tracked({*self._tracked, number})
+        tracker = isinstance(command, protocol.ChangeObject) and any(
+            each is not UNSET for each in (command.preset, command.config, command.seed)
+        )
+        if tracker and number is not None:
+            self._set_tracked(self._tracked - {number})
+        self._take(document)
+        return Reply(command.id, object=number)
+
+    def _put(self, document: Document) -> None:
+        """Store a changed document: it can be taken back from here."""
+        self._store.change(self.name, self._place + 1, document)
+        self._place += 1
+        self._last = self._place
+
+    def take_rows(self, document: Document, tables: dict[int, Table]) -> None:
+        """Take objects whose rows are known, by their numbers, as from a file."""
+        for number, table in tables.items():
+            self.jobs.know(document.target(number), table)
+        self._put(document)
+        self._set_tracked({*self._tracked, *tables})
+        self._take(document)
+
+    def _go(self, place: int, error: str) -> None:
+        if not 0 <= place <= self._last:
+            raise ConfigError(error)
+        self._store.go(self.name, place)
+        self._place = place
+        self._take(self._store.document(self.name, place))
+
+    def _take(self, document: Document) -> None:
+        """Take a changed document; what was tracked is tracked again where it has changed."""
+        self.document = document
+        self._revision += 1
+        self.jobs.update(document)
+        again = [
+            each.object
+            for each in document.targets
+            if each.object in self._tracked and not self.jobs.complete(each.object)
+        ]
+        if again:
+            self.jobs.track(again)
+        self.send(protocol.State(self.state()))
+
+    def _row_at(self, number: int, frame: int) -> Region | None:
+        shown = self.jobs.shown(number)
+        if shown is None or np.isnan(shown[frame, ELLIPSE]).any():
+            return None
+        return tuple(shown[frame, ELLIPSE].tolist())
+
+    def _track(self, objects: list[int]) -> Job:
+        numbers = objects or [each.object for each in self.document.targets]
+        if not numbers:
+            raise ConfigError("There is nothing to track; draw an object first.")
+        for number in numbers:
+            self.document.target(number)
+        if sum(job.active for job in self.jobs.jobs.values()) >= self._limits.jobs:
+            raise ConfigError(f"{self._limits.jobs} jobs run already; wait for one, or stop it.")
+        self._set_tracked({*self._tracked, *numbers})
+        job = self.jobs.track(numbers)
+        self.send(protocol.State(self.state()))
+        return job
+
+    def _watch(self, command: protocol.Watch) -> Job:
+        job = self.watching.begin(command, self.document.places, self.facts.frames)
+        self.send(protocol.State(self.state()))
+        return job
+
+    def _pause(self, job: Job, *, on: bool) -> None:
+        if job is self.watching.job:
+            self.watching.pause(on=on)
+        elif on:
+            self.jobs.pause(job)
+        else:
+            self.jobs.resume(job)
+
+    def _stop(self, job: Job) -> None:
+        if job is self.watching.job:
+            self.watching.stop()
+            return
+        left = {each for each in job.objects if not self.jobs.complete(each)}
+        self._set_tracked(self._tracked - left)
+        self.jobs.stop(job)
+        self.send(protocol.State(self.state()))
+
+    def _set_tracked(self, tracked: set[int]) -> None:
+        self._tracked = tracked
+        self._store.set_tracked(self.name, sorted(tracked))
+
+    def _job(self, number: int) -> Job:
+        if number not in self._jobs:
+            raise ConfigError(f"There is no job {number}.")
+        return self._jobs[number]
+
+    def _begin(self, work: object) -> None:
+        task: asyncio.Task[None] = asyncio.create_task(work)  # type: ignore[arg-type]
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _find_doubts(self, command: protocol.Doubts) -> None:
+        target = self.document.target(command.object)
+        shown = self.jobs.shown(target.object)
+        table = None if shown is None else shown[target.first : target.last + 1]
+        items: list[protocol.Doubt] = []
+        if table is not None:
+            table = table[~np.isnan(table[:, STATUS])]
+            marks = [
+                (frame, None if mark is None else tuple(mark))
+                for frame, mark in target.marks.items()
+            ]
+            task = FindDoubts(pack(table), len(target.tracker.cues), marks, command.count)
+            try:
+                done = await self.ask(task)
+            except WorkerError as error:
+                self.send(protocol.Failure(str(error)))
+                return
+            items = msgspec.json.decode(done.data, type=list[protocol.Doubt])
+        self.send(protocol.DoubtList(target.object, items))
+
+    async def _look(self, command: protocol.Look) -> None:
+        target = self.document.target(command.object)
+        task = LookAt(target.object, pass_to(target, command.frame), command.layers)
+        try:
+            done = await self.ask(task)
+        except WorkerError as error:
+            self.send(protocol.Failure(str(error)))
+            return
+        self.send(msgspec.json.decode(done.data, type=protocol.Layers))

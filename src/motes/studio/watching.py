@@ -1,0 +1,163 @@
+"""The many-object mode of a session: its run, and all parts that pages have still to get."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+from motes.core.config import to_dict
+from motes.output.journal import FrameRow
+from motes.studio.document import regions_of
+from motes.studio.jobs import Audience, Job
+from motes.studio.pool import LONG, Pool
+from motes.studio.processes import Worker, WorkerError
+from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch
+from motes.studio.scenes import ScenePart, joined, shown, watch_config
+from motes.studio.store import Store
+from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
+
+PARTS, RUN_OF = "scene", "scene run"
+"""Keys in the store: of the parts, and of what was asked for."""
+
+
+class Asked(msgspec.Struct, frozen=True):
+    """What was asked for: the command, and the places then."""
+
+    watch: Watch
+    places: Places
+
+
+class Watching:
+    """Tracks all that moves in a session's film.
+
+    Parameters
+    ----------
+    session, store
+        Where the parts are kept.
+    pool
+        The workers.
+    numbers
+        Of jobs.
+    audience
+        Those that see what happens.
+    """
+
+    def __init__(
+        self,
+        session: str,
+        store: Store,
+        pool: Pool,
+        numbers: Iterator[int],
+        audience: Audience,
+    ) -> None:
+        self._session, self._store, self._pool = session, store, pool
+        self._numbers, self._audience = numbers, audience
+        self.job: Job | None = None
+        self._worker: Worker | None = None
+        self._task: asyncio.Task[None] | None = None
+        data = store.parts(session, RUN_OF)
+        self.asked = msgspec.json.decode(data, type=Asked) if data else None
+        self.count = store.count(session, PARTS)
+
+    def begin(self, watch: Watch, places: Places, frames: int) -> Job:
+        """Begin a run; an earlier one ends, and its objects go."""
+        config = to_dict(watch_config(watch))
+        regions_of(places)
+        self.stop()
+        self.asked = Asked(watch, places)
+        for key in (PARTS, RUN_OF):
+            self._store.forget(self._session, key)
+        self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
+        self.count = 0
+        self._audience.scene(reset=True)
+        job = Job(next(self._numbers), [], kind="watch", left=frames)
+        self.job = job
+        task = WatchFilm(config, places, watch.seed)
+        self._task = asyncio.create_task(self._run(job, task))
+        return job
+
+    def pause(self, *, on: bool) -> None:
+        """Let the run wait, or go on."""
+        assert self.job is not None
+        if self.job.active:
+            self.job.status = "paused" if on else "running"
+            if self._worker is not None:
+                self._worker.wish(PAUSE if on else RUN)
+            self._audience.progress(self.job.progress())
+
+    def stop(self) -> None:
+        """End the run; what it has found stays."""
+        if self.job is not None and self.job.active:
+            self.job.status = "stopped"
+            if self._worker is not None:
+                self._worker.wish(STOP)
+            elif self._task is not None:
+                self._task.cancel()
+            self._audience.progress(self.job.progress())
+
+    def close(self) -> None:
+        """Stop all."""
+        if self._task is not None:
+            self._task.cancel()
+
+    async def _run(self, job: Job, task: WatchFilm) -> None:
+        def part(part: Part) -> None:
+            if self.job is not job or not job.active:
+                return
+            self._store.add_part(self._session, PARTS, part.data)
+            self.count += 1
+            frames = len(msgspec.json.decode(part.data, type=ScenePart).frames)
+            job.done, job.left = job.done + frames, max(job.left - frames, 0)
+            self._audience.scene()
+            self._audience.progress(job.progress())
+
+        try:
+            async with self._pool.worker(LONG) as worker:
+                self._worker = worker
+                job.status = "running"
+                done = await worker.run(task, part)
+                if job.active and not done.stopped:
+                    job.status, job.left = "done", 0
+        except WorkerError as error:
+            if job.active:
+                job.status, job.error = "failed", str(error)
+        finally:
+            self._worker = None
+        self._audience.progress(job.progress())
+
+    def messages(self, first: int) -> tuple[list[Message], int]:
+        """Return messages of the parts from `first` on, and the number of the part after them."""
+        found = self._parts(first)
+        if not found:
+            return [SceneRows([], reset=True)] if first == 0 else [], first
+        part = joined(found)
+        messages: list[Message] = [SceneRows([*map(shown, part.frames)], reset=first == 0)]
+        if part.events or first == 0:
+            messages.append(SceneEvents(part.events, reset=first == 0))
+        messages.append(Counts(part.objects, part.totals))
+        return messages, first + len(found)
+
+    def _parts(self, first: int) -> list[ScenePart]:
+        data = self._store.parts_from(self._session, PARTS, first, STEP)
+        return [msgspec.json.decode(each, type=ScenePart) for each in data]
+
+    def _all(self) -> Iterator[ScenePart]:
+        first = 0
+        while found := self._parts(first):
+            first += len(found)
+            yield from found
+
+    def frames(self) -> list[FrameRow]:
+        """Return all frames so far."""
+        return [row for part in self._all() for row in part.frames]
+
+    def events(self) -> list[dict[str, Any]]:
+        """Return all events so far."""
+        return [event for part in self._all() for event in part.events]
+
+
+STEP = 50
+"""Parts of a message at most."""

@@ -1,0 +1,77 @@
+"""A worker process: it opens one film, and does one task after the other with it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from motes.core.import_callable import explain
+from motes.studio.line import Line, StoppedError
+from motes.studio.safety import Limits
+from motes.studio.tasks import Done, Failed, Ready, Task
+
+NICENESS = 5
+"""Of tracking, so that pictures and the server come first."""
+
+
+def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool) -> None:
+    """Work until the pipe is closed: on pictures, or on all other tasks."""
+    limit_memory(limits.memory)
+    line = Line(pipe, wish)
+    with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
+        try:
+            do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
+        except Exception as error:  # a damaged film may cause any
+            line.send(Failed(_text(error)))
+            return
+        while True:
+            task = line.receive()
+            try:
+                line.send(do(task))
+            except StoppedError:
+                line.send(Done(stopped=True))
+            except Exception as error:  # a fault, which must not reach others
+                line.send(Failed(_text(error)))
+
+
+def _pictures(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+    from motes.studio.pictures import Pictures
+    from motes.studio.tasks import Picture
+
+    opened = Pictures(path, limits)
+    line.send(Ready(opened.facts, opened.times))
+
+    def do(task: Task) -> Done:
+        if isinstance(task, Picture):
+            return Done(opened.picture(task.index, task.width))
+        return Done(opened.strip(task.count, task.height))  # type: ignore[union-attr]
+
+    return do
+
+
+def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+    from motes.studio.tracking import Work
+
+    os.nice(NICENESS)
+    work = Work(path, line)
+    line.send(Ready(work.facts, []))
+    return work.do
+
+
+def _text(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return "The film needs more memory than a worker may have; rescale it."
+    return explain(error)
+
+
+def limit_memory(most: int) -> None:
+    """Let this process have at most so many bytes of memory, where the system can."""
+    try:
+        import resource
+    except ImportError:  # Windows has no such limit
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -1,0 +1,189 @@
+"""A studio in a process of its own, and its page in a browser without a window."""
+
+from __future__ import annotations
+
+import os
+import re
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from motes.evaluation.synthetic.clips import still
+from motes.video.writer import VideoWriter
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+FRAMES = 60
+CORNERS = (135, 79), (195, 159)
+"""Corners of the target in the first frame."""
+MIDDLE = 165.0, 119.0
+PATIENCE = 30_000
+"""Milliseconds after which something on the page is taken to be missing."""
+START = "import('/static/main.js').then(({ app }) => "
+
+
+def film(path: Path, frames: int = FRAMES) -> Path:
+    """Write a film with a target that is nearly at rest."""
+    with VideoWriter(path, 25) as writer:
+        for frame, _ in still((320, 240), target=(60, 80), frames=frames):
+            writer.write(frame.pixels, frame.time)
+    return path
+
+
+class Program:
+    """`motes studio` in a process of its own."""
+
+    def __init__(self, folder: Path, data: Path, port: int = 0) -> None:
+        command = [sys.executable, "-m", "motes", "studio", str(folder), "--port", str(port)]
+        self.process = subprocess.Popen(
+            [*command, "--data", str(data), "--no-browser"], stderr=subprocess.PIPE, text=True
+        )
+        assert self.process.stderr is not None
+        assert select.select([self.process.stderr], [], [], PATIENCE / 1000)[0]
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/", self.process.stderr.readline())
+        assert found is not None
+        self.address, self.port = found.group(), int(found.group(1))
+
+    def kill(self) -> None:
+        """End the server as a power cut does."""
+        self.process.kill()
+        self._ended()
+
+    def close(self) -> None:
+        """End the server as a user does."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        self._ended()
+
+    def _ended(self) -> None:
+        self.process.wait(PATIENCE / 1000)
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+
+
+@contextmanager
+def browsing() -> Iterator[Browser]:
+    """Give a browser."""
+    options = ["--disable-gpu", "--disable-background-networking"]
+    if os.geteuid() == 0:
+        options.append("--no-sandbox")  # root has no sandbox
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=options)
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Shown:
+    """The page of a studio, as a person uses it.
+
+    Attributes
+    ----------
+    page
+        The page of the browser.
+    wrong
+        Errors on the page, and requests to other places.
+    """
+
+    def __init__(self, browser: Browser, address: str, **options: Any) -> None:
+        given = {"viewport": {"width": 1280, "height": 720}, **options}
+        self.context = browser.new_context(**given)
+        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        self.context.set_default_timeout(PATIENCE)
+        self.context.add_init_script("localStorage.setItem('motes.toured', 'yes')")
+        self.page: Page = self.context.new_page()
+        self.wrong: list[str] = []
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on(
+            "console",
+            lambda message: (
+                self.wrong.append(message.text)
+                if "Content Security Policy" in message.text
+                else None
+            ),
+        )
+        self.page.on("request", lambda request: self._check(request.url, address))
+        self.address = address
+        self.page.goto(address)
+
+    def _check(self, url: str, address: str) -> None:
+        if not url.startswith((address, "data:", f"blob:{address}")):
+            self.wrong.append(url)
+
+    def close(self) -> None:
+        """Close the page; fail if something on it was wrong."""
+        self.context.close()
+        assert not self.wrong, self.wrong
+
+    def state(self, of: str) -> Any:
+        """Return a value of the page's state, an expression over `s`."""
+        return self.page.evaluate(f"{START} (s => {of})(app.store.state))")
+
+    def until(self, of: str) -> None:
+        """Wait until an expression over the page's state `s` is true."""
+        end = time.monotonic() + PATIENCE / 1000
+        while not self.state(of):
+            assert time.monotonic() < end, f"it never was so: {of}"
+            self.page.wait_for_timeout(20)
+
+    def open(self, name: str = "film.mp4") -> str:
+        """Open a film in a new session, and return the session's name."""
+        self.page.get_by_label("Films", exact=True).get_by_role("button", name=name).click()
+        self.until("s.pictured === 0")
+        return str(self.state("s.session.id"))
+
+    def at(self, x: float, y: float) -> tuple[float, float]:
+        """Return where a point of the film is on the page."""
+        found = self.page.evaluate(
+            f"{START} {{ const {{ x, y }} = app.stages[0].canvas.getBoundingClientRect();"
+            f"const at = app.viewNow().toScreen([{x}, {y}]); return [at[0] + x, at[1] + y]; }})"
+        )
+        return found[0], found[1]
+
+    def drag(self, *points: tuple[float, float]) -> None:
+        """Drag from a point of the film over others to the last one."""
+        self.page.mouse.move(*self.at(*points[0]))
+        self.page.mouse.down()
+        for point in points[1:]:
+            self.page.mouse.move(*self.at(*point), steps=3)
+        self.page.mouse.up()
+
+    def draw(self, first: tuple[float, float] = CORNERS[0], last: tuple[float, float] = CORNERS[1],
+             key: str = "b") -> int:  # fmt: skip
+        """Draw a new object, and return its number."""
+        count = int(self.state("s.session.objects.length"))
+        self.page.keyboard.press(key)
+        self.drag(first, last)
+        self.until(f"s.session.objects.length === {count + 1} && !s.draft")
+        return int(self.state("s.session.objects.at(-1).object"))
+
+    def track(self) -> None:
+        """Track all objects, and wait for the result."""
+        self.page.keyboard.press("t")
+        self.until("s.session.objects.every(({ tracked }) => tracked)")
+        self.settle()
+
+    def settle(self) -> None:
+        """Wait until no run is under way, and all rows of what is tracked are results."""
+        self.until(
+            "s.session.objects.every(({ object, tracked, first, last }) => !tracked || Array.from("
+            "{ length: last - first + 1 }, (_, at) => s.rows.get(object)?.[first + at])"
+            ".every((row) => row?.final)) && [...s.jobs.values()].every(({ status }) => "
+            "!['waiting', 'running', 'paused'].includes(status))"
+        )
+
+    def go(self, frame: int) -> None:
+        """Show a frame."""
+        self.page.locator("#frame").fill(str(frame))
+        self.page.locator("#frame").press("Enter")
+        self.page.locator("canvas.over").first.focus()
+        self.until(f"s.pictured === {frame}")

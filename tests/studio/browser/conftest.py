@@ -1,0 +1,55 @@
+"""One browser and one studio for all tests of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser
+
+from browsers import CHROMIUM, Program, Shown, browsing, film
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("there is no chromium; install it to test the studio's page")
+    with browsing() as found:
+        yield found
+
+
+@pytest.fixture(scope="session")
+def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("films")
+    film(folder / "film.mp4")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def studio(
+    browser: Browser, films: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Program]:
+    program = Program(films, tmp_path_factory.mktemp("data"))
+    yield program
+    program.close()
+
+
+@pytest.fixture
+def visit(browser: Browser, studio: Program) -> Iterator[Callable[..., Shown]]:
+    """Return a function that opens the studio's page as one more visitor."""
+    opened: list[Shown] = []
+
+    def visitor(**options: Any) -> Shown:
+        opened.append(Shown(browser, studio.address, **options))
+        return opened[-1]
+
+    yield visitor
+    for shown in opened:
+        shown.close()
+
+
+@pytest.fixture
+def shown(visit: Callable[..., Shown]) -> Shown:
+    return visit()

@@ -1,0 +1,210 @@
+"""Objects on the page: drawn, tracked, corrected and taken home."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from browsers import FRAMES, MIDDLE, Shown
+from motes.cli import main
+
+pytestmark = pytest.mark.slow
+
+
+def repeated(command: str, files: dict[str, str], films: Path, at: Path) -> bytes:
+    """Run a command line that the page has shown, and return its rows."""
+    for name, text in files.items():
+        (at / name).write_text(text)
+    words = shlex.split(command)
+    assert words[:3] == ["motes", "track", "film.mp4"]
+    assert main([*words[1:2], str(films / "film.mp4"), *words[3:-1], str(at / "again.csv")]) == 0
+    return (at / "again.csv").read_bytes()
+
+
+def test_tracks_are_made_corrected_and_taken_home(
+    shown: Shown, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shown.open()
+    shown.page.evaluate(
+        "import('/static/main.js').then(({ app }) => { window.seen = [];"
+        "app.store.on(['rows'], ({ rows, jobs }) => window.seen.push(["
+        "rows.get(1)?.filter(Boolean).length ?? 0,"
+        "[...jobs.values()].some(({ status }) => status === 'running')])); })"
+    )
+    number = shown.draw()
+    assert shown.state("s.session.objects[0].keyframes[0].region.length") == 4
+    shown.page.locator("#track").click()
+    shown.until("s.session.objects[0].tracked")
+    shown.settle()
+    seen = shown.page.evaluate("window.seen")
+    assert any(0 < count < FRAMES and running for count, running in seen), "rows came while it ran"
+    assert shown.page.get_by_label("Objects", exact=True).get_by_text("Object 1").count()
+
+    shown.go(40)
+    x, y, *_ = shown.state(f"(({{ x, y }}) => [x, y])(s.rows.get({number})[40])")
+    shown.drag((x, y), (x + 3, y + 2))
+    shown.until("s.session.objects[0].keyframes.length === 2")
+    shown.settle()
+    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") == [0, 40]
+    assert shown.state("s.session.objects[0].corrections") == 1
+    assert "1 correction of Object 1" in shown.page.locator(".effort").inner_text()
+
+    shown.page.get_by_role("button", name="Export and import").click()
+    with shown.page.expect_download() as download:
+        shown.page.get_by_role("button", name="Export", exact=True).click()
+    download.value.save_as(tmp_path / "page.csv")
+    shown.page.keyboard.press("Escape")
+    shown.page.get_by_role("button", name="Command line").click()
+    shown.page.get_by_role("button", name="Copy Command").click()
+    shown.page.get_by_text("Copied", exact=True).wait_for()
+    command = shown.page.evaluate("navigator.clipboard.readText()")
+    titles = shown.page.locator(".code pre").evaluate_all("all => all.map(one => one.ariaLabel)")
+    texts = shown.page.locator(".code pre").all_inner_texts()
+    files = dict(zip(titles[1:], texts[1:], strict=True))
+    assert (tmp_path / "page.csv").read_bytes() == repeated(command, files, films, tmp_path)
+
+
+def test_an_ellipse_is_turned_and_moved_by_its_handles(shown: Shown) -> None:
+    shown.open()
+    shown.draw(key="e")
+    x, y, a, b, theta = shown.state("s.session.objects[0].keyframes[0].region")
+    assert (a, b, theta) == (30, 40, 0)
+    scale = shown.page.evaluate("import('/static/main.js').then(({ app }) => app.viewNow().scale)")
+    shown.drag((x + a + 22 / scale, y), (x + 30, y + 30))
+    shown.until("s.session.objects[0].keyframes[0].region[4] > 0.7 && !s.draft")
+    assert shown.state("s.session.objects[0].keyframes[0].region[4]") == pytest.approx(
+        0.785, abs=0.02
+    )
+    shown.drag((x, y), (x + 20, y))
+    shown.until(f"s.session.objects[0].keyframes[0].region[0] > {x} + 15 && !s.draft")
+
+
+def test_marks_and_identities_change_and_are_taken_back(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    press = shown.page.keyboard.press
+    shown.go(20)
+    press("k")
+    shown.until("s.session.objects[0].keyframes.length === 2")
+    shown.go(30)
+    press("a")
+    shown.until("s.session.objects[0].absent.length === 1")
+    press("Control+z")
+    shown.until("s.session.objects[0].absent.length === 0 && s.session.redo")
+    press("Control+y")
+    shown.until("s.session.objects[0].absent.length === 1")
+    press("a")
+    shown.until("s.session.objects[0].absent.length === 0")
+    shown.go(10)
+    press("s")
+    shown.until("s.session.objects.length === 2")
+    shown.page.get_by_role("button", name="Object 1", exact=False).first.click()
+    other = shown.state("s.session.objects.find(({ object }) => object !== s.selected).object")
+    shown.page.get_by_label("Join with").select_option(str(other))
+    shown.until("s.session.objects.length === 1")
+    assert shown.state("s.session.objects[0].keyframes.map(({ frame }) => frame)") in (
+        [0, 20], [0, 10, 20],
+    )  # fmt: skip
+
+
+def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    shown.page.get_by_role("button", name="Side by side", exact=True).click()
+    shown.page.locator("dialog").get_by_label("Tracker").select_option("mean_shift")
+    shown.page.get_by_role("button", name="Track and compare").click()
+    shown.until("s.beside !== null && s.session.objects.every(({ tracked }) => tracked)")
+    shown.settle()
+    captions = shown.page.locator(".stage .caption:not(.hint)")
+    assert captions.count() == 2
+    shown.go(30)
+    assert "mean_shift" in captions.nth(1).inner_text()
+    assert "default" in captions.nth(0).inner_text()
+    shown.page.get_by_role("button", name="End side by side").click()
+    assert shown.page.locator(".stage").count() == 1
+
+
+def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
+    shown.open()
+    number = shown.draw()
+    shown.track()
+    shown.page.keyboard.press("n")
+    shown.until(f"s.doubts.get({number}) && s.seeking === null")
+    items = shown.state(f"s.doubts.get({number})")
+    if items:
+        shown.until(f"s.frame === {items[0]['frame']}")
+
+
+def test_all_layers_of_a_frame_come(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
+    shown.until("s.session.objects[0].preset === 'nummiaro'")
+    shown.track()
+    shown.go(12)
+    shown.page.get_by_label("Surface around the target").select_option("rho")
+    shown.until("s.looked?.frame === 12 && s.looked.rho && s.looked.particles.length")
+    shown.page.locator("canvas.plot").first.wait_for()
+    cues = shown.state("s.session.objects[0].cues")
+    shown.page.get_by_label("Surface around the target").select_option(f"cue:{cues[0]}")
+    shown.until(f"s.looked?.likelihoods['{cues[0]}']")
+
+
+def test_two_people_see_the_same_session(visit: Callable[..., Shown]) -> None:
+    one, two = visit(), visit()
+    session = one.open()
+    two.page.goto(f"{two.address}#{session}")
+    two.until("s.pictured === 0")
+    one.draw()
+    two.until("s.session.objects.length === 1")
+    two.track()
+    one.settle()
+    rows = "[...s.rows.get(1).map(({ x, y, a }) => [x, y, a])]"
+    assert one.state(rows) == two.state(rows)
+    three = visit()
+    three.open()
+    assert three.state("s.session.objects.length") == 0
+
+
+def test_a_slow_network_loses_pictures_but_no_rows(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    network = shown.context.new_cdp_session(shown.page)
+    network.send("Network.enable")
+    slow = {"latency": 300, "downloadThroughput": 40_000, "uploadThroughput": 40_000}
+    network.send("Network.emulateNetworkConditions", {"offline": False, **slow})
+    shown.track()
+    assert shown.state("s.rows.get(1).filter(Boolean).length") == FRAMES
+    shown.until("s.pictured === s.frame")
+
+
+def test_drawing_needs_no_pointer(shown: Shown) -> None:
+    page = shown.page
+    page.get_by_label("Films", exact=True).get_by_role("button", name="film.mp4").focus()
+    page.keyboard.press("Enter")
+    shown.until("s.pictured === 0")
+    for key in ("b", "Enter", "ArrowRight", "Shift+ArrowDown", "Control+ArrowRight"):
+        page.keyboard.press(key)
+    region = shown.state("s.draft.region")
+    assert region[0] != MIDDLE[0]
+    page.keyboard.press("Enter")
+    shown.until("s.session.objects.length === 1 && !s.draft")
+    shown.track()
+    for key in ("Home", "f", "f", "ArrowRight", "d"):
+        page.keyboard.press(key)
+    shown.until("s.frame === 2")
+    shown.go(7)
+    for key in ("Enter", "ArrowLeft", "]", "Enter"):
+        page.keyboard.press(key)
+    shown.until("s.session.objects[0].keyframes.length === 2 && !s.draft")
+    page.keyboard.press(",")
+    shown.until("s.frame === 0")
+    page.keyboard.press("Space")
+    shown.until("s.frame > 3")
+    page.keyboard.press("Space")
+    page.keyboard.press("?")
+    page.get_by_role("heading", name="Keys").wait_for()

@@ -1,0 +1,262 @@
+"""The page itself: its protocol, films, many objects, accessibility, and what may go wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser
+
+from browsers import CORNERS, FRAMES, Program, Shown, film
+from motes.studio import protocol
+
+pytestmark = pytest.mark.slow
+
+SIZES = [(1280, 720), (1920, 1080), (3840, 2160), (1024, 700)]
+CUT = """() => [...document.querySelectorAll('button, select, input, h2, .caption')]
+    .filter((one) => one.checkVisibility() && !one.closest('.unseen') && !one.matches('.unseen'))
+    .filter((one) => { const { left, right, width } = one.getBoundingClientRect();
+        return width && (left < -1 || right > innerWidth + 1); })
+    .map((one) => one.outerHTML)"""
+"""What of the page sticks out of the window."""
+
+
+def test_page_and_server_have_the_same_protocol(shown: Shown) -> None:
+    tables = shown.page.evaluate(
+        "Promise.all([import('/static/protocol.js'), import('/static/messages.js')])"
+        ".then(([one, two]) => "
+        "[one.COMMANDS, one.ROW, one.SCENE_OBJECT, Object.keys(two.MESSAGES)])"
+    )
+    commands, row, scene_object, messages = tables
+    definitions = protocol.schema()["$defs"]
+
+    def described(kinds: Any) -> dict[str, set[str]]:
+        found = [definitions[kind.__name__]["properties"] for kind in get_args(kinds)]
+        return {each["type"]["enum"][0]: set(each) - {"type", "id"} for each in found}
+
+    assert {name: set(fields) for name, fields in commands.items()} == described(protocol.Command)
+    assert {*messages, "reply"} == set(described(protocol.Message))
+    assert tuple(row) == protocol.Row.__struct_fields__
+    assert tuple(scene_object) == protocol.SceneObject.__struct_fields__
+
+
+def test_all_that_moves_is_counted(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    page.get_by_role("button", name="Draw a line that is counted").click()
+    shown.drag((40, 120), (160, 118), (280, 120))
+    shown.until("s.session.places.lines.length === 1")
+    page.get_by_role("button", name="Draw a zone that is counted").click()
+    for point in ((60, 60), (200, 60), (200, 180)):
+        page.mouse.click(*shown.at(*point))
+    page.keyboard.press("Enter")
+    shown.until("s.session.places.zones.length === 1 && !s.corners.length")
+    page.get_by_role("button", name="Click four points of the ground").click()
+    for point in ((20, 20), (300, 20), (300, 220), (20, 220)):
+        page.mouse.click(*shown.at(*point))
+    page.get_by_label("X of point 2").fill("7")
+    page.get_by_role("button", name="Set the ground").click()
+    shown.until("s.session.places.ground?.length === 4")
+    assert shown.state("s.session.places.ground[1][2]") == 7
+    page.get_by_label("Name of line 1").fill("door")
+    page.get_by_label("Name of line 1").press("Enter")
+    shown.until("s.session.places.lines[0].name === 'door'")
+    page.get_by_role("button", name="Track all that moves").click()
+    shown.until(
+        "[...s.jobs.values()].some(({ kind, status }) => kind === 'watch' && status === 'done')"
+    )
+    shown.until(f"s.scene.filter(Boolean).length === {FRAMES} && s.counts")
+    assert page.get_by_role("row", name="Objects now").is_visible()
+    page.locator(".slit img").wait_for()
+
+
+def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
+    page = shown.page
+    page.locator("#file").set_input_files(film(tmp_path / "mine.mp4", frames=5))
+    shown.until("s.film?.name === 'mine.mp4' && s.pictured === 0")
+    page.goto(shown.address)
+    (tmp_path / "list.mp4").write_text("#EXTM3U\nhttp://example.org/film.mp4\n")
+    page.locator("#file").set_input_files(tmp_path / "list.mp4")
+    page.get_by_role("alert").get_by_text("list.mp4 was not taken").wait_for()
+
+
+def test_rows_come_back_by_import(shown: Shown, tmp_path: Path) -> None:
+    page = shown.page
+    shown.open()
+    shown.draw()
+    shown.track()
+    page.keyboard.press("x")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Export", exact=True).click()
+    download.value.save_as(tmp_path / "rows.csv")
+    page.get_by_label("File to import").set_input_files(tmp_path / "rows.csv")
+    shown.until("s.session.objects.length === 2")
+    page.keyboard.press("Escape")
+    shown.until(f"s.rows.get(2)?.filter(Boolean).length === {FRAMES}")
+
+
+def test_hostile_messages_are_refused_and_the_page_goes_on(shown: Shown) -> None:
+    session = shown.open()
+    answers = shown.page.evaluate(
+        """(session) => new Promise((resolve) => {
+        const socket = new WebSocket(`ws://${location.host}/api/sessions/${session}/ws`);
+        const answers = [];
+        const bad = ['', 'null', '{"type": "track"}',
+            '{"type": "add_object", "id": 1, "frame": -1}',
+            JSON.stringify({ type: 'track', id: 2, objects: Array(5000).fill(1) }),
+            JSON.stringify({ type: 'remove_object', id: 3, object: 99 })];
+        socket.onopen = () => bad.forEach((text) => socket.send(text));
+        socket.onmessage = ({ data }) => {
+            const message = JSON.parse(data);
+            if (message.type === 'reply') answers.push(message);
+            if (answers.length === bad.length) { socket.close(); resolve(answers); }
+        };
+    })""",
+        session,
+    )
+    assert all(answer["error"] for answer in answers)
+    assert "\n" not in "".join(answer["error"] for answer in answers)
+    shown.draw()
+
+
+def test_a_killed_server_loses_nothing(browser: Browser, films: Path, tmp_path: Path) -> None:
+    first = Program(films, tmp_path)
+    shown = Shown(browser, first.address)
+    try:
+        session = shown.open()
+        shown.draw()
+        shown.track()
+        shown.go(20)
+        shown.page.keyboard.press("k")
+        shown.until("s.session.objects[0].keyframes.length === 2")
+        shown.settle()
+        known = "s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])"
+        rows = shown.state(known)
+        first.kill()
+        shown.until("!s.connected")
+        shown.page.keyboard.press("k")
+        shown.page.get_by_role("alert").get_by_text("does not answer").first.wait_for()
+        second = Program(films, tmp_path, first.port)
+        try:
+            shown.until("s.connected && s.session.undo")
+            shown.page.goto(shown.address)
+            shown.page.get_by_label("Sessions", exact=True).get_by_role("link").first.click()
+            shown.until(f"s.session?.id === '{session}' && s.rows.get(1)?.length === {FRAMES}")
+            assert (
+                shown.state("s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])") == rows
+            )
+            shown.page.keyboard.press("Control+z")
+            shown.until("s.session.objects[0].keyframes.length === 1")
+        finally:
+            second.close()
+    finally:
+        shown.close()
+        first.close()
+
+
+@pytest.mark.parametrize("colors", ["dark", "light"])
+def test_axe_finds_nothing(visit: Callable[..., Shown], colors: str) -> None:
+    # axe is put into the page by a tool; the policy of the page would refuse it
+    shown = visit(color_scheme=colors, bypass_csp=True)
+    page = shown.page
+
+    def check(where: str) -> None:
+        found = Axe().run(page).response["violations"]
+        lines = [(one["id"], one["nodes"][0]["failureSummary"][:300]) for one in found]
+        assert not lines, (where, lines)
+
+    check("films")
+    shown.open()
+    shown.draw()
+    check("an object")
+    for tab in ("Doubts", "Count"):
+        page.get_by_role("tab", name=tab).click()
+        check(tab)
+    shown.track()
+    for key in ("?", "x", "c"):
+        page.keyboard.press(key)
+        page.locator("dialog[open]").wait_for()
+        check(f"dialog of {key}")
+        page.keyboard.press("Escape")
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_sticks_out_of_the_window(
+    visit: Callable[..., Shown], size: tuple[int, int]
+) -> None:
+    shown = visit(viewport={"width": size[0], "height": size[1]})
+    assert shown.page.evaluate(CUT) == []
+    shown.open()
+    shown.draw()
+    assert shown.page.evaluate(CUT) == []
+    heights = shown.page.evaluate(
+        "['tools', 'stages', 'transport', 'strip', 'timeline']"
+        ".map((name) => document.getElementById(name).getBoundingClientRect())"
+        ".map(({ top, bottom }) => [top, bottom])"
+    )
+    assert all(above[1] <= below[0] + 1 for above, below in pairwise(heights))
+    assert heights[-1][1] <= size[1] + 1
+
+
+def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
+    shown = visit(has_touch=True)
+    shown.open()
+    shown.page.keyboard.press("b")
+    touch = shown.context.new_cdp_session(shown.page)
+
+    def send(kind: str, *points: tuple[float, float]) -> None:
+        given: list[dict[str, Any]] = [
+            {"x": x, "y": y, "id": at} for at, (x, y) in enumerate(points)
+        ]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": given})
+
+    first, last = shown.at(*CORNERS[0]), shown.at(*CORNERS[1])
+    send("touchStart", first)
+    send("touchMove", last)
+    send("touchEnd")
+    shown.until("s.session.objects.length === 1 && !s.draft")
+    x, y = first
+    send("touchStart", (x, y), (x + 50, y))
+    send("touchMove", (x - 50, y), (x + 100, y))
+    send("touchEnd")
+    shown.until("s.view?.scale > 2")
+
+
+def test_the_tour_has_five_steps(visit: Callable[..., Shown]) -> None:
+    shown = visit()
+    shown.page.get_by_role("button", name="Take the tour").click()
+    for step in range(1, 6):
+        shown.page.get_by_text(f"{step} of 5").wait_for()
+        shown.page.keyboard.press("Enter")
+    shown.page.locator(".tour").wait_for(state="detached")
+
+
+def test_colors_are_switched_and_kept(shown: Shown) -> None:
+    theme = "document.documentElement.dataset.theme"
+    assert shown.page.evaluate(theme) == "light"
+    for _ in range(2):
+        shown.page.get_by_role("button", name="Light or dark").click()
+    shown.page.wait_for_function(f"{theme} === 'dark'")
+    shown.page.reload()
+    shown.page.wait_for_function(f"{theme} === 'dark'")
+
+
+def test_the_timeline_and_the_wheel_go_to_frames(shown: Shown) -> None:
+    shown.open()
+    box = shown.page.locator("canvas.timeline").bounding_box()
+    assert box is not None
+    shown.page.mouse.click(box["x"] + 132 + 0.51 * (box["width"] - 132), box["y"] + 40)
+    shown.until("s.pictured === 30")
+    shown.page.mouse.wheel(0, -300)
+    shown.until("s.range !== null")
+    strip = shown.page.locator("canvas.thumbnails").bounding_box()
+    assert strip is not None
+    shown.page.mouse.click(strip["x"] + strip["width"] - 2, strip["y"] + 10)
+    shown.until(f"s.pictured === {FRAMES - 1}")
+    shown.page.mouse.move(*shown.at(100, 100))
+    shown.page.mouse.wheel(0, -200)
+    shown.until("s.view !== null")

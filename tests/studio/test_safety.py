@@ -1,0 +1,247 @@
+"""What the studio refuses: other hosts, paths, playlists, sizes, messages; and films that kill."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from clips import clip
+from motes.core.errors import SourceError
+from motes.studio import protocol
+from motes.studio.safety import COOKIE, Guard, Limits, inside
+from studios import begin, film, looking, running
+
+PIXELS = 200 * 200
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("films")
+    film(path / "film.mkv", frames=12)
+    (path / "deep").mkdir()
+    film(path / "deep" / "film.mkv", frames=3)
+    outside = tmp_path_factory.mktemp("outside")
+    film(outside / "secret.mkv", frames=3)
+    (path / "link.mkv").symlink_to(outside / "secret.mkv")
+    (path / "list.mp4").write_text("#EXTM3U\nhttp://example.org/a.ts\n")
+    (path / "concat.mkv").write_text("ffconcat version 1.0\nfile film.mkv\n")
+    lines = "v=0", "o=- 0 0 IN IP4 127.0.0.1", "s=x", "c=IN IP4 127.0.0.1", "m=video 9 RTP/AVP 96"
+    (path / "sdp.mp4").write_text("\n".join(lines))
+    (path / "text.mp4").write_text("no film\n" * 100)
+    (path / "notes.txt").write_text("x")
+    clip(path / "wide.mp4", frames=2, width=320, height=240)
+    clip(path / "long.mp4", frames=60)
+    os.mkfifo(path / "pipe.mp4")
+    return path
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    limits = Limits(upload=50_000, imported=10_000, pixels=PIXELS, frames=40, sessions=2, jobs=1)
+    with running(folder, tmp_path_factory.mktemp("data"), limits=limits) as client:
+        yield client
+
+
+def error(answer: httpx.Response) -> str:
+    assert answer.status_code == 400, answer.text
+    return str(answer.json()["error"])
+
+
+def test_only_plain_films_are_listed(client: httpx.Client) -> None:
+    names = {each["name"] for each in client.get("/api/films").json()}
+    assert {"film.mkv", "deep/film.mkv"} <= names
+    assert not {"link.mkv", "pipe.mp4", "notes.txt"} & names
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("../outside/secret.mkv", "no film"),
+        ("deep/../../x", "no film"),
+        ("/etc/passwd", "no film"),
+        ("link.mkv", "no film"),
+        ("a\0b", "no film"),
+        ("", "no film"),
+        (".", "no film"),
+        ("http://example.org/a.mp4", "no film"),
+        ("0", "no film"),
+        ("pipe.mp4", "no plain file"),
+        ("notes.txt", "ends in none"),
+        ("list.mp4", "playlist"),
+        ("concat.mkv", "playlist"),
+        ("sdp.mp4", "not a video"),
+        ("text.mp4", "not a video"),
+        ("wide.mp4", "pixels"),
+        ("long.mp4", "frames"),
+    ],
+)
+def test_films_are_refused(client: httpx.Client, name: str, word: str) -> None:
+    assert word in error(client.post("/api/sessions", json={"film": name}))
+    assert name not in {each["film"] for each in client.get("/api/sessions").json()}
+
+
+def test_devices_and_links_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "a.png").symlink_to("/dev/zero")
+    (tmp_path / "zero.mp4").symlink_to("/dev/zero")
+    for name in ("images", "zero.mp4"):
+        with pytest.raises(SourceError):
+            inside(tmp_path, name)
+
+
+def test_uploads(client: httpx.Client, tmp_path: Path) -> None:
+    data = film(tmp_path / "mine.mkv", frames=5).read_bytes()
+    one = client.post("/api/uploads?name=..%2F..%2Fmine.mkv", content=data)
+    assert one.json() == {"name": "mine.mkv", "bytes": len(data), "uploaded": True}
+    again = client.post("/api/uploads?name=mine.mkv", content=data).json()
+    assert again["name"] != "mine.mkv"
+    opened = client.post("/api/sessions", json={"film": "mine.mkv", "uploaded": True}).json()
+    assert opened["film"]["frames"] == 5
+    client.delete(f"/api/sessions/{opened['id']}")
+    assert "larger" in error(client.post("/api/uploads?name=x.mp4", content=b"0" * 60_000))
+    parts = (b"0" * 10_000 for _ in range(6))
+    assert "larger" in error(client.post("/api/uploads?name=x.mp4", content=parts))
+    assert "playlist" in error(client.post("/api/uploads?name=x.mp4", content=b"#EXTM3U\n"))
+    assert "ends in none" in error(client.post("/api/uploads?name=x.m3u8", content=b"0"))
+    assert "name" in error(client.post("/api/uploads", content=b"0"))
+    names = {each["name"] for each in client.get("/api/films").json() if each["uploaded"]}
+    assert names == {"mine.mkv", again["name"]}
+
+
+def test_other_pages_are_refused(client: httpx.Client) -> None:
+    host = client.base_url.netloc.decode()
+    for headers in (
+        {"Host": "evil.example"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+    ):
+        assert client.get("/api/films", headers=headers).status_code == 403
+        assert client.post("/api/sessions", headers=headers).status_code == 403
+    assert client.get("/api/films", headers={"Origin": f"http://{host}"}).status_code == 200
+    upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
+    upgrade["Sec-WebSocket-Key"] = "dGhlIHNhbXBsZSBub25jZQ=="
+    for foreign in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}):
+        answer = client.get("/api/sessions/x/ws", headers=upgrade | foreign)
+        assert answer.status_code == 403
+
+
+def test_all_answers_have_their_headers(client: httpx.Client) -> None:
+    for path in ("/", "/api/films", "/nothing", "/static/../../server.py"):
+        headers = client.get(path).headers
+        policy = headers["content-security-policy"]
+        assert "script-src 'self'" in policy
+        assert "unsafe" not in policy
+        assert headers["x-content-type-options"] == "nosniff"
+    assert client.get("/static/..%2fserver.py").status_code == 404
+
+
+def test_a_token_is_needed(folder: Path, tmp_path: Path) -> None:
+    with running(folder, tmp_path, token="right") as client:
+        assert client.get("/").status_code == 403
+        assert client.get("/api/films").status_code == 403
+        assert client.get("/?token=wrong").status_code == 403
+        address = str(client.base_url).replace("http", "ws").rstrip("/")
+        with pytest.raises(InvalidStatus), connect(f"{address}/api/sessions/x/ws"):
+            pass
+        answer = client.get("/?token=right")
+        assert (answer.status_code, answer.headers["location"]) == (303, "/")
+        cookie = answer.headers["set-cookie"].lower()
+        assert "samesite=strict" in cookie
+        assert "httponly" in cookie
+        assert client.cookies[COOKIE] == "right"
+        assert client.get("/api/films").status_code == 200
+
+
+def test_hosts_are_checked_on_this_computer_alone() -> None:
+    assert Guard("127.0.0.1", 80, None).refusal({"host": "evil:80"})
+    assert Guard("127.0.0.1", 80, None).refusal({"host": "localhost:80"}) is None
+    assert Guard("0.0.0.0", 80, "token").refusal({"host": "lab:80"}) is None
+    assert not Guard("0.0.0.0", 80, "token").knows("")
+    assert not Guard("0.0.0.0", 80, "token").knows("tökén")
+
+
+def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
+    session = begin(client)
+    with looking(client, session) as page:
+        for text in (
+            "", "nonsense", "[]", "1e999", '{"type":"undo"}', '{"type":"no","id":1}',
+            '{"type":"undo","id":-1}', '{"type":"undo","id":1,"more":2}', "[" * 10_000,
+            '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[1,2]}',
+            '{"type":"add_object","id":1,"name":"a","color":"url(x)","frame":0,"region":[1,2,3,4]}',
+            '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[NaN,2,3,4]}',
+            '"' + "x" * protocol.LARGEST_MESSAGE + '"',
+        ):  # fmt: skip
+            before = len(page.of(protocol.Reply))
+            page.raw(text)
+            page.until(lambda n=before: len(page.of(protocol.Reply)) > n)  # type: ignore[misc]
+            reply = page.of(protocol.Reply)[-1]
+            assert reply.id == -1, text[:60]
+            assert reply.error
+            assert "\n" not in reply.error
+            assert len(reply.error) < 400
+        huge = {"frame": 0, "region": (1e300, 0, 1e300, 5), "name": "x", "color": "#000000"}
+        assert page.ask("add_object", **huge).error
+    big = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"0" * 20_000)
+    assert "larger" in error(big)
+    assert "request" in error(client.post("/api/sessions", content=b"{"))
+    client.delete(f"/api/sessions/{session}")
+
+
+def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
+    one, two = begin(client), begin(client)
+    with looking(client, one) as page, looking(client, two):
+        assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
+        first = page.drawn(preset="nummiaro:printed")
+        second = page.drawn(preset="nummiaro:printed")
+        job = page.do("track", objects=[first]).job
+        page.do("pause", job=job)
+        assert "1 jobs" in str(page.ask("track", objects=[second]).error)
+        page.do("stop", job=job)
+    for each in (one, two):
+        client.delete(f"/api/sessions/{each}")
+
+
+def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
+    good = begin(client)
+    before = set(multiprocessing.active_children())
+    bad = begin(client, "deep/film.mkv")
+    with looking(client, good) as page, looking(client, bad) as other:
+        number = other.drawn(region=(30.0, 25.0, 30.0, 40.0))
+        for worker in set(multiprocessing.active_children()) - before:
+            os.kill(worker.pid or 0, signal.SIGSEGV)
+        refused = client.get(f"/api/sessions/{bad}/frames/1.jpg")
+        assert "ended its worker (SIGSEGV" in error(refused)
+        other.until(lambda: other.of(protocol.Failure))
+        job = other.do("track", objects=[number]).job
+        assert job is not None
+        other.until(lambda: other.jobs[job].status == "failed")
+        assert "SIGSEGV" in str(other.jobs[job].error)
+        assert client.get(f"/api/sessions/{bad}/frames/1.jpg").status_code == 200  # a new worker
+        other.tracked(number)
+        assert not page.of(protocol.Failure)
+        assert client.get(f"/api/sessions/{good}/frames/1.jpg").status_code == 200
+    for each in (good, bad):
+        client.delete(f"/api/sessions/{each}")
+
+
+def test_workers_have_limits(folder: Path, tmp_path: Path) -> None:
+    little = Limits(memory=700 << 20, silence=3.0)
+    with running(folder, tmp_path, limits=little) as client:
+        session = begin(client)
+        with looking(client, session) as page:
+            toml = "particles = 1_000_000"
+            number = page.drawn(preset="nummiaro", config=toml)
+            job = page.do("track", objects=[number]).job
+            assert job is not None
+            page.until(lambda: page.jobs[job].status == "failed")
+            assert "memory" in str(page.jobs[job].error) or "worker" in str(page.jobs[job].error)
+            page.do("change_object", object=number, config=None)
+            page.tracked(number)

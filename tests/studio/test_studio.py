@@ -1,0 +1,327 @@
+"""The studio from end to end, without a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import msgspec
+import pytest
+
+from motes.cli import main
+from motes.studio import protocol
+from studios import BOX, FRAMES, Page, begin, film, looking, running
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("films")
+    film(path / "film.mkv")
+    return path
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
+    with running(folder, tmp_path_factory.mktemp("data")) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def session(client: httpx.Client) -> str:
+    return begin(client)
+
+
+@pytest.fixture
+def page(client: httpx.Client, session: str) -> Iterator[Page]:
+    with looking(client, session) as page:
+        for each in page.session.objects:
+            if each.compared is None:
+                page.do("remove_object", object=each.object)
+        yield page
+
+
+def moved(dx: float) -> tuple[float, ...]:
+    return (BOX[0] + dx, *BOX[1:])
+
+
+def exported(client: httpx.Client, session: str, **options: str | int) -> bytes:
+    answer = client.get(f"/api/sessions/{session}/export", params=dict(options))
+    assert answer.status_code == 200, answer.text
+    return answer.content
+
+
+def repeated(
+    client: httpx.Client, session: str, number: int, output: str, folder: Path, at: Path
+) -> bytes:
+    """Run the command line that the studio shows, and return its rows."""
+    found = client.get(f"/api/sessions/{session}/command", params={"object": number}).json()
+    for name, text in found["files"].items():
+        (at / name).write_text(text)
+    words = found["command"].split()
+    assert words[:3] == ["motes", "track", "film.mkv"]
+    assert main([*words[1:-1], str(at / output)]) == 0
+    return (at / output).read_bytes()
+
+
+FORMS = {"csv": "rows.csv", "jsonl": "rows.jsonl", "coco": "rows.json", "mot": "rows.txt",
+         "cvat": "rows.xml", "vot": "rows.vot.txt"}  # fmt: skip
+
+
+def test_rows_are_those_of_the_command_line(
+    client: httpx.Client,
+    session: str,
+    page: Page,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(folder)
+    number = page.drawn(frame=10, preset="nummiaro", seed=3)
+    page.tracked(number)
+    page.settle()
+    for form, name in FORMS.items():
+        ours = exported(client, session, format=form, object=number)
+        assert ours == repeated(client, session, number, name, folder, tmp_path), form
+    page.do("set_keyframe", object=number, frame=25, region=moved(2))
+    page.do("set_absent", object=number, first=30, last=33)
+    page.settle()
+    ours = exported(client, session, format="csv", object=number)
+    assert ours == repeated(client, session, number, "corrected.csv", folder, tmp_path)
+    history = exported(client, session, format="corrections", object=number)
+    assert history == (tmp_path / "corrected.csv.corrections.json").read_bytes()
+
+
+def test_refined_rows_are_those_of_the_command_line(
+    client: httpx.Client,
+    session: str,
+    page: Page,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(folder)
+    number = page.drawn()
+    page.tracked(number)
+    rows = tmp_path / "rows.csv"
+    rows.write_bytes(exported(client, session, format="csv", object=number))
+    history = exported(client, session, format="corrections", object=number)
+    rows.with_name("rows.csv.corrections.json").write_bytes(history)
+    assert main(["refine", "film.mkv", str(rows), "--at", f"20={','.join(map(str, BOX))}"]) == 0
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.settle()
+    assert rows.read_bytes() == exported(client, session, format="csv", object=number)
+
+
+def test_a_correction_changes_only_its_stretch(page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    page.tracked(number)
+    before = dict(page.rows[number])
+    page.do("set_keyframe", object=number, frame=30, region=moved(3))
+    page.settle()
+    after = page.rows[number]
+    assert all(after[t] == before[t] for t in range(21))
+    assert after[30] != before[30]
+    assert page.item(number).corrections == 2
+    assert page.session.effort == pytest.approx(100 * 2 / FRAMES)
+
+
+def test_undo_and_redo(page: Page) -> None:
+    number = page.drawn()
+    page.tracked(number)
+    first = dict(page.rows[number])
+    page.do("set_keyframe", object=number, frame=20, region=moved(4))
+    page.settle()
+    second = dict(page.rows[number])
+    assert first != second
+    page.do("undo")
+    page.settle()
+    assert [each.frame for each in page.item(number).keyframes] == [0]
+    assert page.rows[number] == first
+    page.do("redo")
+    page.settle()
+    assert page.rows[number] == second
+    page.do("undo")
+    page.do("change_object", object=number, name="new")
+    assert "again" in str(page.ask("redo").error)
+
+
+def test_split_and_join(page: Page) -> None:
+    number = page.drawn()
+    page.tracked(number)
+    other = page.do("split", object=number, frame=15).object
+    assert other is not None
+    page.settle()
+    one, two = page.item(number), page.item(other)
+    assert (one.first, one.last, two.first, two.last) == (0, 14, 15, FRAMES - 1)
+    assert [each.frame for each in two.keyframes] == [15]
+    page.do("join", object=number, other=other)
+    page.settle()
+    assert [each.object for each in page.session.objects] == [number]
+    assert page.item(number).last == FRAMES - 1
+    assert [each.frame for each in page.item(number).keyframes] == [0, 15]
+
+
+def test_two_trackers_are_compared(page: Page) -> None:
+    number = page.drawn()
+    twin = page.do("compare", object=number, preset="nummiaro").object
+    assert twin is not None
+    page.tracked()
+    assert page.final(number)
+    page.settle()
+    page.do("set_keyframe", object=number, frame=20, region=BOX)
+    assert [each.frame for each in page.item(twin).keyframes] == [0, 20]
+    page.settle()
+    assert "follows" in str(page.ask("set_keyframe", object=twin, frame=3, region=BOX).error)
+
+
+def test_layers_and_doubts(page: Page) -> None:
+    number = page.drawn(preset="maggio")
+    page.tracked(number)
+    layers = ["rho", "likelihoods", "particles", "histograms", "orientation"]
+    page.do("look", object=number, frame=5, layers=layers)
+    page.until(lambda: page.of(protocol.Layers))
+    (found,) = page.of(protocol.Layers)
+    assert found.frame == 5
+    assert set(found.likelihoods) == set(found.histograms) == {"color", "orientation"}
+    assert len(found.rho.values) == len(found.rho.y)
+    assert max(found.weights) == 1
+    assert len(found.orientation["rotated"]) == 36
+    page.do("doubts", object=number)
+    page.until(lambda: page.of(protocol.DoubtList))
+    assert page.of(protocol.DoubtList)[0].object == number
+
+
+def test_doubts_are_those_of_motes_check(
+    client: httpx.Client, session: str, page: Page, folder: Path, tmp_path: Path
+) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    rows = tmp_path / "rows.csv"
+    rows.write_bytes(exported(client, session, format="csv", object=number))
+    history = exported(client, session, format="corrections", object=number)
+    rows.with_name("rows.csv.corrections.json").write_bytes(history)
+    table = tmp_path / "doubts.csv"
+    assert main(["check", str(folder / "film.mkv"), str(rows), "-o", str(table)]) == 0
+    theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
+    page.do("doubts", object=number)
+    page.until(lambda: page.of(protocol.DoubtList))
+    assert [each.frame for each in page.of(protocol.DoubtList)[0].items] == theirs
+
+
+def test_watched_objects_are_those_of_the_command_line(
+    client: httpx.Client,
+    session: str,
+    page: Page,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(folder)
+    places = {"lines": [{"points": [48, 0, 48, 80], "name": "door"}], "zones": [], "ground": None}
+    page.do("set_places", places=places)
+    page.do("watch", seed=2)
+    page.settle()
+    page.until(lambda: sum(len(each.frames) for each in page.of(protocol.SceneRows)) == FRAMES)
+    found = client.get(f"/api/sessions/{session}/command").json()
+    for name, text in found["files"].items():
+        (tmp_path / name).write_text(text)
+    words = [
+        str(tmp_path / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
+        for word in found["command"].split()
+    ]
+    assert main(words[1:]) in (0, 4)
+    rows = client.get(f"/api/sessions/{session}/export?scene=1&format=csv").content
+    assert rows == (tmp_path / "rows.csv").read_bytes()
+    events = client.get(f"/api/sessions/{session}/export?scene=1&format=events").content
+    lines = (tmp_path / "events.jsonl").read_bytes().splitlines()
+    assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
+    slit = client.get(f"/api/sessions/{session}/slit?line=door")
+    assert slit.content.startswith(b"\x89PNG")
+
+
+def test_rows_come_back_from_a_file(client: httpx.Client, session: str, page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    data = exported(client, session, format="csv", object=number)
+    answer = client.post(f"/api/sessions/{session}/import?name=mine.csv", content=data)
+    assert answer.status_code == 201, answer.text
+    (new,) = answer.json()
+    page.until(lambda: any(each.object == new for each in page.session.objects))
+    page.settle()
+    assert exported(client, session, format="csv", object=new) == data
+    page.do("set_keyframe", object=new, frame=20, region=BOX)
+    page.settle()
+    bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
+    assert bad.status_code == 400
+    assert "format" in bad.json()["error"]
+
+
+def test_films_and_figures_are_made(client: httpx.Client, session: str, page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    one = client.get(f"/api/sessions/{session}/film?object={number}")
+    assert one.content[4:8] == b"ftyp"
+    page.drawn(name="other")
+    page.tracked()
+    assert client.get(f"/api/sessions/{session}/film").content[4:8] == b"ftyp"
+    both = exported(client, session, format="csv").decode().splitlines()
+    assert len(both) == 1 + 2 * FRAMES
+    figures = client.get(f"/api/sessions/{session}/figures?object={number}")
+    assert figures.content.startswith(b"PK"), figures.text[:200]
+    labels = exported(client, session, format="yolo")
+    assert labels.startswith(b"PK")
+
+
+def test_pictures(client: httpx.Client, session: str) -> None:
+    for index in (0, FRAMES - 1, 3, 4):
+        answer = client.get(f"/api/sessions/{session}/frames/{index}.jpg?width=48")
+        assert answer.headers["content-type"] == "image/jpeg"
+    again = client.get(
+        f"/api/sessions/{session}/frames/4.jpg?width=48",
+        headers={"If-None-Match": answer.headers["etag"]},
+    )
+    assert again.status_code == 304
+    beyond = client.get(f"/api/sessions/{session}/frames/{FRAMES}.jpg")
+    assert beyond.status_code == 400
+    assert str(FRAMES - 1) in beyond.json()["error"]
+    assert client.get(f"/api/sessions/{session}/strip?count=5").status_code == 200
+
+
+def test_a_job_is_paused_and_stopped(page: Page) -> None:
+    number = page.drawn(preset="nummiaro:printed")
+    job = page.do("track").job
+    page.do("pause", job=job)
+    page.until(lambda: page.of(protocol.Progress)[-1].status == "paused")
+    page.do("resume", job=job)
+    page.do("stop", job=job)
+    page.until(lambda: page.of(protocol.Progress)[-1].status == "stopped")
+    assert not page.item(number).tracked
+    page.tracked(number)
+    page.settle()
+
+
+def test_errors_are_replies(page: Page) -> None:
+    number = page.drawn()
+    for kind, fields, word in (
+        ("add_object", {"name": "x", "color": "#000000", "frame": 999, "region": BOX}, "frame"),
+        ("set_keyframe", {"object": 77, "frame": 0, "region": BOX}, "object"),
+        ("set_keyframe", {"object": number, "frame": 0, "region": (1e6, 0, 5, 5)}, "region"),
+        ("change_object", {"object": number, "preset": "nope"}, "preset"),
+        ("change_object", {"object": number, "config": "x = ["}, "configuration"),
+        ("stop", {"job": 999}, "job"),
+        ("set_absent", {"object": number, "first": 0, "last": FRAMES - 1}, "keyframe"),
+        ("watch", {"config": "detector = 'os:system'"}, "detector"),
+    ):
+        error = page.ask(kind, **fields).error
+        assert error is not None, kind
+        assert word in error.lower(), error
+    assert page.item(number).preset == "mean_shift"
+
+
+def test_presets_and_formats(client: httpx.Client) -> None:
+    presets = client.get("/api/presets").json()
+    assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
+    assert "default" not in {each["name"] for each in presets["watch"]}
+    assert "csv" in client.get("/api/formats").json()
