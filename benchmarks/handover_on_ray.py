@@ -18,6 +18,8 @@ from motes.mot.cameras.messages import CameraEnded, Ready
 from motes.mot.cameras.neighborhoods import parts_of
 from simulated_cameras import Building, Simulation
 
+SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
+"""Settings of Ray for a machine that others use: no process ends for their memory, and none waits."""
 WINDOW = 64
 """Reports of a sender that are on the way at a time, at full speed."""
 SENDERS = 1
@@ -104,7 +106,7 @@ def measure(building: Building, largest: int, people: float) -> None:
         num_cpus=2,
         include_dashboard=False,
         logging_level="ERROR",
-        _system_config={"memory_monitor_refresh_ms": 0},  # others may fill this machine
+        _system_config=SHARED,
     )
     try:
         rig = building.rig()

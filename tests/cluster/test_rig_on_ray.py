@@ -26,8 +26,14 @@ from streams import camera
 
 pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes[cluster]'")
 
-QUICK = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}
-"""Nodes that died are noticed after seconds, not after a quarter of a minute."""
+QUICK = {
+    "health_check_initial_delay_ms": 1000,
+    "health_check_period_ms": 1000,
+    "memory_monitor_refresh_ms": 0,
+    "worker_niceness": 0,
+}
+"""Nodes that died are noticed after seconds, not after a quarter of a minute. Workers do not wait for
+other processes of this machine, and do not end for their memory."""
 LIVES = re.compile("its process ended|its node died|it is back")
 ROOMS = """
 [[camera]]
