@@ -19,7 +19,7 @@ from motes.mot.cameras.neighborhoods import parts_of
 from simulated_cameras import Building, Simulation
 
 SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
-"""Settings of Ray for a machine that others use: no process ends for their memory, and none waits."""
+"""Settings of Ray for a machine that others use: no process waits for them, or ends for them."""
 WINDOW = 64
 """Reports of a sender that are on the way at a time, at full speed."""
 SENDERS = 1
