@@ -13,12 +13,12 @@ import msgspec
 import numpy as np
 from msgspec import UNSET
 
-from motes.core.config import to_dict
 from motes.core.errors import ConfigError, MotesError
 from motes.studio import protocol
 from motes.studio.clients import Client
-from motes.studio.document import Document, Target, changed, nearest_key
+from motes.studio.document import Document, Target, changed
 from motes.studio.jobs import Job, Jobs
+from motes.studio.plan import pass_to
 from motes.studio.pool import Pool
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
@@ -390,11 +390,7 @@ class Session:
 
     async def _look(self, command: protocol.Look) -> None:
         target = self.document.target(command.object)
-        start = nearest_key(target, command.frame)
-        task = LookAt(
-            target.object, to_dict(target.tracker), target.seed, start,
-            tuple(target.marks[start] or ()), command.frame, command.layers,
-        )  # fmt: skip
+        task = LookAt(target.object, pass_to(target, command.frame), command.layers)
         try:
             done = await self.ask(task, frames=abs(command.frame - start))
         except WorkerError as error:
