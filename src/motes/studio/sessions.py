@@ -390,9 +390,10 @@ class Session:
 
     async def _look(self, command: protocol.Look) -> None:
         target = self.document.target(command.object)
-        task = LookAt(target.object, pass_to(target, command.frame), command.layers)
+        run = pass_to(target, command.frame)
+        task = LookAt(target.object, run, command.layers)
         try:
-            done = await self.ask(task, frames=abs(command.frame - start))
+            done = await self.ask(task, frames=abs(run.stop - run.start))
         except WorkerError as error:
             self.send(protocol.Failure(str(error)))
             return
