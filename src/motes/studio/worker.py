@@ -30,7 +30,7 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
         try:
             do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
         except Exception as error:  # a damaged film may cause any
-            line.send(Failed(_text(error)))
+            line.send(Failed(text_of(error)))
             return
         for count in itertools.count():
             task = line.receive()
@@ -39,7 +39,7 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
             except StoppedError:
                 line.send(Done(stopped=True))
             except Exception as error:  # a fault, which must not reach others
-                line.send(Failed(_text(error)))
+                line.send(Failed(text_of(error)))
             del task
             if not pictures or count % SEEKS == 0:
                 give_back()
@@ -69,7 +69,8 @@ def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
     return work.do
 
 
-def _text(error: BaseException) -> str:
+def text_of(error: BaseException) -> str:
+    """Return an error in one line."""
     if isinstance(error, MemoryError):
         return "The film needs more memory than a worker may have; rescale it."
     return explain(error)
