@@ -69,6 +69,7 @@ def render(path: Path, frames: int, size: tuple[int, int]) -> None:
                 stream = container.streams.video[0]
                 if copy is None:
                     copy = out.add_stream_from_template(stream)
+                assert stream.time_base is not None
                 step = int(1 / (25 * stream.time_base))
                 for packet in container.demux(stream):
                     if packet.size and packet.pts is not None and packet.dts is not None:
@@ -108,9 +109,11 @@ class Page:
         self.overlays = 0
 
     def close(self) -> None:
+        """Leave."""
         self._opened.__exit__(None, None, None)
 
     def ask(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Send a command, and return its reply."""
         number = next(self._ids)
         self.socket.send(json.dumps({"type": kind, "id": number, **fields}))
         found = self.until(lambda m: m["type"] == "reply" and m["id"] == number)
@@ -118,6 +121,7 @@ class Page:
         return found
 
     def until(self, last: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """Receive until a message is the last one, and return it."""
         while True:
             message: dict[str, Any] = json.loads(self.socket.recv(timeout=600))
             if message["type"] == "overlay":
@@ -139,6 +143,7 @@ class Page:
         assert ended["status"] == "done", ended
 
     def draw(self, frame: int, size: tuple[int, int], seed: int = 0) -> int:
+        """Draw the ellipse of a frame, and return the number of the object."""
         fields: dict[str, Any] = {"name": "disk", "color": "#d55e00", "frame": frame, "seed": seed}
         fields["region"] = region(frame, size)
         return int(self.ask("add_object", **fields)["object"])
@@ -349,19 +354,21 @@ def main(words: list[str]) -> None:
 
         if wanted("start"):
             show(start(films, 2 if quick else 10))
-        with studio(films, Path(folder) / "data") as (address, pid):
-            with httpx.Client(base_url=address, timeout=600) as client:
-                page = Page(client, "film.mp4")
-                if wanted("seek"):
-                    show(*seek(client, page, 10 if quick else 100))
-                if wanted("track"):
-                    show(*tracking(page, size, tracked))
-                    show(corrections(page, size, 1 if quick else 10))
-                if wanted("memory"):
-                    show(memory(client, page, pid, size, 4 if quick else HOUR, tracked))
-                if wanted("sessions"):
-                    show(sessions(client, "film.mp4", size, 40 if quick else 100))
-                page.close()
+        with (
+            studio(films, Path(folder) / "data") as (address, pid),
+            httpx.Client(base_url=address, timeout=600) as client,
+        ):
+            page = Page(client, "film.mp4")
+            if wanted("seek"):
+                show(*seek(client, page, 10 if quick else 100))
+            if wanted("track"):
+                show(*tracking(page, size, tracked))
+                show(corrections(page, size, 1 if quick else 10))
+            if wanted("memory"):
+                show(memory(client, page, pid, size, 4 if quick else HOUR, tracked))
+            if wanted("sessions"):
+                show(sessions(client, "film.mp4", size, 40 if quick else 100))
+            page.close()
 
 
 if __name__ == "__main__":

@@ -24,7 +24,8 @@ ORDER = [
     {"output"},
     {"correction"},
     {"formats"},
-    {"evaluation", "services", "studio"},
+    {"evaluation", "services"},
+    {"studio"},
     {"cli"},
     {"filtering", "synthetic", "__main__"},
 ]

@@ -215,8 +215,8 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
     bad = begin(client, "deep/film.mkv")
     with looking(client, good) as page, looking(client, bad) as other:
         number = other.drawn(region=(30.0, 25.0, 30.0, 40.0))
-        for each in set(multiprocessing.active_children()) - before:
-            os.kill(each.pid or 0, signal.SIGSEGV)
+        for worker in set(multiprocessing.active_children()) - before:
+            os.kill(worker.pid or 0, signal.SIGSEGV)
         refused = client.get(f"/api/sessions/{bad}/frames/1.jpg")
         assert "ended its worker (SIGSEGV" in error(refused)
         other.until(lambda: other.of(protocol.Failure))

@@ -45,7 +45,7 @@ def moved(dx: float) -> tuple[float, ...]:
     return (BOX[0] + dx, *BOX[1:])
 
 
-def exported(client: httpx.Client, session: str, **options: object) -> bytes:
+def exported(client: httpx.Client, session: str, **options: str | int) -> bytes:
     answer = client.get(f"/api/sessions/{session}/export", params=dict(options))
     assert answer.status_code == 200, answer.text
     return answer.content

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ from PIL import Image
 
 from motes.core.errors import ConfigError, SourceError
 from motes.video import film as film_module
+from motes.video.decoder import Decoder, Stamped
 from motes.video.film import Film
+from motes.video.report import Report
 from motes.video.sources import open_source
 from oracles import mosaic
 
@@ -106,3 +109,53 @@ def test_a_film_that_changes_meanwhile(tmp_path: Path) -> None:
     video(path, "mjpeg", {}, frames=10)
     with pytest.raises(SourceError, match="has fewer frames than before"):
         film.frame(20)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_quick_film_is_the_same_film(tmp_path: Path, kind: str) -> None:
+    codec, ending, options = KINDS[kind]
+    path = video(tmp_path / f"film.{ending}", codec, options)
+    quick, film = Film(path, quick=True), Film(path)
+    assert quick.times == film.times
+    assert (quick.width, quick.height, quick.fps) == (film.width, film.height, film.fps)
+    last = len(film.times) - 1
+    for first, frames in ((0, film.forward(0, last)), (11, film.forward(11, last))):
+        for expected, frame in zip(frames, quick.forward(first, last), strict=True):
+            assert (frame.index, frame.time) == (expected.index, expected.time)
+            assert (frame.pixels == expected.pixels).all()
+    backward = [frame.pixels for frame in quick.backward(20, 5)]
+    assert all((film.frame(20 - i).pixels == each).all() for i, each in enumerate(backward))
+
+
+def test_a_quick_film_decodes_only_a_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = video(tmp_path / "film.mp4", "libx264", {"g": "8"})
+    decoded = list[int]()
+    original = Decoder._decoded
+
+    def counted(self: Decoder, packet: Any, report: Report) -> Iterator[Stamped]:
+        for each in original(self, packet, report):
+            decoded.append(1)
+            yield each
+
+    monkeypatch.setattr(Decoder, "_decoded", counted)
+    film = Film(path, quick=True)
+    assert len(film.times) == 30
+    assert len(decoded) <= 2
+    assert film.keys == [0, 8, 16, 24]
+
+
+def test_damage_shows_when_a_quick_film_meets_it(tmp_path: Path) -> None:
+    path = video(tmp_path / "film.mp4", "libx264", {"g": "8"})
+    with av.open(str(path)) as container:
+        packet = [each for each in container.demux(video=0) if each.size][14]
+        assert packet.pos is not None
+        where = slice(packet.pos, packet.pos + packet.size)
+    data = bytearray(path.read_bytes())
+    data[where] = bytes(len(data[where]))
+    path.write_bytes(data)
+    film = Film(path, quick=True)
+    with pytest.raises(SourceError, match="the second time, at frame"):
+        [*film.forward(0, len(film.times) - 1)]
+    assert len(Film(path).times) < len(film.times)

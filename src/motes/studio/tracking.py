@@ -21,6 +21,7 @@ from motes.sot.presets import TrackerConfig
 from motes.sot.step_info import StepInfo
 from motes.studio import protocol
 from motes.studio.document import regions_of
+from motes.studio.line import Line
 from motes.studio.overlays import overlay_of
 from motes.studio.tables import as_pass, line, pack, table_of, tracks, unpack
 from motes.studio.tasks import (
@@ -37,7 +38,6 @@ from motes.studio.tasks import (
     Task,
     WatchFilm,
 )
-from motes.studio.worker import Line
 from motes.video.film import Film
 
 EVERY = 0.033

@@ -216,10 +216,9 @@ class Decoder:
     def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
         """Yield the pictures from a time stamp on, after `seek`, quickly.
 
-        Earlier pictures that no other one needs are not decoded, and several threads are used:
-        where the file is damaged, pixels may differ from those of `pictures`.
+        Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
+        may differ from those of `pictures`.
         """
-        self._stream.thread_type = "AUTO"
         for packet in self._container.demux(self._stream):
             if packet.pts is not None and packet.time_base is not None:
                 early = float(packet.pts * packet.time_base) < stamp

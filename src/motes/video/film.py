@@ -35,9 +35,9 @@ class Film:
         The frames that are used: from `start` on, before `end`.
     quick
         Whether the times are taken from the packets of a video file, without decoding them. This
-        takes a hundredth of the time. Frames are then decoded by several threads, and after a seek
-        only those that others need. A damaged film may have frames that cannot be read: a
-        SourceError comes when the first of them is met, and without `quick` there is none.
+        takes a hundredth of the time. After a seek, only frames are decoded that others need. A
+        damaged film may have frames that cannot be read: a SourceError comes when the first of them
+        is met, and without `quick` there is none.
 
     Attributes
     ----------

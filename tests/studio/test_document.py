@@ -1,0 +1,122 @@
+"""Changes of a document: what a person draws, and what makes no sense."""
+
+from __future__ import annotations
+
+import pytest
+
+from motes.core.errors import ConfigError
+from motes.studio import protocol
+from motes.studio.document import Document, changed, nearest_key, regions_of
+from motes.studio.plan import needs
+from motes.studio.protocol import Command, FilmFacts, Region
+
+FILM = FilmFacts("film.mkv", 100, 80, 50, 25.0)
+BOX = (30.0, 25.0, 30.0, 40.0)
+
+
+def after(*commands: Command) -> Document:
+    document = Document()
+    for command in commands:
+        document, _ = changed(document, command, FILM, lambda *_: None)
+    return document
+
+
+def added(frame: int = 10, region: Region = BOX) -> protocol.AddObject:
+    return protocol.AddObject(0, "one", "#000000", frame, region)
+
+
+def key(frame: int, region: Region | None = BOX, number: int = 1) -> protocol.SetKeyframe:
+    return protocol.SetKeyframe(0, number, frame, region)
+
+
+def test_absences_are_ranges() -> None:
+    document = after(
+        added(), key(20, None), key(21, None), key(23, None), key(22, None), key(30, None)
+    )
+    assert document.target(1).absent == ((20, 23), (30, 30))
+    document, _ = changed(document, key(22), FILM, lambda *_: None)
+    assert document.target(1).absent == ((20, 21), (23, 23), (30, 30))
+    assert [*document.target(1).keys] == [10, 22]
+    document, _ = changed(document, protocol.SetAbsent(0, 1, 19, 40), FILM, lambda *_: None)
+    assert document.target(1).absent == ((19, 40),)
+    assert [*document.target(1).marks] == [10, *range(19, 41)]
+    document, _ = changed(document, protocol.RemoveKeyframe(0, 1, 25), FILM, lambda *_: None)
+    assert document.target(1).absent == ((19, 24), (26, 40))
+
+
+def test_split_and_join_keep_all_marks() -> None:
+    commands = added(), key(20, None), key(40), protocol.Split(0, 1, 20)
+    document = after(*commands)
+    one, two = document.all()
+    assert (one.first, one.last, [*one.keys], one.absent) == (0, 19, [10], ())
+    assert (two.first, two.last, [*two.keys], two.absent) == (20, 49, [40], ((20, 20),))
+    document, _ = changed(document, protocol.Join(0, 1, 2), FILM, lambda *_: None)
+    (joined,) = document.all()
+    assert (joined.first, joined.last) == (0, 49)
+    assert ([*joined.keys], joined.absent) == ([10, 40], ((20, 20),))
+
+
+def test_a_correction_needs_two_new_passes() -> None:
+    before = needs(after(added(0), key(40)).target(1))
+    later = needs(after(added(0), key(40), key(20)).target(1))
+    old = {each.key for need in before for each in need.passes}
+    new = {each.key for need in later for each in need.passes}
+    assert len(new - old) == 2
+    assert len(new) == 5  # two stretches of two passes, and the one to the end
+
+
+def test_the_nearest_key_starts_a_look() -> None:
+    target = after(added(10), key(20), key(40)).target(1)
+    assert [nearest_key(target, frame) for frame in (0, 10, 19, 20, 49)] == [10, 10, 10, 20, 40]
+
+
+@pytest.mark.parametrize(
+    ("command", "word"),
+    [
+        (added(50), "frame 50"),
+        (added(region=(200.0, 0.0, 5.0, 5.0)), "outside"),
+        (key(3, number=7), "no object 7"),
+        (protocol.RemoveKeyframe(0, 1, 10), "needs a keyframe"),
+        (protocol.RemoveKeyframe(0, 1, 11), "not marked"),
+        (protocol.SetAbsent(0, 1, 9, 8), "no range"),
+        (protocol.SetAbsent(0, 1, 0, 49), "no keyframe"),
+        (protocol.SetAbsent(0, 1, 40, 50), "frame 50"),
+        (protocol.Split(0, 1, 0), "cannot be split"),
+        (protocol.Split(0, 1, 20), "no place"),
+        (protocol.Join(0, 1, 1), "itself"),
+        (protocol.Compare(0, 1, "nothing"), "preset"),
+        (protocol.ChangeObject(0, 1, config="particle = 5"), "particle"),
+        (
+            protocol.SetPlaces(0, protocol.Places(lines=(protocol.Line((1, 1, 1, 1)),))),
+            "two different",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_one_line(command: Command, word: str) -> None:
+    document = after(added())
+    with pytest.raises(ConfigError, match=r"(?i).*" + word):
+        changed(document, command, FILM, lambda *_: None)
+
+
+def test_what_follows_another_object_is_not_drawn() -> None:
+    document = after(added(), protocol.Compare(0, 1, "nummiaro"))
+    for command in (key(3, number=2), protocol.Split(0, 2, 5), protocol.Compare(0, 2)):
+        with pytest.raises(ConfigError, match="follows"):
+            changed(document, command, FILM, lambda *_: None)
+    document, _ = changed(document, protocol.RemoveObject(0, 1), FILM, lambda *_: None)
+    assert document.targets == ()
+
+
+def test_objects_are_limited() -> None:
+    with pytest.raises(ConfigError, match="50 objects"):
+        after(*[added()] * 51)
+
+
+def test_ground_points_are_a_plane() -> None:
+    corners = (0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)
+    square = tuple((x, y, x / 10, y / 10) for x, y in corners)
+    ground = regions_of(protocol.Places(ground=square)).ground
+    assert ground is not None
+    assert ground.metres((25.0, 25.0)) == pytest.approx((2.5, 2.5))
+    with pytest.raises(ConfigError):
+        regions_of(protocol.Places(ground=((0.0, 0.0, 0.0, 0.0),) * 4))
