@@ -74,8 +74,9 @@ def speed(folder: Path) -> None:
         with browsing() as browser:
             shown = Shown(browser, program.address)
             listed = "s.films !== null && s.sessions !== null"
-            usable: Callable[[], object] = lambda: shown.until(listed)
-            times = sorted(timed(lambda: (shown.page.reload(), usable())) for _ in range(5))
+            times = sorted(
+                timed(lambda: (shown.page.reload(), shown.until(listed))) for _ in range(5)
+            )
             print(f"page usable after {statistics.median(times):.2f} s (median of 5)")
             seek(shown)
             shown.page.goto(program.address)
