@@ -3,7 +3,7 @@
     python benchmarks/both_ways.py                      rendered clips
     python benchmarks/both_ways.py DATASET --gap 40     sequences, with the box of every 40th frame
 
-Before: `default`, started anew at each keyframe. After: passes in both directions between the same
+Before: the preset, started anew at each keyframe. After: passes in both directions between the same
 keyframes, joined and smoothed. The first and last frame of each stretch are left out, as they are
 marked. Errors of the center are in mean sides of the target, and count as 1 at most.
 """
@@ -21,9 +21,9 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.types import Floats
-from motes.correction.correct import FrameReader
-from motes.correction.join import Stretch, enclosing, join
-from motes.correction.passes import as_pass, run_pass
+from motes.correction.correct import FrameReader, correct_stretch
+from motes.correction.join import Stretch, enclosing
+from motes.correction.passes import run_pass
 from motes.evaluation import synthetic
 from motes.evaluation.datasets.sot import load_dataset
 from motes.evaluation.metrics.sot import CHI_SQUARE_95
@@ -65,13 +65,14 @@ def films(
             yield sequence.name, Film(sequence.source), sequence.boxes
 
 
-def stretch_numbers(reader: FrameReader, boxes: Floats, first: int, last: int) -> Floats:
+def stretch_numbers(
+    reader: FrameReader, boxes: Floats, first: int, last: int, name: str, seed: int
+) -> Floats:
     """Return, for each frame: overlap, error and hit of the 95 % ellipse, before and after."""
     begin, end = Ellipse.from_box(boxes[first]), Ellipse.from_box(boxes[last])
-    config = preset("default")
-    ahead = run_pass(config, 0, reader.forward(first, last), begin)
-    back = run_pass(config, 0, reader.backward(last, first), end, backward=True)
-    joined = join(Stretch(first, last, begin, end), as_pass(ahead), as_pass(back))
+    config = preset(name)
+    ahead = run_pass(config, seed, reader.forward(first, last), begin)
+    joined = correct_stretch(reader, Stretch(first, last, begin, end), config, seed)
     truth = boxes[first : last + 1]
     centers = truth[:, :2] + (truth[:, 2:] - 1) / 2
     sides = np.sqrt(truth[:, 2:].prod(axis=1))
@@ -95,6 +96,8 @@ def main() -> None:
     parser.add_argument("--gap", type=int, default=40)
     parser.add_argument("--longest", type=int, default=10**9, help="frames of a sequence at most")
     parser.add_argument("--first-pixel", type=int, help="as for motes evaluate")
+    parser.add_argument("--preset", default="default")
+    parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     means = []
     print("film | IoU ≥ 0.7 | after | error | after | in the 95 % ellipse | after")
@@ -106,7 +109,9 @@ def main() -> None:
         rows = []
         for first, last in itertools.pairwise(keys):
             try:
-                rows.append(stretch_numbers(reader, boxes, first, last))
+                rows.append(
+                    stretch_numbers(reader, boxes, first, last, options.preset, options.seed)
+                )
             except MotesError as error:
                 print(f"{name}, frames {first} to {last}: {error}")
         numbers = np.concatenate(rows)

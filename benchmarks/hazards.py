@@ -185,13 +185,12 @@ def _family(pid: int) -> Iterator[int]:
 
 def returns(times: str) -> None:
     """Let a camera go away and come back; print memory in MB and handles, and who was seen."""
-    from test_rig import red
-
     from motes.mot.cameras.camera_reporter import CameraReporter
     from motes.mot.cameras.reidentification import CrossCameraAssociation
     from motes.mot.cameras.rig_config import Camera, Rig
     from motes.mot.scene import Scene
     from motes.video import live
+    from red_box import red
 
     vars(live)["FIRST_PAUSE"] = 0.3
     ours, theirs = multiprocessing.Pipe()
@@ -221,8 +220,7 @@ def returns(times: str) -> None:
 
 
 def _serve(pipe: Connection, away: Event) -> None:
-    from test_rig import moving
-
+    from red_box import moving
     from streams import camera
 
     with camera(moving) as stream:

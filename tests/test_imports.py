@@ -24,6 +24,7 @@ ORDER = [
     {"output"},
     {"correction"},
     {"formats"},
+    {"cluster"},
     {"evaluation", "services"},
     {"studio"},
     {"cli"},

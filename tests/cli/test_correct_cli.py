@@ -17,7 +17,7 @@ from motes.correction.history import History
 from motes.correction.passes import run_pass
 from motes.correction.rows import Rows
 from motes.evaluation.synthetic.clips import still
-from motes.output.track_rows import COLUMNS, CORRECTED
+from motes.output.track_rows import COLUMNS, CORRECTED, GROUND, TrackWriter
 from motes.video.film import Film
 from motes.video.writer import VideoWriter
 
@@ -90,6 +90,131 @@ def test_other_outputs(go: Go) -> None:
     assert not Path("d.xml.corrections.json").exists()
 
 
+def test_metres_masks_and_figures(go: Go) -> None:
+    line = f"track FILM --at 4=BOX --at 20=BOX --absent 10 {OPTIONS} --scale 20"
+    code, said = go(f"{line} -o m.csv --masks masks --figures path,size --overlay m.mp4")
+    assert (code, "wrote m.mp4, m.path.pdf, m.size.pdf, 24 masks in masks, m.csv" in said) == (
+        0,
+        True,
+    )
+    found = rows("m.csv")
+    assert tuple(found[0]) == (*CORRECTED, *GROUND)
+    assert float(found[20]["x_m"]) == pytest.approx(44.5 / 20, abs=1e-5)
+    assert found[10]["x_m"] == ""
+    with Image.open("masks/frame_000010.png") as absent, Image.open("masks/frame_000020.png") as at:
+        assert (absent.getextrema(), at.getextrema()) == ((0, 0), (0, 255))
+    # Corrected rows have metres too, and the others stay.
+    before = Path("m.csv").read_text().splitlines()
+    assert go("refine FILM m.csv --at 22=31,25,30,40")[0] == 0
+    after = Path("m.csv").read_text().splitlines()
+    assert after[:22] == before[:22]
+    assert float(rows("m.csv")[22]["x_m"]) == pytest.approx(45.5 / 20, abs=1e-5)
+    assert go("smooth m.csv -o s.csv --scale 20")[0] == 0
+    assert float(rows("s.csv")[20]["x_m"]) == pytest.approx(44.5 / 20, abs=0.05)
+
+
+def test_the_live_picture(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = list[int]()
+
+    class View:
+        address = None
+
+        def offer(self, painted: Callable[[], object]) -> None:
+            painted()
+            shown.append(len(shown))
+
+        def close(self) -> None:
+            shown.append(-1)
+
+    monkeypatch.setattr("motes.cli.show.view", View)
+    assert go(f"track FILM --at 4=BOX --show {OPTIONS}")[0] == 0
+    assert shown == [*range(FRAMES), -1]
+
+
+def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = f"track FILM --at 0=BOX --at 8=BOX --at 16=BOX {OPTIONS}"
+    assert go(f"{line} -o expected.csv --masks expected")[0] == 0
+    expected = Path("expected.csv").read_text()
+    resumed = f"{line} -o rows.csv --resume --masks masks"
+
+    def stopped_at(row: int) -> None:
+        """Run until a row, half of which is written; then nothing more, as after a kill."""
+
+        def write(writer: TrackWriter, line: bytes) -> None:
+            assert writer._file is not None
+            if line.startswith(b"%d," % row):
+                writer._file.write(line[:9])
+                raise RuntimeError
+            writer._file.write(line)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(TrackWriter, "_write", write)
+            with pytest.raises(AssertionError):
+                assert go(f"{line} -o rows.csv")[0] == 0
+
+    stopped_at(12)
+    history = History.load(Path("rows.csv.corrections.json"))
+    assert history.unfinished == [(8, 16), (16, 23)]
+    calls = list[int]()
+
+    def counted(*arguments: object, **options: object) -> object:
+        calls.append(1)
+        return run_pass(*arguments, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("motes.correction.correct.run_pass", counted)
+    code, said = go(resumed)
+    assert (code, "24 frames, 3 keyframes" in said) == (0, True), said
+    assert "24 masks in masks, rows.csv (16 of its rows made anew)" in said
+    assert len(calls) == 3
+    assert Path("rows.csv").read_text() == expected
+    assert len(list(Path("masks").iterdir())) == FRAMES
+    assert "rows.csv (none of its rows made anew)" in go(resumed)[1]
+    # Without any row, the run begins anew.
+    Path("rows.csv").unlink()
+    assert go(resumed)[0] == 0
+    assert Path("rows.csv").read_text() == expected
+
+
+def test_a_correction_killed_between_its_files_is_finished(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The history is written before the rows and after them."""
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    assert go("refine FILM rows.csv --at 12=31,25,30,40 -o expected.csv")[0] == 0
+    expected, old = Path("expected.csv").read_text(), Path("rows.csv").read_text()
+    save = History.save
+    for killed in ("before the rows", "after the rows"):
+        Path("rows.csv").write_text(old)
+        calls = list[int]()
+
+        def once(history: History, path: Path, calls: list[int] = calls) -> None:
+            calls.append(1)
+            if len(calls) > 1:
+                raise KeyboardInterrupt
+            save(history, path)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(History, "save", once)
+            if killed == "before the rows":
+                patched.setattr(Rows, "write", lambda *_: None)
+            assert go("refine FILM rows.csv --at 12=31,25,30,40")[0] == 130
+        assert (Path("rows.csv").read_text() == old) == (killed == "before the rows")
+        assert History.load(Path("rows.csv.corrections.json")).unfinished == [(0, 12), (12, 23)]
+        assert go("refine FILM rows.csv")[0] == 0
+        assert Path("rows.csv").read_text() == expected
+        assert not History.load(Path("rows.csv.corrections.json")).unfinished
+        Path("rows.csv.corrections.json").unlink()
+        assert go(f"track FILM --at 0=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
+
+
+def test_rows_with_other_ends_of_lines_keep_them(go: Go) -> None:
+    assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
+    before = Path("rows.csv").read_bytes().replace(b"\n", b"\r\n")
+    Path("rows.csv").write_bytes(before)
+    assert go("refine FILM rows.csv --at 18=31,25,30,40")[0] == 0
+    assert Path("rows.csv").read_bytes().startswith(b"".join(before.splitlines(True)[:13]))
+
+
 def test_other_rows_stay_to_the_byte(go: Go) -> None:
     assert go(f"track FILM --at 0=BOX --at 12=BOX -o rows.csv {OPTIONS}")[0] == 0
     before = Path("rows.csv").read_text().splitlines()
@@ -120,7 +245,7 @@ def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
     assert tuple(json.loads(new[12])) == COLUMNS
     assert json.loads(new[12])["x"] == 44.5
     assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
-        "The tracker of new.jsonl is in"
+        "--seed is already in new.jsonl.corrections.json"
     )
 
 
@@ -206,23 +331,52 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --at 3=1,2,30,40", 2, "frame 3 contradict each other"),
         ("track FILM --absent 3", 2, "The target is missing"),
         ("track FILM --at 3=BOX --backward", 2, "in both directions; omit --backward"),
-        ("track FILM --at 3=BOX --stride 2", 2, "not for keyframes; omit them"),
+        ("track FILM --at 3=BOX --stride 2", 2, "error: --stride is not for keyframes; omit it."),
+        (
+            "track FILM --at 3=BOX --stride 2 --figures f --fps-target 9",
+            2,
+            "--stride, --fps-target and --figures FOLDER are not for keyframes; omit them.",
+        ),
+        ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
+        ("track FILM --at 3=BOX --resume", 2, "--resume continues rows; - holds none"),
+        ("track FILM --at 3=BOX --resume -o plain.csv", 5, "plain.csv cannot be resumed: without"),
+        ("track FILM --at 3=BOX --resume -o rows.csv", 5, "its keyframes, its tracker or its"),
+        (
+            "refine FILM rows.csv --at 3=BOX --scale 9 --seed 1",
+            2,
+            "--seed and --scale are already in rows.csv.corrections.json, beside the rows; omit",
+        ),
+        ("refine FILM metres.csv --at 3=BOX", 2, "metres.csv has metres; give --scale or --ground"),
+        ("smooth metres.csv -o a.csv", 2, "metres.csv has metres; give --scale or --ground"),
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
-        ("track FILM --keyframes none.csv", 5, "cannot be read"),
+        ("track FILM --keyframes none.csv", 3, "cannot be read"),
         ("track 0 --at 3=BOX", 3, "record it first"),
         ("refine FILM rows.csv", 2, "nothing to correct"),
-        ("refine FILM none.csv --at 3=BOX", 5, "none.csv"),
-        ("refine OTHER rows.csv --at 3=BOX", 5, "has 9 frames of 96x80, but the rows are of"),
-        ("check OTHER plain.csv", 5, "has only 9 frames; give the film of these rows"),
-        ("check SLOW plain.csv", 5, "has frame 1 at 0.04 s, but"),
+        ("refine FILM none.csv --at 3=BOX", 3, "none.csv"),
+        ("refine OTHER rows.csv --at 3=BOX", 3, "has 9 frames of 96x80, but the rows are of"),
+        ("check OTHER plain.csv", 3, "has only 9 frames; give the film of these rows"),
+        ("check SLOW plain.csv", 3, "has frame 1 at 0.04 s, but"),
         ("check FILM rows.csv --sheet a.jpg", 5, "does not end in .png"),
         ("smooth film.txt -o a.csv", 2, "ends neither in .csv nor in .jsonl"),
-        ("smooth objects.csv -o a.csv", 5, "has no rows of one target"),
-        ("check FILM head.csv", 5, "head.csv has no rows"),
-        ("refine FILM head.csv --at 3=BOX", 5, "head.csv has no rows"),
-        ("smooth negative.csv -o a.csv", 5, "tracks the target in frame 0, but has no place"),
-        ("smooth blank.csv -o a.csv", 5, "tracks the target in frame 0, but has no place"),
-        ("smooth status.csv -o a.csv", 5, "status.csv has the status 'flying' in frame 0"),
+        ("smooth objects.csv -o a.csv", 3, "has no rows of one target"),
+        ("check FILM head.csv", 3, "head.csv has no rows"),
+        ("refine FILM head.csv --at 3=BOX", 3, "head.csv has no rows"),
+        ("smooth negative.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
+        ("smooth blank.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
+        ("smooth huge.csv -o a.csv", 3, "huge.csv has 1e+300 as a in frame 0; correct that row"),
+        ("smooth tiny.csv -o a.csv", 3, "tracks the target in frame 0, but has no place"),
+        ("smooth below.csv -o a.csv", 3, "below.csv has a frame twice, out of order, or below 0"),
+        ("smooth long.csv -o a.csv", 3, "row 1: frame is 99999999999999999999"),
+        ("check FILM untimed.csv", 3, "untimed.csv has frame 0 at nan s, but"),
+        ("track FILM --at 3=BOX --start -2", 2, "No frame is from -2; start at 0 or later"),
+        ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
+        ("track FILM --at -1=BOX", 2, "'-1' is no frame"),
+        ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
+        ("track FILM --at 3=BOX --figures path,a", 2, "'a' is none of path, speed, size"),
+        ("track FILM --at 3=BOX --scale nan", 2, "--scale is nan; give pixels per metre"),
+        ("track FILM --at 3=BOX -o rows.csv", 5, "error: rows.csv exists; choose another name"),
+        ("track FILM --at 3=BOX -o none/a.csv", 5, "There is no folder none for a.csv"),
+        ("smooth status.csv -o a.csv", 3, "status.csv has the status 'flying' in frame 0"),
     ],
 )
 def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
@@ -233,6 +387,11 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     head = ",".join(COLUMNS) + "\n"
     row = "0,0,{x},40,{a},8,0,1,{status},,\n"
     rows = {"head": "", "negative": row.format(x=30, a=-8, status="tracking"),
+            "huge": row.format(x=30, a=1e300, status="tracking"),
+            "tiny": row.format(x=30, a=1e-300, status="tracking"),
+            "below": "-1" + row.format(x=30, a=8, status="tracking")[1:],
+            "long": "9" * 20 + row.format(x=30, a=8, status="tracking")[1:],
+            "untimed": row.format(x=30, a=8, status="tracking").replace("0,0", "0,nan", 1),
             "blank": row.format(x="", a=8, status="tracking"),
             "status": row.format(x=30, a=8, status="flying")}  # fmt: skip
     for name, text in rows.items():
@@ -240,11 +399,34 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     Path("objects.csv").write_text("frame,time,identity,x,y\n0,0,1,2,3\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    if "metres.csv" in line:
+        assert go(f"track FILM --init BOX --scale 9 -o metres.csv {OPTIONS}")[0] == 0
     if "plain.csv" in line:
         assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
     found, said = go(line.replace("OTHER", "other.mkv").replace("SLOW", "slow.mkv"))
     assert (found, len(said.splitlines())) == (code, 1), said
     assert message in said
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("end", 99, "the frames 0 to 98 are none"),
+        ("start", -5, "the frames -5 to 23 are none"),
+        ("seed", -1, "A seed is a whole number"),
+        ("units", {"x": 1}, "Config has no key 'x'"),
+        ("config", {}, "missing required field"),
+        ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
+        ("motes", 9, "of another version of motes"),
+    ],
+)
+def test_a_history_that_was_changed(go: Go, key: str, value: object, message: str) -> None:
+    assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
+    path = Path("rows.csv.corrections.json")
+    path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
+    for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
+        code, said = go(line)
+        assert (code, len(said.splitlines()), message in said) == (3, 1, True), said
 
 
 def test_a_file_that_is_no_history(go: Go) -> None:

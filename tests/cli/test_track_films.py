@@ -57,6 +57,19 @@ def test_each_film_has_its_rows(go: Go) -> None:
     assert (found[6]["x"], found[6]["a"]) == ("59.500", "10.000")  # as it was marked
 
 
+def test_each_film_has_its_masks_figures_and_metres(go: Go) -> None:
+    keys("a,0,40,30,20,30\nb,0,40,30,20,30\n")
+    line = "track a b --keyframes all.csv --preset mean_shift -o out --scale 20"
+    assert go(f"{line} --masks masks --figures path")[0] == 0
+    assert [len(list(Path("masks", name).iterdir())) for name in "ab"] == [FRAMES, FRAMES]
+    assert Path("out/b.path.pdf").exists()
+    assert float(rows("out/b.csv")[0]["x_m"]) == pytest.approx(49.5 / 20, abs=1e-5)
+    before = Path("out/b.csv").read_bytes()
+    Path("out/b.csv").unlink()
+    assert go(f"{line} --resume")[0] == 0
+    assert Path("out/b.csv").read_bytes() == before
+
+
 def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
     Path("broken.mp4").write_text("no film")
     keys("broken.mp4,0,1,1,9,9\na,0,40,30,20,30\n")
@@ -80,7 +93,8 @@ def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
         ("a b -o out", "a,0,400,30,20,30\nb,0,40,30,20,30\n", "Keyframe 0 of a: .* outside"),
         ("a b -o out", f"{BOTH}a,0,41,30,20,30\n", "frame 0 contradict each other"),
         ("a b", BOTH, "Several films need a folder for their rows"),
-        ("a b -o out --overlay o.mp4", BOTH, "--overlay is for one film"),
+        ("a b -o out --overlay o.mp4 --show", BOTH, "--overlay and --show are for one film"),
+        ("a b -o out --masks m.json", BOTH, "--masks m.json: several films need a folder"),
         ("a b -o out --init 1,2,9,9", BOTH, "targets of several films are in the file"),
         ("a b -o out --at 3=1,2,9,9", BOTH, "targets of several films are in the file"),
         ("a ./b/../a -o out", "a,0,40,30,20,30\n", "a is a and ./b/../a; name one"),
@@ -93,7 +107,7 @@ def test_wrong_input_is_one_line_before_anything_is_computed(
 
     keys(text)
     code, said = go(f"track {line} --keyframes all.csv")
-    assert (code in (2, 5), len(said)) == (True, 1), said
+    assert (code in (2, 3, 5), len(said)) == (True, 1), said
     assert re.search(message, said[0]), said
     assert not Path("out/a.csv").exists()
 

@@ -88,7 +88,7 @@ def test_a_folder_and_a_document(go: Go) -> None:
         ("--masks film", 2, "film is the source"),
         ("--masks full", 5, "full has files; choose another"),
         ("--masks a.mp4", 2, "--masks a.mp4: give a folder for PNG files, or a .json"),
-        ("--masks m --init 1,1,9,9", 2, "--masks, --resume and --fps-target are for one --init"),
+        ("--masks m --init 1,1,9,9", 2, "error: --masks is for one --init; omit it."),
     ],
 )
 def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:

@@ -87,7 +87,7 @@ def test_figures_of_the_motion(go: Go) -> None:
         ("--ground g.toml", 2, "g.toml: it has no [ground]"),
         ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),
         ("--scale 20 --lens other.yml", 2, "calibrated at 640x480, and film has 120x90 pixels"),
-        ("--scale 20 --init 1,1,9,9", 2, "are for one --init"),
+        ("--scale 20 --init 1,1,9,9", 2, "error: --scale is for one --init; omit it."),
     ],
 )
 def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None:

@@ -28,6 +28,7 @@ from motes.cues.search_window import (
     CELL_SIZE,
     FINEST,
     LARGER,
+    LEAST_MARGIN,
     SAMPLES,
     TURN,
     WIDEST,
@@ -182,7 +183,8 @@ def test_a_window_costs_the_same_whatever_the_target(half: tuple[float, float]) 
     cells = grid(*half)
     assert cells.rows * cells.columns * CELL_SIZE**2 < 2 * SAMPLES**2
     assert cells.width <= 2 * half[0] * FINEST * 6  # at least six cells a side
-    wide, high = 2 * half[0] + sum(half), 2 * half[1] + sum(half)
+    around = max(sum(half), 2 * LEAST_MARGIN)
+    wide, high = 2 * half[0] + around, 2 * half[1] + around
     assert cells.width / (cells.columns * CELL_SIZE) == pytest.approx(2 * half[0] / wide)
     assert cells.height / (cells.rows * CELL_SIZE) == pytest.approx(2 * half[1] / high)
 
@@ -432,3 +434,10 @@ def test_what_learns_by_itself_takes_no_strategy() -> None:
 def test_default_is_what_a_tracker_uses() -> None:
     assert Tracker().config == preset("default")
     assert configure(preset("default"), {"color_gain": 0}) != preset("default")
+
+
+def test_a_tiny_target_has_a_cell_for_each_pixel_and_room_to_move() -> None:
+    tiny = grid(4, 4)
+    per_pixel = tiny.width / (8 * CELL_SIZE)
+    assert per_pixel == pytest.approx(1, abs=0.1)
+    assert tiny.columns / per_pixel == pytest.approx(8 + 2 * LEAST_MARGIN)

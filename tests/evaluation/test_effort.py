@@ -63,8 +63,8 @@ def test_every_method_is_exact_at_keyframes(sequence: Path) -> None:
     assert path.variances[6, 0] > path.variances[1, 0] > 0
 
 
-def test_passes_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A new keyframe needs only the passes that begin there; the others are parts of known ones."""
+def test_stretches_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new keyframe needs only the passes between its neighbors."""
     runs: list[int] = []
 
     def counted(config, seed, frames, region, **options):  # type: ignore[no-untyped-def]
@@ -72,13 +72,15 @@ def test_passes_are_computed_once(sequence: Path, monkeypatch: pytest.MonkeyPatc
         runs.append(len(tracks))
         return tracks
 
-    monkeypatch.setattr("motes.evaluation.effort.methods.run_pass", counted)
+    monkeypatch.setattr("motes.correction.correct.run_pass", counted)
     work = film(sequence)
     keys = {0: Ellipse(30, 30, 8, 6), 29: Ellipse(30, 30, 8, 6)}
     before = smoothed(work, keys)
     assert runs == [30, 30]
     middle = smoothed(work, {0: keys[0], 10: Ellipse(35, 30, 8, 6), 29: keys[29]})
-    assert runs == [30, 30, 11, 20]
+    assert runs == [30, 30, 11, 11, 20, 20]
+    smoothed(work, keys)
+    assert len(runs) == 6
     assert middle.ellipses[0] == pytest.approx(before.ellipses[0])
     fresh = smoothed(film(sequence), {0: keys[0], 10: Ellipse(35, 30, 8, 6), 29: keys[29]})
     assert middle.ellipses == pytest.approx(fresh.ellipses)

@@ -20,8 +20,10 @@ from hypothesis import strategies as st
 import arena
 from arena import at_home, tracks
 from kinds import ALGORITHMS
+from motes.cluster.local import LocalPool
 from motes.core.config import to_toml
 from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.files import slug
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
@@ -41,12 +43,18 @@ from motes.evaluation.protocols.sot import (
 )
 from motes.evaluation.protocols.trace import TrackerOutput, load_trace, save_trace
 from motes.evaluation.run_folder import Record, prepare, record
-from motes.evaluation.runner import Pass, plan, run, slug, unfinished
+from motes.evaluation.runner import Job, JobEvent, Pass, plan, run, unfinished
 from motes.evaluation.synthetic.clips import still
 from motes.sot.presets import PRESETS, configure, preset
 from motes.video.writer import VideoWriter
 
 # Protocols
+
+
+def steps_of(jobs: list[Job], out: Path, workers: int, seconds: float) -> list[JobEvent]:
+    """Run jobs in processes of this machine, to the end."""
+    with LocalPool(workers) as pool:
+        return list(run(pool, jobs, out, seconds))
 
 
 def sequence(boxes: list[list[float]], name: str = "film", source: str | Path = "none") -> Sequence:
@@ -791,11 +799,8 @@ def bad_day(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, d
         steps = [
             step
             for limit in (6.0, 600.0)
-            for step in run(
-                [job for job in jobs if limits[job.name] == limit],
-                home / "out",
-                workers=2,
-                time_limit=limit,
+            for step in steps_of(
+                [job for job in jobs if limits[job.name] == limit], home / "out", 2, limit
             )
         ]
     begun = [step.job.name for step in steps if step.errors is None]
@@ -861,7 +866,7 @@ def test_a_time_limit_of_years(
     dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path: Path
 ) -> None:
     jobs, _ = plan(dataset[0], dataset[1], ["ope"], 1)
-    steps = list(run(jobs[:1], tmp_path, workers=1, time_limit=1e12))
+    steps = steps_of(jobs[:1], tmp_path, 1, 1e12)
     assert steps[-1].errors == {}
 
 
@@ -872,6 +877,6 @@ def test_a_full_disk(dataset: tuple[list[TrackerSpec], list[Sequence]], tmp_path
     first.parent.mkdir(parents=True)
     second.symlink_to("/dev/full")
     with pytest.raises(FormatError, match=r"ope-1\.csv cannot be written: No space.*make room"):
-        list(run(jobs, tmp_path, workers=1, time_limit=60))
+        steps_of(jobs, tmp_path, 1, 60)
     assert len(load_trace(first).frames) == arena.FRAMES
     assert sorted(first.parent.iterdir()) == [first, second]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from arena import at_home
 from crowds import rows, write_crowd
+from motes.cluster.local import LocalPool
 from motes.core.detection import Detection
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError, MotesError
 from motes.core.frame import Frame
@@ -461,8 +462,9 @@ def test_a_run(home: Path, crowd: MotSequence) -> None:
     assert problems == []
     assert [len(job.passes) for job in jobs] == [2, 1]
     errors: dict[Pass, str] = {}
-    for step in run(jobs, home / "out", 1, 60):
-        errors |= step.errors or {}
+    with LocalPool(1) as pool:
+        for step in run(pool, jobs, home / "out", 60):
+            errors |= step.errors or {}
     [(failed, why)] = errors.items()
     assert failed == Pass("many:Raises", "film", Start("mot", "", 0, None), 0)
     assert why == "At frame 6: ValueError: no more of this"

@@ -17,19 +17,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from motes.cli import main
-from motes.core.detection import Detection
 from motes.core.frame import Frame
-from motes.core.geometry import Box
-from motes.mot.cameras import camera_process
+from motes.mot.cameras import camera_process, rig_camera
 from motes.mot.cameras import rig as rig_module
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.camera_reporter import CameraReporter
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig import RigRunner
+from motes.mot.cameras.rig import RigRunner, next_report
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
@@ -37,6 +34,7 @@ from motes.sot.places import Place
 from motes.video import decoder, live
 from motes.video.live import open_watched
 from motes.video.writer import VideoWriter
+from red_box import moving, red
 from streams import Stream, camera
 
 Go = Callable[..., tuple[int, str, str]]
@@ -162,7 +160,7 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
         """A recording that works when the test has it work."""
 
         def _start(self) -> None:
-            self._known, self._offsets = 0, (0, 0)
+            pass
 
         def _send(self, arrivals: object) -> None:
             log.append(f"{self.name} {arrivals}")
@@ -191,10 +189,10 @@ def test_recordings_go_in_step(slow: str, monkeypatch: pytest.MonkeyPatch) -> No
 
     for _ in range(40):
         while works(cameras[order[0]]):
-            while (report := watch._next()) is not None:
+            while (report := next_report(watch._cameras, watch.handover)) is not None:
                 times.append(report.time)
         works(cameras[order[1]])
-        while (report := watch._next()) is not None:
+        while (report := next_report(watch._cameras, watch.handover)) is not None:
             times.append(report.time)
     assert times == sorted(times)
     assert sorted(log) == [
@@ -252,21 +250,6 @@ from motes.core.detection import Detection
 if __name__ == "__main__":
     sys.exit(main(["watch", "rig.toml", "-o", "r.csv"]))
 """
-
-
-def moving(index: int) -> NDArray[np.uint8]:
-    """Return a picture with a red box that goes to and fro."""
-    pixels = np.random.default_rng(index).integers(95, 106, (96, 160, 3)).astype(np.uint8)
-    x = 60 + round(20 * np.sin(index / 40))
-    pixels[30:60, x : x + 16] = (230, 40, 40)
-    return pixels
-
-
-def red(frame: Frame) -> list[Detection]:
-    """Find the box."""
-    rows, columns = np.nonzero(frame.pixels[:, :, 0] > 160)
-    left, top = int(columns.min()), int(rows.min())
-    return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]
 
 
 @contextlib.contextmanager
@@ -379,7 +362,7 @@ def told(
 def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(camera_process, "CAMERA_TIMEOUT", 0.1)
+    monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
     hall = Camera("hall", str(films / "hall.mkv"), detector="gaussian")
     calm, (end,) = told(RigRunner(Rig((hall,))), lambda _: False)
     moments = [1]
@@ -398,7 +381,7 @@ def test_a_recording_whose_process_was_killed_is_told_to_its_end_once(
 def test_a_process_that_dies_at_the_same_place_again_is_given_up(
     films: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(camera_process, "CAMERA_TIMEOUT", 0.1)
+    monkeypatch.setattr(rig_camera, "CAMERA_TIMEOUT", 0.1)
     watch = RigRunner(Rig((Camera("hall", str(films / "hall.mkv"), detector="gaussian"),)))
     kill(watch)
     with watch:

@@ -40,6 +40,16 @@ def encoded(pixels: Any) -> str:
     return base64.b64encode(data.getvalue()).decode()
 
 
+def bomb() -> str:
+    """Return a small file of a picture with very many pixels."""
+    data = io.BytesIO()
+    Image.new("1", (19_000, 19_000)).save(data, "PNG")
+    return base64.b64encode(data.getvalue()).decode()
+
+
+BOMB = bomb()
+
+
 class Context:
     """What Nuclio gives to a handler."""
 
@@ -78,6 +88,8 @@ def test_cvats_serverless_function_follows_shapes() -> None:
         ({}, "none of CVAT"),
         ({"image": "!"}, "none of CVAT"),
         (b"{", "none of CVAT"),
+        (b"[" * 100_000, "none of CVAT"),
+        ({"image": BOMB}, "exceeds limit"),
         ({"shapes": [[1, 2, 3]]}, "corners of a rectangle"),
         ({"shapes": [[500, 500, 510, 510]]}, "center outside"),
         ({"shapes": [[5, 5, 30, 30]], "states": ["bm9uZQ=="]}, "begin the track anew"),

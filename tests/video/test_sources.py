@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import itertools
 import os
 import platform
@@ -750,3 +751,16 @@ def test_real_videos_are_complete(name: str, count: int) -> None:
     assert source.report.problems is None
     assert len(frames) == len(range(0, count, 10))
     assert source.frame_count is None or abs(source.frame_count - len(frames)) <= 1
+
+
+def test_pictures_are_freed_at_once(tmp_path: Path) -> None:
+    """A picture in a cycle of references would wait for Python's search for such cycles."""
+    gc.collect()
+    gc.disable()
+    try:
+        with open_source(clip(tmp_path / "a.mp4", 12)) as source:
+            for _ in source:
+                pass
+        assert sum(isinstance(each, av.VideoFrame) for each in gc.get_objects()) < 4
+    finally:
+        gc.enable()

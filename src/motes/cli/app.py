@@ -41,6 +41,7 @@ app.command("motes.cli.refine:app", name="refine", help="Correct rows; track onl
 app.command("motes.cli.smooth:app", name="smooth", help="Smooth rows, and bridge gaps.")
 app.command("motes.cli.check:app", name="check", help="List doubtful frames of rows.")
 app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
+app.command("motes.cli.batch:app", name="batch", help="Track in many films, on many machines.")
 app.command(
     "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
 )

@@ -16,7 +16,7 @@ from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, TrackPreset
 from motes.cli.settings import HELP, Settings
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from motes.core.track import Track
@@ -72,7 +72,7 @@ def check(
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
     from motes.cli.refine import begun, film_of, known_film
-    from motes.correction.history import history_path
+    from motes.correction.history import History, history_path
     from motes.correction.rows import Rows
     from motes.correction.suspects import doubts
     from motes.output.track_rows import check_writable
@@ -84,9 +84,11 @@ def check(
                 raise FormatError(f"{path} does not end in {ending}; rename it.")
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
-    table = Rows(rows)
-    if history_path(rows).exists():
-        film, history = known_film(source, rows)
+    path = history_path(rows)
+    known = History.load(path) if path.exists() else None
+    table = Rows(rows, growing=known is not None and bool(known.unfinished))
+    if known is not None:
+        film, history = known_film(source, known), known
         table.check(film)
     else:
         config = tracker_config(app, preset or "default", values.config, settings)
@@ -122,7 +124,7 @@ def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list
     first, last = places[0], places[-1]
     part = table.tracks[first : last + 1]
     if part[-1].frame - part[0].frame + 1 != len(part):
-        raise FormatError("Frames between these rows are missing; make rows of every frame.")
+        raise InputError("Frames between these rows are missing; make rows of every frame.")
     with Progress(len(part)) as progress:
 
         def counted() -> Iterator[object]:

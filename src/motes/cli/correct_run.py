@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 
 from motes.cli.progress import Progress
+from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Track
@@ -41,11 +42,14 @@ def run_stretches(
     config: TrackerConfig,
     seed: int,
     done: Callable[[Stretch, list[Track]], None],
+    show: Callable[[], None] | None = None,
     *,
     quiet: bool = False,
     bar: Progress | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
+
+    The beginning is also passed on where an error ends the run.
 
     Parameters
     ----------
@@ -56,7 +60,9 @@ def run_stretches(
     config, seed
         The tracker.
     done
-        Takes a stretch and its tracks.
+        Takes a stretch and its tracks; it is not interrupted.
+    show
+        Is called after `done`; it may be interrupted.
     quiet
         Whether there is no progress bar.
     bar
@@ -66,7 +72,8 @@ def run_stretches(
     -------
     The number of stretches that are done, and the interrupt that ended the run, or None.
     """
-    count = sum((each.last - each.first + 1) * len(each.keys) for each in parts)
+    # Each pass reads the frame at its end beforehand, if that is a keyframe too.
+    count = sum((each.last - each.first + len(each.keys)) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
         with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:
@@ -75,12 +82,21 @@ def run_stretches(
                 counted = _Counted(film, lambda state=state: progress.count(state))  # type: ignore[misc]
                 so_far.clear()
                 joined = correct_stretch(counted, each, config, seed, so_far)
+                tracks = tracks_of(each, joined, film.times)
                 with deferred():
-                    done(each, tracks_of(each, joined, film.times))
+                    so_far.clear()
+                    done(each, tracks)
                     finished += 1
-    except KeyboardInterrupt as interrupt:
-        if finished < len(parts) and so_far:
+                if show is not None:
+                    show()
+    except (KeyboardInterrupt, MotesError) as error:
+        if so_far:
             part, joined = partial(parts[finished], so_far)
             done(part, tracks_of(part, joined, film.times))
-        return finished, interrupt
+            if show is not None:
+                with suppress(KeyboardInterrupt):  # a second one ends it
+                    show()
+        if isinstance(error, MotesError):
+            raise
+        return finished, error
     return finished, None

@@ -16,7 +16,7 @@ from motes.cli.evaluate_options import (
     check_kind,
 )
 from motes.cli.evaluate_run import run_jobs, write_crowds, write_single
-from motes.cli.input_checks import first_pixels, worker_count
+from motes.cli.input_checks import first_pixels
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.evaluation import runner
 from motes.evaluation.adapters.registry import mot_tracker_spec, resolve, with_detector
@@ -106,7 +106,7 @@ def evaluate(
     errors: dict[Pass, str] = {}
     interrupted: KeyboardInterrupt | None = None
     try:
-        run_jobs(jobs, report.out, worker_count(run.workers), run.time_limit, errors)
+        run_jobs(jobs, report.out, run, errors)
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
     # Results are in the order of the trackers.

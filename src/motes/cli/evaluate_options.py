@@ -16,13 +16,14 @@ from motes.cli.options import (
     OUTPUT,
     REPEATED,
     RUN,
+    Cluster,
     FirstPixel,
     Overwrite,
     Seeds,
     Workers,
 )
+from motes.cluster.pool import TIME_LIMIT
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.evaluation import runner
 from motes.evaluation.protocols.perturbations import MAX_FRAMES
 from motes.evaluation.protocols.sot import MIN_FRAMES
 from motes.evaluation.report.reference import Reference
@@ -64,12 +65,13 @@ class RunOptions:
     ] = MAX_FRAMES
     seeds: Seeds = 5
     workers: Workers = None
+    cluster: Cluster = None
     time_limit: Annotated[
         float,
         Parameter(
             help="Seconds for a tracker on a sequence in a protocol; in robust, on each view."
         ),
-    ] = runner.TIME_LIMIT
+    ] = TIME_LIMIT
 
     def check(self) -> None:
         """Check the numbers; raise a ConfigError for one that makes no sense."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
+from motes.cli.evaluate_options import RunOptions
 from motes.cli.exit_codes import DONE, PARTIAL
+from motes.cli.input_checks import worker_count
 from motes.cli.messages import log
+from motes.cluster.open_pool import open_pool
+from motes.cluster.pool import ATTEMPTS
 from motes.core import interrupts
 from motes.core.interrupts import check
 from motes.evaluation import mot_scores, runner
@@ -25,9 +28,7 @@ from motes.evaluation.runner import Job, Pass
 from motes.evaluation.scores import Outcome, PassResult, write_results
 
 
-def run_jobs(
-    jobs: list[Job], out: Path, workers: int, time_limit: float, errors: dict[Pass, str]
-) -> None:
+def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass, str]) -> None:
     """Run the passes that are not done yet.
 
     Parameters
@@ -36,18 +37,20 @@ def run_jobs(
         All jobs.
     out
         The folder of the results.
-    workers
-        Number of processes.
-    time_limit
-        Seconds for a tracker on a sequence in a protocol.
+    options
+        The workers, and the time limit of a tracker on a sequence in a protocol.
     errors
         Gets the errors of the passes that failed; it is filled also if this is interrupted.
     """
     left = runner.unfinished(jobs, out)
     total, missing = (sum(len(job.passes) for job in each) for each in (jobs, left))
-    steps = runner.run(left, out, workers, time_limit)
-    with Progress(total, total - missing) as progress, contextlib.closing(steps):
-        for job, failed in steps:
+    # A tracker that ends its process has failed. A node of a cluster may die without its fault.
+    attempts = 1 if options.cluster is None else ATTEMPTS
+    with (
+        open_pool(options.cluster, worker_count(options.workers)) as pool,
+        Progress(total, total - missing) as progress,
+    ):
+        for job, failed in runner.run(pool, left, out, options.time_limit, attempts):
             check()
             if failed is None:
                 progress.begin(job)

@@ -7,11 +7,12 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from motes.cli.messages import log
+from motes.cluster.resources import cores
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import leftovers, same_file
 
@@ -74,7 +75,7 @@ def worker_count(workers: int | None) -> int:
     """Return the number of processes; raise a ConfigError if --workers is below 1."""
     if workers is not None and workers < 1:
         raise ConfigError(f"--workers is {workers}; give 1 or more.")
-    return workers or os.cpu_count() or 1
+    return workers or cores()
 
 
 def check_counts(**counts: int) -> None:
@@ -84,6 +85,26 @@ def check_counts(**counts: int) -> None:
             raise ConfigError(f"--{name} is {count}; give 1 or more.")
         if count > MOST:
             raise ConfigError(f"--{name} is {count}; give {MOST} or fewer.")
+
+
+def refuse(options: Mapping[str, object], why: str) -> None:
+    """Raise a ConfigError that names the options that are given, if any is.
+
+    Parameters
+    ----------
+    options
+        The value of each option; None, False, or nothing in it if it is not given.
+    why
+        What these options are, as in `not for keyframes`.
+    """
+    given = [name for name, value in options.items() if value is not None and value is not False]
+    given = [name for name in given if options[name] not in ("", [], ())]
+    if given:
+        names = " and ".join([", ".join(given[:-1]), given[-1]] if given[1:] else given)
+        plural = len(given) > 1
+        raise ConfigError(
+            f"{names} {'are' if plural else 'is'} {why}; omit {'them' if plural else 'it'}."
+        )
 
 
 def read_text(path: Path) -> str:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import FLAG, REPEATED
+from motes.cli.options import FLAG, HYPHEN, REPEATED
 from motes.core.errors import ConfigError
 
 KEYFRAMES = Group("Keyframes", sort_key=1)
@@ -18,6 +18,7 @@ Marks = list[tuple[int, Sequence[float] | None]]
 At = Annotated[
     list[str] | None,
     REPEATED,
+    HYPHEN,
     Parameter(
         group=KEYFRAMES,
         help="Keyframe: N=x,y,width,height or N=x,y,a,b,theta, the target in frame N. Repeat it.",
@@ -26,6 +27,7 @@ At = Annotated[
 Absent = Annotated[
     list[str] | None,
     REPEATED,
+    HYPHEN,
     Parameter(
         group=KEYFRAMES,
         help="Frames without the target: N or FIRST:LAST, the last one included. Repeat it.",

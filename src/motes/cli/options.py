@@ -51,6 +51,14 @@ ObjectPreset = Annotated[
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
 ]
+Cluster = Annotated[
+    str | None,
+    Parameter(
+        group=RUN,
+        help="Run on a cluster of Ray instead of the processes of this machine: auto for the one "
+        "that this machine belongs to, or HOST:PORT of its head.",
+    ),
+]
 FirstPixel = Annotated[
     list[str] | None,
     Parameter(

@@ -8,18 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_not_source
-from motes.cli.keyframe_options import Absent, At, File, Marks, marks
+from motes.cli.input_checks import check_not_source, refuse
+from motes.cli.keyframe_options import Absent, At, File, marks
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import counted, log
 from motes.cli.options import CONFIGURATION, OUTPUT, PRESETS, ConfigFile, Overwrite
 from motes.cli.settings import HELP, Settings
+from motes.cli.track_units import UnitOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.correction.history import History
     from motes.correction.rows import Rows
+    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
     from motes.video.film import Film
 
@@ -52,6 +54,7 @@ def refine(
     overwrite: Overwrite = False,
     preset: Annotated[str | None, Parameter(group=CONFIGURATION, help=PRESETS)] = None,
     config: ConfigFile = None,
+    units: UnitOptions = UnitOptions(),
     seed: Annotated[
         int | None, Parameter(group=CONFIGURATION, help="Seed of the random numbers.")
     ] = None,
@@ -64,7 +67,8 @@ def refine(
     corrections is kept beside the rows, in ROWS.corrections.json; from it the run can be repeated,
     and an interrupted one is finished by the next motes refine.
 
-    Rows of a plain motes track have one keyframe, their first frame.
+    Rows of a plain motes track have one keyframe, their first frame. The tracker and the real units
+    are given with the first correction.
 
     Parameters
     ----------
@@ -73,11 +77,14 @@ def refine(
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
-    from motes.correction.history import history_path
+    from motes.cli.refine_run import refine_rows
+    from motes.correction.history import History, history_path
     from motes.correction.rows import Rows
     from motes.output.track_rows import check_writable
 
-    table = Rows(rows)
+    path = history_path(rows)
+    history = History.load(path) if path.exists() else None
+    table = Rows(rows, growing=history is not None and bool(history.unfinished))
     goal = rows if output is None else output
     check_not_source(source, goal)
     if output is not None:
@@ -86,76 +93,45 @@ def refine(
         check_writable(output, overwrite)
         check_writable(history_path(output), overwrite)
     new = marks(source, keyframes, at, absent)
-    own = preset is not None or config is not None or seed is not None or bool(settings)
-    if history_path(rows).exists():
-        if own:
-            raise ConfigError(
-                f"The tracker of {rows} is in {history_path(rows).name}; omit --preset, --config, "
-                f"--seed and its keys."
-            )
-        film, history = known_film(source, rows)
+    if history is not None:
+        own = {"--preset": preset, "--config": config, "--seed": seed, **units.given}
+        own |= {f"--{key}": value for key, value in settings.items()}
+        refuse(own, f"already in {history_path(rows).name}, beside the rows")
+        film = known_film(source, history)
     else:
         tracker = tracker_config(app, preset or "default", config, settings)
         film = film_of(source, table)
-        history = begun(film, table, tracker, seed or 0)
+        plane = units.units()
+        if table.metres and plane is None:
+            raise ConfigError(
+                f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
+            )
+        history = begun(film, table, tracker, seed or 0, plane)
     table.check(film)
     if not new and not history.unfinished:
         raise ConfigError("There is nothing to correct; give --at N=x,y,width,height or --absent.")
-    return _refine(film, table, history, new, goal)
-
-
-def _refine(
-    film: Film,
-    table: Rows,
-    history: History,
-    new: Marks,
-    goal: Path,
-) -> int:
-    """Track what changes, and write rows and history."""
-    from motes.cli.correct_run import run_stretches
-    from motes.core.track import Track
-    from motes.correction.history import history_path
-    from motes.correction.join import Stretch
-    from motes.correction.keyframes import check_keyframes
-    from motes.correction.refine import changed, kept
-
-    before, after = history.keys, history.corrected(new)
-    check_keyframes(after.keys, film.name, film.frames, film.width, film.height)
-    parts = changed(film.frames, before, after.keys, history.unfinished)
-    made = set[int]()
-
-    def replace(stretch: Stretch, tracks: list[Track]) -> None:
-        same = kept(stretch, before)
-        found = [track for track in tracks if track.frame not in same]
-        table.replace(found)
-        made.update(track.frame for track in found)
-
-    done, interrupted = run_stretches(film, parts, history.tracker, history.seed, replace)
-    left = [(part.first, part.last) for part in parts[done:]]
-    table.write(goal)
-    after.unfinished_with(left).save(history_path(goal))
+    after = history.corrected(new)
+    made, interrupted = refine_rows(film, table, history, after, goal)
     log(
         f"{interrupts.word(interrupted)}{counted(len(after.corrections[-1]), 'correction')}, "
-        f"{counted(len(made), 'row')} of {len(table.frames)} made anew; wrote {goal}."
+        f"{counted(made, 'row')} of {len(table.frames)} made anew; wrote {goal}."
     )
     return interrupts.code(interrupted) if interrupted else DONE
 
 
-def known_film(source: str, rows: Path) -> tuple[Film, History]:
-    """Return the film of rows that have a history, and the history.
+def known_film(source: str, history: History) -> Film:
+    """Return the film of rows that have a history, with the frames that are used.
 
     Raises
     ------
-    FormatError
+    InputError
         If it is another film.
     """
-    from motes.correction.history import History, history_path
     from motes.video.film import Film
 
-    history = History.load(history_path(rows))
     film = Film(source)
     history.check(film)
-    return film.part(history.start, history.end), history
+    return film.part(history.start, history.end)
 
 
 def film_of(source: str, table: Rows) -> Film:
@@ -167,7 +143,9 @@ def film_of(source: str, table: Rows) -> Film:
     return film.part(table.frames[0], table.frames[-1] + 1)
 
 
-def begun(film: Film, table: Rows, tracker: TrackerConfig, seed: int) -> History:
+def begun(
+    film: Film, table: Rows, tracker: TrackerConfig, seed: int, units: RealUnits | None = None
+) -> History:
     """Return the history of rows of motes track, whose first target is their keyframe.
 
     Raises
@@ -179,4 +157,4 @@ def begun(film: Film, table: Rows, tracker: TrackerConfig, seed: int) -> History
 
     first = table.first_tracked
     mark = first.ellipse if first.ellipse.theta else first.box
-    return History.begin(film, tracker, seed, [(first.frame, mark)])
+    return History.begin(film, tracker, seed, [(first.frame, mark)], units)

@@ -12,6 +12,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
+from motes.cli.track_units import UnitOptions
+from motes.core.errors import ConfigError
 
 app = App(name="smooth", help_format="plaintext")
 
@@ -31,6 +33,7 @@ def smooth(
         ),
     ],
     overwrite: Overwrite = False,
+    units: UnitOptions = UnitOptions(),
 ) -> int:
     """Smooth the rows of one target, flag outliers and bridge gaps.
 
@@ -45,13 +48,22 @@ def smooth(
     """
     from motes.correction.correct import smooth as smoothed
     from motes.correction.rows import Rows
-    from motes.output.track_rows import CORRECTED, TrackWriter
+    from motes.mot.analytics.real_units import GroundMotion
+    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter
 
     check_not_source(str(rows), Path(output))
-    tracks = smoothed(Rows(rows).tracks)
-    with TrackWriter(output, overwrite=overwrite, columns=CORRECTED) as writer:
+    table, plane = Rows(rows), units.units()
+    if table.metres and plane is None:
+        raise ConfigError(
+            f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
+        )
+    tracks = smoothed(table.tracks)
+    motion = None if plane is None else GroundMotion(plane)
+    columns = CORRECTED if motion is None else (*CORRECTED, *GROUND)
+    with TrackWriter(output, overwrite=overwrite, columns=columns) as writer:
         for track in tracks:
-            writer.write(track.frame, track.time, track)
+            place = None if motion is None else motion.update(track)
+            writer.write(track.frame, track.time, track, {} if place is None else place.columns)
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))

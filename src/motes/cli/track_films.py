@@ -4,36 +4,39 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, PARTIAL
-from motes.cli.input_checks import prepare_folder
+from motes.cli.input_checks import prepare_folder, refuse
 from motes.cli.messages import counted, log
-from motes.cli.options import FrameOptions, OutputOptions
+from motes.cli.options import FrameOptions
 from motes.cli.progress import Progress
-from motes.cli.track_keyframes import Run, history_of, rows_output, write_stretches
+from motes.cli.track_between import Between, track_film
+from motes.cli.track_keyframes import Run
+from motes.cli.track_options import TrackOutputs
 from motes.cli.watch_outputs import format_of
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MotesError
-from motes.correction.history import History
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
 from motes.formats.registry import named
 from motes.video.film import Film as ReadableFilm
 from motes.video.sources import IMAGE_ENDINGS
 
 if TYPE_CHECKING:
+    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True)
 class Film:
-    """A film of a batch: its name, its keyframes, its output, and its number of frames if known."""
+    """A film of a batch: its name, keyframes, outputs, and its number of frames if known."""
 
     name: str
     marks: Keyframes
     output: str
+    masks: Path | None
     frames: int | None
 
 
@@ -89,13 +92,15 @@ def marks_of_films(films: Sequence[str], file: Path) -> dict[str, Keyframes]:
 def track_films(
     marks: Mapping[str, Keyframes],
     frames: FrameOptions,
-    outputs: OutputOptions,
+    outputs: TrackOutputs,
+    units: RealUnits | None,
     config: TrackerConfig,
     seed: int,
 ) -> int:
     """Track the target of each film by its keyframes, into a folder.
 
-    A film that fails does not end the others: its error is printed, and counted in the summary.
+    Masks of each film are in a folder of their own, and figures are beside its rows. A film that
+    fails does not end the others: its error is printed, and counted in the summary.
 
     Returns
     -------
@@ -116,7 +121,7 @@ def track_films(
     with Progress(None if None in known else both) as bar:
         for film in chosen:
             try:
-                run = _track(film, frames, outputs, config, seed, bar)
+                run = _track(film, frames, outputs, units, config, seed, bar)
             except MotesError as error:
                 failed += 1
                 log(f"{film.name} failed: {error}")
@@ -139,20 +144,22 @@ def track_films(
 
 
 def _checked(
-    marks: Mapping[str, Keyframes], frames: FrameOptions, outputs: OutputOptions
+    marks: Mapping[str, Keyframes], frames: FrameOptions, outputs: TrackOutputs
 ) -> tuple[list[Film], int]:
     """Return the films that can be read, and the number of the others, before any is tracked."""
     if outputs.output is None or outputs.output == "-":
         raise ConfigError("Several films need a folder for their rows; give one with -o.")
-    if outputs.overlay is not None:
-        raise ConfigError("--overlay is for one film; omit it.")
+    refuse({"--overlay": outputs.overlay, "--show": outputs.show}, "for one film")
+    if outputs.masks is not None and outputs.masks.suffix:
+        raise ConfigError(f"--masks {outputs.masks}: several films need a folder; give its name.")
     folder, form = Path(outputs.output), format_of("rows.csv", outputs.format)
     stems = [Path(film).stem for film in marks]
     for stem in stems:
         if stems.count(stem) > 1:
             raise ConfigError(f"Two films have the name {stem}, and so had their rows; rename one.")
     ending = named(form).endings[0]
-    prepare_folder(folder, [f"{stem}{ending}" for stem in stems], outputs.overwrite)
+    anew = outputs.overwrite or outputs.resume
+    prepare_folder(folder, [f"{stem}{ending}" for stem in stems], anew)
     chosen, failed = [], 0
     for (name, each), stem in zip(marks.items(), stems, strict=True):
         try:
@@ -167,21 +174,23 @@ def _checked(
             failed += 1
             log(f"{name} failed: {error}")
             continue
-        chosen.append(Film(name, each, str(folder / f"{stem}{ending}"), count))
+        masks = None if outputs.masks is None else outputs.masks / stem
+        chosen.append(Film(name, each, str(folder / f"{stem}{ending}"), masks, count))
     return chosen, failed
 
 
 def _track(
-    film: Film, frames: FrameOptions, outputs: OutputOptions, config: TrackerConfig, seed: int,
+    film: Film,
+    frames: FrameOptions,
+    outputs: TrackOutputs,
+    units: RealUnits | None,
+    config: TrackerConfig,
+    seed: int,
     bar: Progress,
-) -> Run:  # fmt: skip
-    """Track the target of a film into its output."""
+) -> Run:
+    """Track the target of a film into its outputs."""
     source = ReadableFilm(film.name, start=frames.start, end=frames.end)
-    marks = [*film.marks.items()]
-    check_keyframes(film.marks, film.name, source.frames, source.width, source.height)
-    history = History.begin(source, config, seed, marks)
-    path = history_of(film.output, outputs)
-    run = write_stretches(source, history, [rows_output(film.output, source, outputs)], bar=bar)
-    if path is not None and run.states:
-        history.unfinished_with(run.left).save(path)
+    job = Between(source, film.name, [*film.marks.items()], config, seed, units)
+    run = Run(len(film.marks))
+    track_film(job, film.output, replace(outputs, masks=film.masks), run, [], bar=bar)
     return run

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from motes.core.detection import Detector
 from motes.core.frame import Frame
-from motes.core.track import Status, Track, finite
+from motes.core.track import Status, Track
 from motes.mot.analytics.real_units import GroundPlace
 from motes.sot.known_target import Target
 from motes.sot.places import Place
@@ -40,11 +40,7 @@ class Step:
     @property
     def ground(self) -> dict[str, float | None]:
         """The columns of the place."""
-        return (
-            {}
-            if self.place is None
-            else {name: finite(value) for name, value in self.place._asdict().items()}
-        )
+        return {} if self.place is None else self.place.columns
 
     @property
     def track(self) -> Track | None:

@@ -21,10 +21,11 @@ from motes.output.journal import FrameRow, ObjectRow
 from motes.sot.segmentation import Mask, Segmenter
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 
-def masks_output(path: Path, film: Source, label: str | None, *, overwrite: bool) -> Masks:
+def masks_output(path: Path, film: Source | Film, label: str | None, *, overwrite: bool) -> Masks:
     """Return the output of masks: of a document if the name ends in .json, else of a folder.
 
     Raises
@@ -77,7 +78,7 @@ class Masks(ABC):
 class FolderMasks(Masks):
     """A PNG file for each frame, white where the target is; the name is that of the image."""
 
-    def __init__(self, folder: Path, film: Source, *, overwrite: bool) -> None:
+    def __init__(self, folder: Path, film: Source | Film, *, overwrite: bool) -> None:
         super().__init__()
         self._folder, self._film, self._count = folder, film, 0
         try:

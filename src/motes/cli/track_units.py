@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from motes.cli.track_loop import Step, Steps
     from motes.core.frame import Frame
     from motes.mot.analytics.real_units import RealUnits
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 MOTION = ("path", "speed", "size")
@@ -49,6 +50,11 @@ class UnitOptions:
         ),
     ] = None
 
+    @property
+    def given(self) -> dict[str, object]:
+        """The value of each option by its name; None if it is not given."""
+        return {"--scale": self.scale, "--ground": self.ground, "--lens": self.lens}
+
     def units(self) -> RealUnits | None:
         """Return the units of the options; None if there are none.
 
@@ -76,8 +82,9 @@ class UnitOptions:
                 if plane is None:
                     raise ConfigError("it has no [ground]; add scale, homography or points.")
         else:
-            with error_context("--scale"):
-                plane = Ground(self.scale)
+            if not 0 < self.scale < math.inf:  # type: ignore[operator]
+                raise ConfigError(f"--scale is {self.scale:g}; give pixels per metre, above 0.")
+            plane = Ground(self.scale)
         lens: Lens | None = None
         if self.lens is not None:
             text = read_text(self.lens)
@@ -86,7 +93,7 @@ class UnitOptions:
         return RealUnits(plane, lens)
 
 
-def check_size(units: RealUnits | None, film: Source) -> None:
+def check_size(units: RealUnits | None, film: Source | Film) -> None:
     """Raise a ConfigError if the lens was calibrated with pictures of another size."""
     size = None if units is None or units.lens is None else units.lens.size
     if size is not None and size != (film.width, film.height):
@@ -110,9 +117,20 @@ def measured(units: RealUnits, steps: Steps) -> Steps:
 
 
 def motion_names(figures: str | None) -> tuple[str, ...]:
-    """Return the figures of the motion that --figures names; none if it names a folder."""
+    """Return the figures of the motion that --figures names; none if it names a folder.
+
+    Raises
+    ------
+    ConfigError
+        If it names figures of the motion and others.
+    """
     names = tuple(figures.split(",")) if figures is not None else ()
-    return names if names and set(names) <= set(MOTION) else ()
+    unknown = [name for name in names if name not in MOTION]
+    if unknown and len(unknown) < len(names):
+        raise ConfigError(
+            f"--figures {figures}: {unknown[0]!r} is none of {', '.join(MOTION)}; correct it."
+        )
+    return () if unknown else names
 
 
 class MotionFigures:
@@ -147,11 +165,9 @@ class MotionFigures:
 
     def write(self, step: Step) -> None:
         """Record a frame."""
-        from motes.core.track import Status
-
         place, track = step.place, step.track
         nothing = (math.nan,) * 10
-        if track is None or place is None or track.status is not Status.TRACKING:
+        if track is None or place is None:  # it is not seen
             self._rows.append((step.frame.time, *nothing))
             return
         deviations = [math.sqrt(each) for each in track.covariance.diagonal().tolist()]

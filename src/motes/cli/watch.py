@@ -25,6 +25,7 @@ from motes.cli.options import (
     HYPHEN,
     OUTPUT,
     REPEATED,
+    Cluster,
     ConfigOptions,
     FrameOptions,
     ObjectPreset,
@@ -181,7 +182,8 @@ def watch(
         Parameter(
             help="A video, a folder or pattern of images, the number of a camera, or an address. "
             "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite, --seed and --histogram may be given."
+            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram and --cluster "
+            "may be given."
         ),
     ] = None,
     /,
@@ -192,6 +194,7 @@ def watch(
     outputs: WatchOutputs = WatchOutputs(),
     preset: ObjectPreset = PRESET,
     values: ConfigOptions = ConfigOptions(),
+    cluster: Cluster = None,
     **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
@@ -205,7 +208,11 @@ def watch(
 
         from motes.cli.watch_cameras import watch_rig
 
-        return watch_rig(source, outputs.output, outputs.overwrite, values.seed, objects.histogram)
+        return watch_rig(
+            source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster
+        )
+    if cluster is not None:
+        raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
     if objects.histogram is not None:
         raise ConfigError(
             "--histogram is for a file of several cameras; for one, give it to motes track."

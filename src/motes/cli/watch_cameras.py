@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, NOT_FOUND, PARTIAL
 from motes.cli.input_checks import check_not_source, default_output, read_text
@@ -20,6 +21,10 @@ from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
 from motes.output.track_rows import Form
+from motes.sot.known_target import Target
+
+if TYPE_CHECKING:
+    from motes.cluster.rig_on_ray import ClusterRig
 
 
 class RigRows(Lines):
@@ -53,8 +58,29 @@ class RigRows(Lines):
         self.put(lines)
 
 
+@contextlib.contextmanager
+def watcher(
+    rig: Rig, seed: int, target: Target | None, cluster: str | None
+) -> Iterator[RigRunner | ClusterRig]:
+    """Give what watches the cameras: processes of this machine, or actors on a cluster."""
+    if cluster is None:
+        with RigRunner(rig, seed, target) as local:
+            yield local
+        return
+    from motes.cluster.ray_connection import connected
+    from motes.cluster.rig_on_ray import ClusterRig
+
+    with connected(cluster) as ray, ClusterRig(ray, rig, seed, target) as remote:
+        yield remote
+
+
 def watch_rig(
-    file: str, output: str | None, overwrite: bool, seed: int, histogram: Path | None
+    file: str,
+    output: str | None,
+    overwrite: bool,
+    seed: int,
+    histogram: Path | None,
+    cluster: str | None,
 ) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
     target = None if histogram is None else load_target(histogram)
@@ -74,7 +100,7 @@ def watch_rig(
         rows.begin()
         try:
             with deferred():
-                watching = opened.enter_context(RigRunner(rig, seed, target))
+                watching = opened.enter_context(watcher(rig, seed, target, cluster))
             for news in watching:
                 check()
                 with deferred():

@@ -37,6 +37,10 @@ class FormatError(MotesError):
     """A file of results has the wrong form, exists already, or cannot be read or written."""
 
 
+class InputError(FormatError):
+    """A file of rows, keyframes or annotations cannot be read, or belongs to another film."""
+
+
 class ConfigError(MotesError, ValueError):
     """A configuration, an option or a region cannot be used."""
 

@@ -12,14 +12,26 @@ from __future__ import annotations
 import contextlib
 import errno
 import glob
+import hashlib
 import os
 import secrets
 from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
+from urllib.parse import quote
 
 PARTIAL = ".partial-" + "[0-9a-f]" * 16
 """Pattern of the part of a partial file's name that follows the target's name."""
+LONGEST_NAME = 120
+"""Longest name of `slug`; longer names are cut and get a digest, so that they stay different."""
+
+
+def slug(name: str) -> str:
+    """Return a name for a file or folder, a different one for each text."""
+    quoted = quote(name, safe="+")
+    if len(quoted) <= LONGEST_NAME:
+        return quoted
+    return f"{quoted[:LONGEST_NAME]}%{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
 def leftovers(target: str | Path) -> list[Path]:

@@ -119,7 +119,9 @@ def as_ellipse(region: Sequence[float]) -> Ellipse:
             f"got {len(values)}."
         )
     if not all(math.isfinite(value) for value in values):
-        raise ConfigError(f"The region {_numbers(values)} holds a number that is not finite.")
+        raise ConfigError(
+            f"The region {_numbers(values)} holds a number that is not finite; correct it."
+        )
     if values[2] <= 0 or values[3] <= 0:
         raise ConfigError(f"The region {_numbers(values)} has no area; give it a positive size.")
     return Ellipse.from_box(values) if len(values) == 4 else Ellipse(*values)

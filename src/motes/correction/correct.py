@@ -116,17 +116,25 @@ def correct_stretch(
 ) -> Joined:
     """Return the track of a stretch, from passes in both directions.
 
-    The tracks of the forward pass are added to `so_far`, for a run that is interrupted.
+    Between two keyframes, the models of both passes learn from both of them. The tracks of the
+    forward pass are added to `so_far`, for a run that is interrupted.
     """
     first, last, begin, end, _ = stretch
-    forward = backward = None
+    forward = backward = at_end = at_begin = None
+    if begin is not None and end is not None:
+        at_begin, at_end = (_frame(film, first), begin), (_frame(film, last), end)
     if begin is not None:
         frames = film.forward(first, last)
-        forward = as_pass(run_pass(config, seed, frames, begin, so_far=so_far))
+        forward = as_pass(run_pass(config, seed, frames, begin, so_far=so_far, other=at_end))
     if end is not None:
         frames = film.backward(last, first)
-        backward = as_pass(run_pass(config, seed, frames, end, backward=True))
+        backward = as_pass(run_pass(config, seed, frames, end, backward=True, other=at_begin))
     return join(stretch, forward, backward)
+
+
+def _frame(film: FrameReader, index: int) -> Frame:
+    (found,) = film.forward(index, index)
+    return found
 
 
 def partial(stretch: Stretch, so_far: Sequence[Track]) -> tuple[Stretch, Joined]:

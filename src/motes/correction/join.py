@@ -192,6 +192,7 @@ def fuse(
     ellipses[absent], variances[absent], confidence[absent] = math.nan, math.nan, math.nan
     claims = np.array([each.tracking for each in passes])
     outlier = (claims & ~used).any(axis=0) & ~absent
+    outlier[[*keys]] = False
     states = np.select([absent, supported, bridged], [0, 1, 2], 3)
     names = (Status.ABSENT, Status.TRACKING, Status.INTERPOLATED, Status.LOST)
     return Joined(ellipses, variances, [names[i] for i in states], confidence, outlier)

@@ -17,7 +17,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from motes.core.errors import ConfigError, FormatError, MotesError
+from motes.core.errors import ConfigError, InputError, MotesError
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
@@ -69,8 +69,10 @@ def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None
         raise ConfigError(f"{frames!r} is no frame; give its number, or FIRST:LAST if absent.")
     first, _, last = frames.partition(":")
     start, stop = int(first), int(last or first)
-    if stop < start or stop - start >= MAX_ABSENT:
+    if stop < start:
         raise ConfigError(f"The frames {frames} are no range; the first one comes first.")
+    if stop - start >= MAX_ABSENT:
+        raise ConfigError(f"The frames {frames} are more than {MAX_ABSENT}; correct the last one.")
     if region.strip() == ABSENT:
         return [(frame, None) for frame in range(start, stop + 1)]
     if last:
@@ -90,15 +92,17 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
 
     Raises
     ------
-    FormatError
+    InputError
         If the file cannot be read, has no keyframe, or a row has another form, with its number.
     """
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise FormatError(f"The keyframes {path} cannot be read: {error.strerror}.") from None
+        raise InputError(
+            f"The keyframes {path} cannot be read: {error.strerror}; check the name."
+        ) from None
     except UnicodeDecodeError:
-        raise FormatError(f"The keyframes {path} are no text; check the name.") from None
+        raise InputError(f"The keyframes {path} are no text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field.strip().strip('"') for field in line.split(",")]
@@ -111,13 +115,13 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
                 raise ConfigError("it has no region; give x,y,width,height or absent.")
             marks.setdefault(film, []).extend(marks_of(fields[0], ",".join(fields[1:])))
         except MotesError as error:
-            raise FormatError(f"{path}, row {number}: {error}") from None
+            raise InputError(f"{path}, row {number}: {error}") from None
     if not marks:
-        raise FormatError(f"{path} has no keyframe; a row is frame,x,y,width,height.")
+        raise InputError(f"{path} has no keyframe; a row is frame,x,y,width,height.")
     try:
         return {film: keyframes(each) for film, each in marks.items()}
     except ConfigError as error:
-        raise FormatError(f"{path}: {error}") from None
+        raise InputError(f"{path}: {error}") from None
 
 
 def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
@@ -125,14 +129,14 @@ def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:
 
     Raises
     ------
-    FormatError
+    InputError
         If the file cannot be read, or has neither.
     """
     found = read_keyframes(path)
     for name in (source, Path(source).name, ""):
         if name in found:
             return found[name]
-    raise FormatError(
+    raise InputError(
         f"{path} has keyframes of {', '.join(sorted(found))}, none of {source}; name it in a row."
     )
 

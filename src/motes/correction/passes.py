@@ -65,6 +65,7 @@ def run_pass(
     *,
     backward: bool = False,
     so_far: list[Track] | None = None,
+    other: tuple[Frame, Ellipse] | None = None,
     observe: Callable[[StepInfo], None] | None = None,
 ) -> list[Track]:
     """Return the tracks of a target, in order of the frames.
@@ -81,13 +82,20 @@ def run_pass(
         Whether the frames come in reverse order.
     so_far
         A list to which each track is added as soon as it is known, for a run that is interrupted.
+    other
+        The keyframe at the end of the pass, from whose look the models also learn.
     observe
         Called with the tracker's report of each frame.
     """
     tracker = Tracker(config, seed, backward=backward)
     tracks = [] if so_far is None else so_far
     for frame in frames:
-        tracks.append(tracker.update(frame) if tracks else tracker.init(frame, region))
+        if tracks:
+            tracks.append(tracker.update(frame))
+        else:
+            tracks.append(tracker.init(frame, region))
+            if other is not None:
+                tracker.learn_also(*other)
         if observe is not None:
             observe(tracker.info)
         check()

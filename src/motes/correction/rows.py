@@ -8,14 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from motes.core.errors import ConfigError, FormatError
+from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
-from motes.output.read_rows import read_track
-from motes.output.track_rows import COLUMNS, DEVIATIONS, fields_of, form_of, line_of
+from motes.mot.analytics.real_units import GroundMotion, RealUnits
+from motes.output.read_rows import read_text, table_of
+from motes.output.track_rows import COLUMNS, DEVIATIONS, GROUND, fields_of, form_of, line_of
 from motes.video.film import Film
 
+LARGEST = 1e9
+"""Largest number of a row, in any unit."""
+LEAST_HALF = 1e-3
+"""Least half-axis: rows have three digits."""
 TIME_TOLERANCE = 1e-3
 """Seconds by which the time of a row may differ from that of its frame; rows have six digits."""
 
@@ -27,6 +32,8 @@ class Rows:
     ----------
     path
         A .csv or .jsonl file.
+    growing
+        Whether its last line may be cut off, as of a run that was killed. It is then left out.
 
     Attributes
     ----------
@@ -38,27 +45,32 @@ class Rows:
 
     Raises
     ------
-    FormatError
+    InputError
         If the file cannot be read, is empty, or holds other rows, as those of many objects.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, growing: bool = False) -> None:
         self._path, self._form = path, form_of(path)
-        table = read_track(path)
+        text = read_text(path)
+        if growing:
+            text = text[: text.rfind("\n") + 1]
+        table = table_of(text, path, self._form)
         self.columns = tuple(table.dtype.names or ())
         if not set(COLUMNS) <= set(self.columns) or "identity" in self.columns:
-            raise FormatError(
+            raise InputError(
                 f"{path} has no rows of one target; give a .csv or .jsonl file of motes track."
             )
         if not len(table):
-            raise FormatError(f"{path} has no rows; give a file of motes track that has some.")
+            raise InputError(f"{path} has no rows; give a file of motes track that has some.")
         self.tracks = [
             _track(path, dict(zip(self.columns, row.tolist(), strict=True))) for row in table
         ]
         frames = [track.frame for track in self.tracks]
-        if frames != sorted(set(frames)):
-            raise FormatError(f"{path} has a frame twice, or frames out of order.")
-        lines = path.read_text(encoding="utf-8-sig").splitlines(keepends=True)
+        if frames != sorted(set(frames)) or frames[0] < 0:
+            raise InputError(
+                f"{path} has a frame twice, out of order, or below 0; correct its first column."
+            )
+        lines = text.splitlines(keepends=True)
         self._head = lines[: self._form == "csv"]
         kept = [line for line in lines[len(self._head) :] if line.strip()]
         self._lines = dict(zip(frames, kept, strict=True))
@@ -85,24 +97,27 @@ class Rows:
         for track in self.tracks:
             if track.status is Status.TRACKING:
                 return track
-        raise ConfigError(f"{self._path} has no row in which the target is tracked.")
+        raise ConfigError(
+            f"{self._path} has no row in which the target is tracked; mark it anew, with motes "
+            f"track --at."
+        )
 
     def check(self, film: Film) -> None:
         """Check that these are rows of a film.
 
         Raises
         ------
-        FormatError
+        InputError
             If the film is shorter, has other times, or smaller pictures.
         """
         if self.tracks and self.tracks[-1].frame >= len(film.times):
-            raise FormatError(
+            raise InputError(
                 f"{self._path} has rows up to frame {self.tracks[-1].frame}, but {film.name} has "
                 f"only {len(film.times)} frames; give the film of these rows."
             )
         for track in self.tracks:
-            if abs(track.time - film.times[track.frame]) > TIME_TOLERANCE:
-                raise FormatError(
+            if not abs(track.time - film.times[track.frame]) <= TIME_TOLERANCE:
+                raise InputError(
                     f"{self._path} has frame {track.frame} at {track.time:g} s, but {film.name} "
                     f"at {film.times[track.frame]:g} s; give the film of these rows."
                 )
@@ -110,16 +125,36 @@ class Rows:
             if track.status is Status.TRACKING and not (
                 -1 <= x <= film.width and -1 <= y <= film.height
             ):
-                raise FormatError(
+                raise InputError(
                     f"{self._path} has the target at {x:g},{y:g} in frame {track.frame}, outside "
                     f"of {film.name}, {film.width}x{film.height}; give the film of these rows."
                 )
 
-    def replace(self, tracks: Iterable[Track]) -> None:
-        """Replace the rows of these frames, or add them; all others stay to the byte."""
-        for track in tracks:
-            fields = fields_of(track.frame, track.time, track, self.columns)
-            self._lines[track.frame] = line_of(self._form, self.columns, fields) + "\n"
+    @property
+    def metres(self) -> bool:
+        """Whether the rows have places and speeds in metres."""
+        return set(GROUND) <= set(self.columns)
+
+    def replace(self, tracks: Iterable[Track], units: RealUnits | None = None) -> None:
+        """Replace the rows of these frames, or add them; all others stay to the byte.
+
+        Parameters
+        ----------
+        tracks
+            The new tracks.
+        units
+            How pixels become metres, for rows that have metres.
+        """
+        new = {track.frame: track for track in tracks}
+        known = {track.frame: track for track in self.tracks} | new
+        self.tracks = [known[frame] for frame in sorted(known)]
+        motion = None if units is None else GroundMotion(units)
+        for track in self.tracks:
+            place = None if motion is None else motion.update(track)
+            if track.frame in new:
+                further = {} if place is None else place.columns
+                fields = fields_of(track.frame, track.time, track, self.columns, further)
+                self._lines[track.frame] = line_of(self._form, self.columns, fields) + "\n"
 
     def write(self, path: Path) -> None:
         """Write all rows.
@@ -145,13 +180,19 @@ def _track(path: Path, row: dict[str, float | int | str]) -> Track:
     try:
         status = Status(str(row["status"]))
     except ValueError:
-        raise FormatError(
+        raise InputError(
             f"{path} has the status {row['status']!r} in frame {row['frame']}; correct that row."
         ) from None
+    huge = [name for name, value in number.items() if abs(value) > LARGEST]
+    if huge:
+        raise InputError(
+            f"{path} has {number[huge[0]]:g} as {huge[0]} in frame {row['frame']}; correct that "
+            f"row."
+        )
     ellipse = Ellipse(*(number[name] for name in ("x", "y", "a", "b", "theta")))
-    placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) > 0
+    placed = all(map(math.isfinite, ellipse)) and min(ellipse.a, ellipse.b) >= LEAST_HALF
     if status is Status.TRACKING and not placed:
-        raise FormatError(
+        raise InputError(
             f"{path} tracks the target in frame {row['frame']}, but has no place and size of it; "
             f"correct that row."
         )

@@ -6,6 +6,7 @@ from abc import abstractmethod
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motes.core.frame import Frame
@@ -47,6 +48,13 @@ class Cue:
         """
         return model
 
+    def learn_also(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model of a target that also looks as in `ellipse` of another frame.
+
+        Each of both looks has half of the model. By default, the model stays.
+        """
+        return model
+
 
 class AdaptableCue(Cue):
     """The interface of a cue that compares histograms; a model update changes its models.
@@ -63,6 +71,13 @@ class AdaptableCue(Cue):
 
         It is zero if no pixel is read, as outside the frame.
         """
+
+    def learn_also(self, model: Any, frame: Frame, ellipse: Ellipse) -> Any:
+        """Return the model with the mean of its histogram and the region's; the anchor stays."""
+        seen = self.observe(model, frame, ellipse)
+        if not seen.any():
+            return model
+        return replace(model, histogram=(model.histogram + seen) / 2)
 
 
 def visible(frame: Frame, ellipses: Floats) -> NDArray[np.bool_]:

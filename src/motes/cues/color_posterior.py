@@ -94,6 +94,10 @@ class Posterior(Cue, Config, frozen=True):
         window = model.grid.sample_window(frame, ellipse)
         return replace(self.updated(model, window, self.learning_rate), place=ellipse)
 
+    def learn_also(self, model: PosteriorModel, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
+        """Return the mean of the model's colors and those of the region in `ellipse`."""
+        return self.updated(model, model.grid.sample_window(frame, ellipse), 0.5)
+
     def updated(
         self, model: PosteriorModel, window: Singles, rate: float, x: float = 0.0, y: float = 0.0
     ) -> PosteriorModel:

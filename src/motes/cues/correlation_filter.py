@@ -117,6 +117,13 @@ class Correlation(Cue, Config, frozen=True):
         spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
         return replace(self.updated(model, spectra, self.learning_rate), place=ellipse)
 
+    def learn_also(
+        self, model: CorrelationModel, frame: Frame, ellipse: Ellipse
+    ) -> CorrelationModel:
+        """Return the filter of both windows, as of Bolme et al.'s; the first frame's stays."""
+        spectra = self.spectra(model.grid, model.grid.sample_window(frame, ellipse))
+        return self.updated(model, spectra, 0.5)
+
     def spectra(self, samples: Grid, window: Singles) -> Spectra:
         """Return the transform (30, h, w // 2 + 1) of a window's features (3, H, W), tapered."""
         from scipy import fft  # takes a third of a second to import

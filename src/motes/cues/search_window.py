@@ -29,8 +29,11 @@ WIDEST = 2.5
 
 A wider taper would learn little but the surroundings of a thin target.
 """
-FINEST = 2
-"""Largest number of samples per pixel, in x and in y; more would add no information."""
+FINEST = CELL_SIZE
+"""Largest number of samples per pixel, in x and in y: then a cell has the size of a pixel."""
+LEAST_MARGIN = 8
+"""Smallest margin of a window, in pixels: however small the target is, the camera shakes by some
+pixels."""
 LARGER = 1.3
 """Ratio of the sizes of neighboring windows, if several are needed."""
 TURN = 0.5
@@ -41,7 +44,7 @@ TURN = 0.5
 class Grid:
     """The samples around a target; their number follows from the size of its first region.
 
-    The window is the target with a margin of half of its mean side.
+    The window is the target with a margin of half of its mean side, and of `LEAST_MARGIN` at least.
 
     Attributes
     ----------
@@ -168,7 +171,7 @@ def features(samples: Singles) -> Singles:
 def grid(a: float, b: float) -> Grid:
     """Return the grid for a target whose half-axes were first a and b pixels."""
     width, height = 2 * a, 2 * b
-    around = (width + height) / 2
+    around = max((width + height) / 2, 2 * LEAST_MARGIN)
     wide, high = width + around, height + around
     pixels = max(math.sqrt(wide * high) / SAMPLES, 1 / FINEST)
     columns, rows = (_fast(side / pixels / CELL_SIZE) for side in (wide, high))

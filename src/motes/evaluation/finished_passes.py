@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Generic, NamedTuple
 
+from motes.cluster.local import LocalPool
+from motes.cluster.pool import TIME_LIMIT
 from motes.core.errors import SourceError
 from motes.evaluation import runner
 from motes.evaluation.adapters.registry import TrackerSpec
@@ -63,8 +64,8 @@ def finished_passes(
     outcomes: list[E] = []
     with TemporaryDirectory(prefix="motes-") as folder:
         out, errors, done = Path(folder), dict[Pass, str](), 0
-        with contextlib.closing(runner.run(jobs, out, workers, runner.TIME_LIMIT)) as steps:
-            for job, failed in steps:
+        with LocalPool(workers) as pool:
+            for job, failed in runner.run(pool, jobs, out, TIME_LIMIT):
                 if failed is not None:
                     errors |= failed
                     outcomes += kind.of(job, out, errors)

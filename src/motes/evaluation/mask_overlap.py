@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motes.core.errors import FormatError
+from motes.core.errors import InputError
+from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse, iou
 from motes.core.track import Status
 from motes.core.types import Bytes
@@ -73,7 +74,7 @@ def overlaps(sequence: Sequence, preset: str, seed: int, every: int) -> Overlaps
                 found.seconds[i].append(time.perf_counter() - clock)
                 found.boxes[i].append(float(iou(box_of(mask), truth)))
                 if truths is not None:
-                    true = _read(truths[frame.index])
+                    true = _read(truths[frame.index], frame)
                     union = (mask | true).sum()
                     found.masks[i].append(float((mask & true).sum() / union) if union else 1.0)
     return found
@@ -83,13 +84,30 @@ def _truth_masks(sequence: Sequence) -> list[Path] | None:
     folder = Path(str(sequence.source)).parent / "masks"
     files = sorted(folder.glob("*.png")) if folder.is_dir() else []
     if files and len(files) != sequence.frames:
-        raise FormatError(f"{folder} has {len(files)} masks for {sequence.frames} frames.")
+        raise InputError(
+            f"{folder} has {len(files)} masks for {sequence.frames} frames; give one for each."
+        )
     return files or None
 
 
-def _read(path: Path) -> NDArray[np.bool_]:
-    with Image.open(path) as image:
-        values: NDArray[Any] = np.asarray(image)
+def _read(path: Path, frame: Frame) -> NDArray[np.bool_]:
+    """Return the true mask of a frame.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or has another size than the frame.
+    """
+    try:
+        with Image.open(path) as image:
+            values: NDArray[Any] = np.asarray(image)
+    except (OSError, SyntaxError, ValueError) as error:
+        raise InputError(f"The mask {path} cannot be read ({error}); replace it.") from None
+    if values.shape[:2] != (frame.height, frame.width):
+        raise InputError(
+            f"The mask {path} has {values.shape[1]}x{values.shape[0]} pixels, its frame "
+            f"{frame.width}x{frame.height}; give the masks of this sequence."
+        )
     return np.asarray(values.any(axis=2) if values.ndim == 3 else values != 0)
 
 

@@ -1,4 +1,4 @@
-"""Passes of trackers over sequences, in worker processes that may hang, crash and be stopped.
+"""Passes of trackers over sequences, in workers that may hang, crash and be stopped.
 
 A job is one tracker on one sequence in one protocol. Its video is decoded once, and each frame is
 given to all of its passes in turn, so the memory needed does not depend on the length of the video.
@@ -8,31 +8,20 @@ another pass.
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import itertools
-import math
-import multiprocessing
-import os
-import shutil
-import signal
 import tempfile
-import threading
-import time
-from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext
 from pathlib import Path
-from typing import Any, NamedTuple
-from urllib.parse import quote
+from typing import NamedTuple
 
+from motes.cluster import pool as pools
+from motes.cluster.pool import Again, Pool, Started, Task
 from motes.core.errors import FormatError, MotesError, SourceError
+from motes.core.files import slug, write_whole
 from motes.core.frame import Frame
 from motes.core.import_callable import explain
-from motes.core.worker_processes import blocked_signals, cause
 from motes.evaluation.adapters.registry import TrackerSpec
 from motes.evaluation.datasets.mot import MotSequence
 from motes.evaluation.datasets.sot import Problem, Sequence
@@ -45,13 +34,6 @@ from motes.evaluation.protocols.perturbations import (
 )
 from motes.evaluation.protocols.sot import Start, TrackerPass, starts
 from motes.video.sources import open_source
-
-LONGEST_NAME = 120
-"""Longest name of a folder; longer names are cut and get a digest, so that they stay different."""
-TIME_LIMIT = 1800.0
-"""Seconds for a job, by default."""
-LONGEST_WAIT = 3600.0
-"""Seconds; operating systems limit how long a process can wait at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +50,6 @@ class Pass:
         parts = (self.start.protocol, self.start.label, str(self.seed))
         name = "-".join(part for part in parts if part)
         return out / "tracks" / slug(self.tracker) / slug(self.sequence) / f"{name}.csv"
-
-
-def slug(name: str) -> str:
-    """Return a folder name, a different one for each name."""
-    quoted = quote(name, safe="+")
-    if len(quoted) <= LONGEST_NAME:
-        return quoted
-    return f"{quoted[:LONGEST_NAME]}%{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -157,147 +131,68 @@ class JobEvent(NamedTuple):
 
 
 def run(
-    jobs: Iterable[Job], out: Path, workers: int, time_limit: float
+    pool: Pool, jobs: Iterable[Job], out: Path, time_limit: float, attempts: int = 1
 ) -> Generator[JobEvent, None, None]:
-    """Run jobs in worker processes; yield the start and the end of each job.
-
-    The workers end with the generator, and also with this process, however it ends. Close the
-    generator if it is not exhausted.
+    """Run jobs; yield the start and the end of each job.
 
     Parameters
     ----------
+    pool
+        The workers; the caller closes it.
     jobs
         The jobs to run.
     out
         The folder of the evaluation.
-    workers
-        Number of jobs that run at the same time.
     time_limit
         Seconds for each job; a job that takes longer is stopped, and all of its passes fail.
+    attempts
+        How often a job whose worker dies is tried.
 
     Raises
     ------
     FormatError
         If a track cannot be written.
     """
-    context, queue = multiprocessing.get_context("spawn"), deque(jobs)
-    idle: list[_Worker] = []
-    busy: list[_Worker] = []
-    # The temporary files of all workers are here, so that those of stopped ones are removed too.
-    with tempfile.TemporaryDirectory(prefix="motes-") as scratch:
-        try:
-            while queue or busy:
-                while queue and len(busy) < workers:
-                    busy.append(idle.pop() if idle else _Worker(context, out, scratch))
-                    busy[-1].assign(queue.popleft())
-                    yield JobEvent(busy[-1].job, None)
-                timeout = min(worker.deadline for worker in busy) - time.monotonic()
-                handles = [handle for worker in busy for handle in worker.handles]
-                wait(handles, min(max(timeout, 0), LONGEST_WAIT))
-                for worker in list(busy):
-                    errors = worker.poll(time_limit)
-                    if errors is not None:
-                        busy.remove(worker)
-                        if worker.alive:
-                            idle.append(worker)
-                        yield JobEvent(worker.job, errors)
-        finally:
-            with blocked_signals():
-                for worker in (*idle, *busy):
-                    worker.end()
+    tasks = (Task(job.name, run_job, job, seconds=time_limit) for job in jobs)
+    for event in pools.run(pool, tasks, attempts):
+        job: Job = event.task.argument
+        if isinstance(event, Started):
+            yield JobEvent(job, None)
+        elif isinstance(event, Again):
+            continue
+        elif event.error is not None:
+            yield JobEvent(job, dict.fromkeys(job.passes, event.error))
+        else:
+            errors, files = event.value
+            for name, data in files:
+                _write(out / name, data)
+            yield JobEvent(job, errors)
 
 
-class _Worker:
-    """A process that runs one job after another."""
-
-    job: Job
-
-    def __init__(self, context: SpawnContext, out: Path, scratch: str) -> None:
-        self._pipe, worker_end = context.Pipe()
-        self._process = context.Process(target=_serve, args=(worker_end, out, scratch))
-        # The process inherits the blocked signals: Ctrl-C is handled by the main program alone.
-        with blocked_signals():
-            self._process.start()
-        worker_end.close()
-        self.alive = True
-        self.deadline = math.inf
-
-    @property
-    def handles(self) -> tuple[Any, ...]:
-        """Handles that become ready when `poll` has something to read."""
-        return self._pipe, self._process.sentinel
-
-    def assign(self, job: Job) -> None:
-        """Give the worker a job."""
-        self.job, self.deadline = job, math.inf
-        with contextlib.suppress(OSError):  # `poll` will notice if the process is dead
-            self._pipe.send(job)
-
-    def poll(self, time_limit: float) -> dict[Pass, str] | None:
-        """Return the errors of the job if it has ended; None while it runs."""
-        running = self._process.is_alive()
-        with contextlib.suppress(EOFError, OSError):
-            while self._pipe.poll():
-                message = self._pipe.recv()
-                if isinstance(message, FormatError):
-                    raise message
-                if message is not None:
-                    errors: dict[Pass, str] = message
-                    return errors
-                self.deadline = time.monotonic() + time_limit  # None: the job has started
-        if running and time.monotonic() < self.deadline:
-            return None
-        self.end()
-        error = (
-            f"It took longer than the {time_limit:g} s that each job has, and was stopped."
-            if running
-            else f"Its process ended with {cause(self._process.exitcode)}."
-        )
-        return dict.fromkeys(self.job.passes, error)
-
-    def end(self) -> None:
-        """End the process and all processes that it started."""
-        self.alive = False
-        if self._process.pid is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.kill()
-        self._process.join()
-        self._pipe.close()
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, data)
+    except OSError as error:
+        raise FormatError(
+            f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+        ) from None
 
 
 # The functions below run in a worker.
 
 
-def _serve(pipe: Connection, out: Path, scratch: str) -> None:
-    """Run jobs as they arrive."""
-    os.setpgid(0, 0)  # a new process group, with all programs that trackers start
-    os.dup2(2, 1)  # standard output is for results
-    os.environ["TMPDIR"] = tempfile.tempdir = scratch
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    threading.Thread(target=_end_with_parent, args=(parent.sentinel, scratch), daemon=True).start()
-    with contextlib.suppress(EOFError):
-        while True:
-            job = pipe.recv()
-            pipe.send(None)
-            try:
-                pipe.send(_run_job(job, out))
-            except FormatError as error:
-                pipe.send(error)
+def run_job(job: Job) -> tuple[dict[Pass, str], list[tuple[str, bytes]]]:
+    """Run a job.
 
-
-def _end_with_parent(sentinel: int, scratch: str) -> None:
-    """End this process group when the main program ends, and remove its files."""
-    wait([sentinel])
-    shutil.rmtree(scratch, ignore_errors=True)
-    os.killpg(0, signal.SIGKILL)
-
-
-def _run_job(job: Job, out: Path) -> dict[Pass, str]:
-    """Run a job; return the errors of the passes that failed."""
+    Returns
+    -------
+    The errors of the passes that failed; and the files of all others, by their names in the folder
+    of the evaluation. The file that makes a pass count as done comes after its others.
+    """
     errors: dict[Pass, str] = {}
     running = {item: _new_pass(job, item) for item in job.passes}
+    files: list[tuple[str, bytes]] = []
     try:
         for frame in _frames(job.sequence):
             for item in list(running):
@@ -308,16 +203,19 @@ def _run_job(job: Job, out: Path) -> dict[Pass, str]:
                     running.pop(item).close()
             if not running:
                 break
-        for item, ended in running.items():
-            ended.save(item.path(out))
-    except FormatError:
-        raise
+        with tempfile.TemporaryDirectory() as folder:
+            for item, ended in running.items():
+                path = item.path(Path(folder))
+                ended.save(path)
+                for each in (path.with_suffix(".txt"), path):
+                    if each.exists():
+                        files.append((str(each.relative_to(folder)), each.read_bytes()))
     except Exception as error:
         errors |= dict.fromkeys(running, explain(error))
     finally:
         for ended in running.values():
             ended.close()
-    return errors
+    return errors, files
 
 
 def _new_pass(job: Job, item: Pass) -> TrackerPass | MotPass:

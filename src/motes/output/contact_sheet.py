@@ -11,8 +11,10 @@ from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.output.overlay import draw, font
 
-TILE, CAPTION, GAP = 220, 38, 6
-"""Sides of a tile, height of its text and distance of tiles, in pixels."""
+TILE, LINE, GAP = 220, 17, 6
+"""Sides of a tile, height of a line of its text and distance of tiles, in pixels."""
+LEAST_LINES = 2
+"""Lines that a tile's text has room for; there are more if a text needs them."""
 COLUMNS = 5
 CONTEXT = 4.0
 """Side of a tile in mean sides of the target."""
@@ -20,29 +22,50 @@ PAPER, INK = (255, 255, 255), (40, 40, 40)
 
 
 def contact_sheet(pictures: Iterable[tuple[Bytes, Track, str]]) -> Bytes:
-    """Return a picture (H, W, 3) with a tile for each frame: pixels, track, and up to two lines.
+    """Return a picture (H, W, 3) with a tile for each frame: pixels, track, and a text.
 
     The target is drawn as in `draw`. A tile shows its surroundings; without a place, all of the
-    frame.
+    frame. Long lines of a text are broken between its words.
     """
     from PIL import Image, ImageDraw
 
-    tiles = []
+    parts, texts = [], []
     for pixels, track, text in pictures:
-        tile = Image.new("RGB", (TILE, TILE + CAPTION), PAPER)
         part = Image.fromarray(_around(pixels, track))
         part.thumbnail((TILE, TILE))
+        parts.append(part)
+        texts.append(broken(text))
+    caption = LINE * max([LEAST_LINES, *map(len, texts)]) + 4
+    tiles = []
+    for part, lines in zip(parts, texts, strict=True):
+        tile = Image.new("RGB", (TILE, TILE + caption), PAPER)
         tile.paste(part, ((TILE - part.width) // 2, (TILE - part.height) // 2))
+        text = "\n".join(lines)
         ImageDraw.Draw(tile).multiline_text((2, TILE + 3), text, INK, font(13), spacing=2)
         tiles.append(tile)
     columns = max(min(COLUMNS, len(tiles)), 1)
     rows = -(-len(tiles) // columns)
-    size = columns * (TILE + GAP) + GAP, rows * (TILE + CAPTION + GAP) + GAP
+    size = columns * (TILE + GAP) + GAP, rows * (TILE + caption + GAP) + GAP
     sheet = Image.new("RGB", size, PAPER)
     for i, tile in enumerate(tiles):
         row, column = divmod(i, columns)
-        sheet.paste(tile, (GAP + column * (TILE + GAP), GAP + row * (TILE + CAPTION + GAP)))
+        sheet.paste(tile, (GAP + column * (TILE + GAP), GAP + row * (TILE + caption + GAP)))
     return np.array(sheet)
+
+
+def broken(text: str) -> list[str]:
+    """Return the lines of a text, broken between words so that each fits on a tile."""
+    lines = []
+    for long in text.split("\n"):
+        line = ""
+        for word in long.split():
+            longer = f"{line} {word}".strip()
+            if line and font(13).getlength(longer) > TILE - 4:
+                lines.append(line)
+                longer = word
+            line = longer
+        lines.append(line)
+    return lines
 
 
 def _around(pixels: Bytes, track: Track) -> Bytes:

@@ -13,8 +13,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from motes.core.errors import FormatError, MissingDependencyError
-from motes.output.track_rows import DEVIATIONS, GROUND, form_of
+from motes.core.errors import InputError, MissingDependencyError
+from motes.output.track_rows import DEVIATIONS, GROUND, Form, form_of
 
 WHOLE = ("frame", "identity", "outlier")
 """Columns of whole numbers."""
@@ -63,24 +63,13 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
     ------
     ConfigError
         If the ending of the file is neither .csv nor .jsonl.
-    FormatError
+    InputError
         If the file cannot be read or holds other rows.
     MissingDependencyError
         If a DataFrame is asked for and pandas is not installed.
     """
     form = form_of(path)
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is no text"
-        raise FormatError(f"Cannot read the rows in {path}: {why}.") from None
-    try:
-        lines = _csv_lines(text) if form == "csv" else _json_lines(text)
-        table = _table(lines)
-    except (ValueError, OverflowError, csv.Error) as error:
-        raise FormatError(
-            f"{path} is no file of tracks ({error}); give one that motes track or watch wrote."
-        ) from None
+    table = table_of(read_text(path), path, form)
     if not pandas:
         return table
     try:
@@ -90,6 +79,42 @@ def read_track(path: str | Path, *, pandas: bool = False) -> Any:
             "A DataFrame needs pandas; install it with: pip install pandas"
         ) from None
     return DataFrame({name: table[name] for name in table.dtype.names or ()})
+
+
+def read_text(path: str | Path) -> str:
+    """Return the text of a file of rows, its ends of lines as they are.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is no text"
+        raise InputError(f"Cannot read the rows in {path}: {why}; check the name.") from None
+
+
+def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
+    """Return the rows of a text as `read_track` does; raise an InputError if it holds others.
+
+    Parameters
+    ----------
+    text
+        The content of the file.
+    path
+        Its name in messages.
+    form
+        The form of the rows.
+    """
+    try:
+        return _table(_csv_lines(text) if form == "csv" else _json_lines(text))
+    except (ValueError, OverflowError, csv.Error) as error:
+        raise InputError(
+            f"{path} is no file of tracks ({error}); give one that motes track or watch wrote."
+        ) from None
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
@@ -140,7 +165,10 @@ def _value(name: str, field: str | float | None) -> str | float:
     if name == "class" and field is None:
         return ""
     if name in WHOLE and isinstance(field, str):
-        return int(field)
+        number = int(field)
+        if abs(number) >= 1 << 63:
+            raise ValueError(f"{name} is {field}, too large")
+        return number
     if not isinstance(field, int if name in WHOLE else str):
         raise ValueError(f"{name} is {field}")
     return field

@@ -181,10 +181,7 @@ class TrackWriter:
         """
         if not self.rows and self.form == "csv":
             self._put(",".join(self._columns), "its first line")
-        fields = fields_of(frame, time, track, self._columns)
-        for i, name in enumerate(self._columns):
-            value = further.get(name)
-            fields[i] = fields[i] if value is None else _number(value, 5)
+        fields = fields_of(frame, time, track, self._columns, further)
         line = line_of(self.form, self._columns, fields)
         self._put(line, f"the row of frame {frame}")
         self.rows += 1
@@ -281,9 +278,16 @@ class TrackWriter:
 
 
 def fields_of(
-    frame: int, time: float, track: Track | None, columns: Sequence[str] = COLUMNS
+    frame: int,
+    time: float,
+    track: Track | None,
+    columns: Sequence[str] = COLUMNS,
+    further: Mapping[str, float | None] = {},
 ) -> list[str]:
-    """Return the fields of a frame's row, as text; most are empty without a track."""
+    """Return the fields of a frame's row, as text; most are empty without a track.
+
+    Columns that a track does not have are taken from `further`.
+    """
     fields = {"frame": str(frame), "time": _number(time, 6), "status": str(Status.SEARCHING)}
     if track is not None:
         for name, value in zip(("x", "y", "a", "b"), track.ellipse, strict=False):
@@ -297,6 +301,8 @@ def fields_of(
         deviations = np.sqrt(track.covariance.diagonal()).tolist()
         fields |= {n: _number(value, 5) for n, value in zip(DEVIATIONS, deviations, strict=True)}
         fields["outlier"] = str(int(track.outlier))
+    known = {name: value for name, value in further.items() if value is not None}
+    fields |= {name: _number(value, 5) for name, value in known.items()}
     return [fields.get(name, "") for name in columns]
 
 

@@ -8,7 +8,6 @@ answer it. https://docs.cvat.ai/docs/manual/advanced/serverless-tutorial/
 from __future__ import annotations
 
 import base64
-import binascii
 import io
 import json
 import tempfile
@@ -27,6 +26,16 @@ from motes.core.types import Bytes
 from motes.sot.tracker import Tracker
 
 PRESET = "default"
+BROKEN = (
+    ValueError,
+    TypeError,
+    OSError,
+    SyntaxError,
+    RecursionError,
+    Image.DecompressionBombError,
+    msgspec.MsgspecError,
+)
+"""What reading a broken request or picture raises."""
 LARGEST_STATE = 1 << 28
 """Bytes of a state when it is unpacked; a larger one is refused."""
 
@@ -72,7 +81,7 @@ def respond(body: Any) -> dict[str, list[Any]]:
         given = body if isinstance(body, dict) else json.loads(body)
         request: Request = msgspec.convert(given, Request)
         pixels = picture(base64.b64decode(request.image, validate=True))
-    except (ValueError, TypeError, OSError, binascii.Error, msgspec.MsgspecError) as error:
+    except BROKEN as error:
         raise ConfigError(f"The request is none of CVAT for a tracker: {error}") from None
     shapes: list[list[float]] = []
     states: list[str] = []

@@ -50,6 +50,13 @@ class Algorithm(Generic[S, I_co]):
     def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, I_co]:
         """Find the target in the next frame."""
 
+    def learn_also(self, state: S, frame: Frame, region: Ellipse) -> S:
+        """Return a state that was just begun, whose target also looks as in another frame's region.
+
+        The place of the target stays. By default, nothing is learned.
+        """
+        return state
+
     @abstractmethod
     def correct(self, state: S, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
         """Put the target at `region` of the current frame; the target model is kept."""

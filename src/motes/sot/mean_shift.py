@@ -204,6 +204,14 @@ class MeanShift(Algorithm[ShiftState, MeanShiftInfo], Config, frozen=True, tag="
         state = replace(state, time=frame.time, mean=mean, covariance=covariance)
         return self._observe(state, frame, ellipse)
 
+    def learn_also(self, state: ShiftState, frame: Frame, region: Ellipse) -> ShiftState:
+        """Return the state with a model of both looks, and the background of the other frame."""
+        model = self.color.learn_also(state.model, frame, region)
+        background = self.presence.background(
+            self.color, model, frame, region, target_in_frame=True
+        )
+        return replace(state, model=model, background=background)
+
     def correct(
         self, state: ShiftState, frame: Frame, region: Ellipse
     ) -> tuple[ShiftState, MeanShiftInfo]:

@@ -277,6 +277,15 @@ class ParticleFilter(
             states[replaced] = self.motion.initial(fresh)
         return self._judge(state, frame, self._observe(state, frame, states, prior))
 
+    def learn_also(self, state: FilterState, frame: Frame, region: Ellipse) -> FilterState:
+        """Return the state with models of both looks, and the background of the other frame."""
+        models = {
+            name: cue.learn_also(state.models[name], frame, region)
+            for name, cue in self.cues.items()
+        }
+        backgrounds = self._backgrounds(models, frame, region, target_in_frame=True)
+        return replace(state, models=models, backgrounds=backgrounds)
+
     def correct(
         self, state: FilterState, frame: Frame, region: Ellipse
     ) -> tuple[FilterState, FilterInfo]:

@@ -117,6 +117,21 @@ class Tracker:
         ellipse = region_within(region, picture.width, picture.height)
         return self._take(picture, self._algorithm.init(self._rng, self._seen(picture), ellipse))
 
+    def learn_also(self, frame: Picture, region: Sequence[float]) -> None:
+        """Learn how the target looks in another frame of the video, right after `init`.
+
+        Each look has half of the learned models. The target stays where it is.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`, or if the region is not valid or does not fit the frame.
+        """
+        state, _ = self._started()
+        picture = _first(frame)
+        ellipse = region_within(region, picture.width, picture.height)
+        self._state = self._algorithm.learn_also(state, picture, ellipse)
+
     def detect(self, frame: Picture, detector: Detector) -> Track | None:
         """Start on the detection with the highest score in a frame; return None without one.
 
@@ -344,7 +359,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 6
+FORMAT = 7
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

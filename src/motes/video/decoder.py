@@ -113,6 +113,7 @@ class Decoder:
         self._failures_in_row = 0
         self._reached = 0.0
         self.keys: list[float] = []
+        self._turned: tuple[int, NDArray[np.int32]] | None = None
 
         kind = self._container.format.name
         # This format sends JPEG images without times; their times of arrival are used.
@@ -336,7 +337,17 @@ class Decoder:
         pixels = converted.to_ndarray()
         if converted is frame:  # the decoder owns this memory and may still need it
             pixels = pixels.copy()
-        return as_rgb(_upright(np.asarray(pixels, np.uint8), _display_matrix(frame)))
+        return as_rgb(_upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
+
+    def _matrix(self, frame: VideoFrame) -> NDArray[np.int32]:
+        """Return the display matrix of a picture, which is read anew when its angle changes.
+
+        PyAV's frame and its side data refer to each other, so reading them keeps the memory of each
+        picture until Python's next search for such cycles: hundreds of megabytes.
+        """
+        if self._turned is None or self._turned[0] != frame.rotation:
+            self._turned = frame.rotation, _display_matrix(frame)
+        return self._turned[1]
 
 
 def camera(number: int) -> Decoder:

@@ -74,6 +74,11 @@ class Film:
             raise SourceError(
                 f"{source} is read once, as it comes; record it first, and give the recording."
             )
+        if start < 0 or (end is not None and end <= start):
+            stop = "" if end is None else f" to {end}"
+            raise ConfigError(
+                f"No frame is from {start}{stop}; start at 0 or later, and end later."
+            )
         self._source, self._quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import queue
 import threading
 from collections.abc import Iterable, Iterator
@@ -24,6 +25,9 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
     context ends, the thread has ended, and so has the iterator, even in another thread that waits
     for an item.
 
+    With MOTES_THREADS=1 there is no such thread: a worker of a batch has one core, and others use
+    the rest of the machine.
+
     Parameters
     ----------
     items
@@ -31,6 +35,9 @@ def prefetch(items: Iterable[T], ahead: int = QUEUE_SIZE) -> Iterator[Iterator[T
     ahead
         Largest number of items that wait to be used.
     """
+    if os.environ.get("MOTES_THREADS") == "1":
+        yield iter(items)
+        return
     ready: queue.Queue[T | _End] = queue.Queue(ahead)
     stopped = threading.Event()
 

@@ -11,8 +11,8 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.correction.coordinates import Coordinates
-from motes.correction.correct import FrameReader, stretches
-from motes.correction.join import DRIFT, Joined, Stretch, join, shared_variance
+from motes.correction.correct import FrameReader, correct_stretch, stretches
+from motes.correction.join import DRIFT, Joined, Stretch, shared_variance
 from motes.correction.keyframes import Keyframes
 from motes.correction.passes import Pass, as_pass, run_pass
 from motes.sot.presets import TrackerConfig
@@ -48,37 +48,23 @@ class Film:
     ) -> None:
         self.used = used
         self._frames, self._config, self._seed = frames, config, seed
-        self._passes: dict[tuple[int, bool], tuple[int, Pass]] = {}
+        self._passes: dict[int, tuple[int, Pass]] = {}
         self._joined: dict[Stretch, Joined] = {}
 
     def forward(self, key: int, region: Ellipse, last: int) -> Pass:
         """Return the pass from a keyframe to a frame; part of an earlier pass if it is known."""
-        reached, known = self._passes.get((key, False), (-1, None))
+        reached, known = self._passes.get(key, (-1, None))
         if known is None or reached < last:
             known = as_pass(
                 run_pass(self._config, self._seed, self._frames.forward(key, last), region)
             )
-            self._passes[key, False] = last, known
+            self._passes[key] = last, known
         return known.part(0, last - key + 1)
-
-    def backward(self, key: int, region: Ellipse, first: int) -> Pass:
-        """Return the pass from a keyframe back to a frame."""
-        reached, known = self._passes.get((key, True), (key + 1, None))
-        if known is None or reached > first:
-            frames = self._frames.backward(key, first)
-            known = as_pass(run_pass(self._config, self._seed, frames, region, backward=True))
-            self._passes[key, True] = reached, _ = first, known
-        return known.part(first - reached, key - reached + 1)
 
     def joined(self, stretch: Stretch) -> Joined:
         """Return the smoothed track of a stretch."""
         if stretch not in self._joined:
-            begin, end = stretch.begin, stretch.end
-            self._joined[stretch] = join(
-                stretch,
-                None if begin is None else self.forward(stretch.first, begin, stretch.last),
-                None if end is None else self.backward(stretch.last, end, stretch.first),
-            )
+            self._joined[stretch] = correct_stretch(self._frames, stretch, self._config, self._seed)
         return self._joined[stretch]
 
 

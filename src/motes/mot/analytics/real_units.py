@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse
-from motes.core.track import Status, Track
+from motes.core.track import Status, Track, finite
 from motes.core.types import Floats
 from motes.mot.analytics.events import SPEED_OVER
 from motes.mot.analytics.ground_plane import Ground, Point
@@ -43,6 +43,11 @@ class GroundPlace(NamedTuple):
     y_m_std: float
     speed: float = math.nan
     speed_std: float = math.nan
+
+    @property
+    def columns(self) -> dict[str, float | None]:
+        """The columns of a row; None where there is no speed."""
+        return {name: finite(value) for name, value in self._asdict().items()}
 
 
 class RealUnits(Config, frozen=True):

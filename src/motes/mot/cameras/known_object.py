@@ -33,6 +33,8 @@ class KnownObject:
         Whether its identity now belongs to another object.
     announced
         Since when it is expected at other cameras, by their names.
+    birth
+        Its number among all objects of the rig, in the order of their births.
     """
 
     camera: str
@@ -45,6 +47,7 @@ class KnownObject:
     interrupted: bool = False
     passed: bool = False
     announced: dict[str, float] = field(default_factory=dict)
+    birth: int = 0
 
     @classmethod
     def of(cls, camera: str, identity: int, now: float, report: ObjectReport) -> KnownObject:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from motes.mot.cameras.arrivals import at_place, in_overlap
 from motes.mot.cameras.camera_report import Arrival, CameraReport, ObjectReport
 from motes.mot.cameras.common_ground import CommonGround
 from motes.mot.cameras.known_object import KnownObject, look_of
+from motes.mot.cameras.known_objects import KnownObjects
+from motes.mot.cameras.neighborhoods import neighbors_of, ways_of
 from motes.mot.cameras.rig_config import DISTANCE, CameraLink, Rig
 
 CAMERA_TIMEOUT = 1.0
@@ -47,27 +50,38 @@ class CrossCameraAssociation:
         How the cameras are joined.
     known_target
         Whether all cameras look for the same known target, whose identity is 1.
+    first, step
+        The first identity, and the difference from one to the next.
 
     Attributes
     ----------
     handed
         How many new objects got the identity of another one.
+    newest
+        The identity that was given last.
     merged
         Identities that turned out to belong to an object with another one, which it has since then.
     """
 
-    def __init__(self, rig: Rig, *, known_target: bool = False) -> None:
-        self._rig, self._known_target = rig, known_target
-        self._known: dict[tuple[str, int], KnownObject] = {}
+    def __init__(
+        self, rig: Rig, *, known_target: bool = False, first: int = 1, step: int = 1
+    ) -> None:
+        self._known_target = known_target
+        self._ways, self._neighbors = ways_of(rig), neighbors_of(rig)
+        self._known = KnownObjects()
         self._times: dict[str, float] = {}
         self._sizes: dict[str, tuple[int, int]] = {}
-        self._identities = itertools.count(1)
+        self._identities = itertools.count(first, step)
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
-        self._grounds = [CommonGround(overlap) for overlap in rig.overlap]
-        self._together: dict[tuple[KnownObject, KnownObject], float] = {}
-        self.handed = 0
+        self._grounds: defaultdict[str, list[CommonGround]] = defaultdict(list)
+        for overlap in rig.overlap:
+            ground = CommonGround(overlap)
+            for name in overlap.cameras:
+                self._grounds[name].append(ground)
+        self._together: dict[frozenset[str], dict[tuple[KnownObject, KnownObject], float]] = {}
+        self.handed, self.newest = 0, first - step
         self.merged: dict[int, int] = {}
 
     def update(self, report: CameraReport) -> dict[int, int]:
@@ -78,39 +92,35 @@ class CrossCameraAssociation:
         """
         camera, now = report.camera, report.time
         if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
-            for each in self._known.values():
-                each.interrupted |= each.camera == camera and not each.gone
+            for each in self._known.at(camera):
+                each.interrupted |= not each.gone
         self._times[camera], self._sizes[camera] = now, report.size
         born = []
         for sighting in report.sightings:
-            known = self._known.get((camera, sighting.identity))
+            known = self._known.get(camera, sighting.identity)
             if known is None:
                 born.append(sighting)
             else:
                 known.note(sighting, now)
                 if known.passed and sighting.seen:
                     # It never left: another object came through the other door.
-                    known.identity, known.passed = self._new(), False
+                    self._known.rename(known, self._new())
+                    known.passed = False
         identities = self._inherited(camera, now, born)
         for sighting in born:
             if sighting.partial and sighting.identity not in identities:
                 continue  # it is recognized later, or as a new object when it is whole
             identity = identities.get(sighting.identity) or self._new()
-            self._known[camera, sighting.identity] = KnownObject.of(camera, identity, now, sighting)
-        for ground in self._grounds:
-            if camera in ground.overlap.cameras:
-                self._compare(ground, now)
-        current = {
-            each.identity: self._known[camera, each.identity]
-            for each in report.sightings
-            if (camera, each.identity) in self._known
-        }
-        found = {own: known.identity for own, known in current.items() if not known.passed}
-        self._known = {
-            key: known
-            for key, known in self._known.items()
-            if not known.gone or now - known.seen <= self._memory
-        }
+            new = KnownObject.of(camera, identity, now, sighting)
+            self._known.add(sighting.identity, new)
+        for ground in self._grounds[camera]:
+            self._compare(ground, now)
+        found = {}
+        for sighting in report.sightings:
+            known = self._known.get(camera, sighting.identity)
+            if known is not None and not known.passed:
+                found[sighting.identity] = known.identity
+        self._known.forget(camera, now - self._memory)
         return found
 
     def arrivals(self, camera: str, now: float) -> tuple[Arrival, ...]:
@@ -123,8 +133,8 @@ class CrossCameraAssociation:
         if camera not in self._sizes:
             return ()
         here, found = self._here(camera), dict[int, Arrival]()
-        for known in self._known.values():
-            if known.camera == camera or known.identity in here or known.passed:
+        for known in self._known.around(self._neighbors[camera]):
+            if known.identity in here or known.passed:
                 continue
             arrival = self._overlapping(known, camera, now) or self._passing(known, camera, now)
             if arrival is not None:
@@ -132,22 +142,25 @@ class CrossCameraAssociation:
         return tuple(found.values())
 
     def _new(self) -> int:
-        return 1 if self._known_target else next(self._identities)
+        if self._known_target:
+            return 1
+        self.newest = next(self._identities)
+        return self.newest
 
     def _here(self, camera: str) -> set[int]:
         """Return the identities of the objects that a camera has."""
         return {
             known.identity
-            for known in self._known.values()
-            if known.camera == camera and not (known.gone or known.interrupted)
+            for known in self._known.at(camera)
+            if not (known.gone or known.interrupted)
         }
 
     def _overlapping(self, known: KnownObject, camera: str, now: float) -> Arrival | None:
         """Return where an overlapping camera, which sees an object now, expects it at another."""
         if not known.visible(now, FRESH):
             return None
-        for ground in self._grounds:
-            if set(ground.overlap.cameras) == {known.camera, camera}:
+        for ground in self._grounds[camera]:
+            if known.camera in ground.overlap.cameras:
                 arrival = in_overlap(ground, known, self._sizes[camera], now, now + FRESH)
                 if arrival is None:
                     known.announced.pop(camera, None)
@@ -159,7 +172,7 @@ class CrossCameraAssociation:
         """Return at which place a camera expects an object that has left another camera."""
         if known.last.seen or camera in known.announced:
             return None
-        for passage, first, second in self._links(known.camera, camera):
+        for passage, first, second in self._ways.get((known.camera, camera), ()):
             opens, closes = (known.seen + seconds for seconds in passage.seconds)
             if first in known.tracked.places and opens <= now <= closes:
                 known.announced[camera] = now
@@ -178,7 +191,7 @@ class CrossCameraAssociation:
                 here.add(expected)
         costs: dict[int, list[float]] = {}
         others = [sighting for sighting in born if sighting.identity not in found]
-        for known in self._known.values():
+        for known in self._known.around((camera, *self._neighbors[camera])):
             if known.identity not in here:
                 row = costs.setdefault(known.identity, [math.inf] * len(others))
                 row[:] = [
@@ -191,9 +204,13 @@ class CrossCameraAssociation:
                 found[others[j].identity] = identities[i]
         for identity in found.values():
             self.handed += 1
-            for known in self._known.values():
-                known.passed |= known.identity == identity and not known.last.seen
+            self._pass_on(identity)
         return found
+
+    def _pass_on(self, identity: int) -> None:
+        """Note that an identity belongs to another object now than to those that are not seen."""
+        for known in self._known.named(identity):
+            known.passed |= not known.last.seen
 
     def _cost(self, known: KnownObject, camera: str, now: float, born: ObjectReport) -> float:
         """Return the cost of giving a new object a known one's identity; infinite if ruled out.
@@ -204,12 +221,13 @@ class CrossCameraAssociation:
         off = math.inf
         if now - known.seen <= FRESH:
             one = KnownObject.of(camera, 0, now, born)
-            off = min((_apart(ground, known, one, now) for ground in self._grounds), default=off)
+            grounds = self._grounds[camera]
+            off = min((_apart(ground, known, one, now) for ground in grounds), default=off)
         if off <= 1 or known.last.seen or known.passed:
             return off if off <= 1 else math.inf
         limits = [
             passage.distance
-            for passage, first, second in self._links(known.camera, camera)
+            for passage, first, second in self._ways.get((known.camera, camera), ())
             if first in known.tracked.places
             and second in born.places
             and passage.seconds[0] <= now - known.seen <= passage.seconds[1]
@@ -227,23 +245,15 @@ class CrossCameraAssociation:
         limit = max(limits) * (PARTIAL if born.partial else 1)
         return 1 + distance / limit if distance <= limit else math.inf
 
-    def _links(self, start: str, end: str) -> Iterator[tuple[CameraLink, str, str]]:
-        """Yield the passages from one camera to another, and the names of their places there."""
-        for passage in self._rig.passage:
-            for ends in (passage.between, passage.between[::-1]):
-                (first, _, out), (second, _, into) = (each.rpartition("/") for each in ends)
-                if (first, second) == (start, end):
-                    yield passage, out, into
-
     def _compare(self, ground: CommonGround, now: float) -> None:
         """Learn from what two overlapping cameras see now, and merge objects that coincide.
 
         Two objects coincide if the least-cost assignment of the one camera's objects to the
         other's has them as a pair. So people side by side are not merged.
         """
-        visible = [each for each in self._known.values() if each.visible(now, FRESH)]
+        cameras = ground.overlap.cameras
         ones, others = (
-            [each for each in visible if each.camera == name] for name in ground.overlap.cameras
+            [each for each in self._known.at(name) if each.visible(now, FRESH)] for name in cameras
         )
         apart = [[_apart(ground, one, other, now) for other in others] for one in ones]
         off = np.array(apart, float).reshape(len(ones), len(others))
@@ -253,28 +263,29 @@ class CrossCameraAssociation:
         for one, other in {*same, *(unmistakable(ones, others) if learned else ())}:
             feet = one.foot(now), other.foot(now)
             ground.add(feet, one.last.box, other.last.box)
-        seen, cameras = set(visible), set(ground.overlap.cameras)
-        self._together = {
+        seen = {*ones, *others}
+        together = self._together[frozenset(cameras)] = {
             pair: since
-            for pair, since in self._together.items()
-            if {each.camera for each in pair} != cameras
-            or pair in pairs
-            or not (seen.issuperset(pair) or any(each.gone for each in pair))
+            for pair, since in self._together.get(frozenset(cameras), {}).items()
+            if pair in pairs or not (seen.issuperset(pair) or any(each.gone for each in pair))
         }
         for pair in pairs:
-            since = self._together.setdefault(pair, now)
+            since = together.setdefault(pair, now)
             if now - since >= MERGED_AFTER and pair[0].identity != pair[1].identity:
                 self._merge(*pair)
 
     def _merge(self, one: KnownObject, other: KnownObject) -> None:
         """Give two objects the older identity of theirs; whoever else had it gets a new one."""
         keep, gone = sorted((one.identity, other.identity))
-        for each in self._known.values():
+        for each in self._known.named(keep, gone):
             rival = each.camera in (one.camera, other.camera) and each.last.seen
             if each.identity == keep and rival and each not in (one, other):
-                each.identity = self._new()
+                self._known.rename(each, self._new())
             elif each.identity == gone:
-                each.identity = keep
+                self._known.rename(each, keep)
+        self._note_merged(gone, keep)
+
+    def _note_merged(self, gone: int, keep: int) -> None:
         self.merged = {old: keep if new == gone else new for old, new in self.merged.items()}
         self.merged[gone] = keep
 

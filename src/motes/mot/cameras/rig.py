@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from multiprocessing.connection import wait
 from typing import Self
 
@@ -17,6 +17,7 @@ from motes.mot.cameras.camera_process import CameraProcess
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import CrossCameraAssociation
+from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Rig
 from motes.sot.known_target import Target
 
@@ -72,34 +73,11 @@ class RigRunner:
             if listening or pauses:
                 for pipe in wait(list(listening), max(min(pauses), 0) if pauses else None):
                     yield from listening[pipe].listen()  # type: ignore[index]
-            while (report := self._next()) is not None:
+            while (report := next_report(self._cameras, self.handover)) is not None:
                 yield report, self.handover.update(report)
                 for camera in self._cameras:
                     if camera.live and camera.name != report.camera:
                         camera.tell(self.handover.arrivals(camera.name, report.time))
-
-    def _next(self) -> CameraReport | None:
-        """Return the next report; None while none may be used yet.
-
-        Reports of live cameras are used as they come. Those of recordings, and what recordings are
-        sent, have an order that depends on the times of frames alone, so results do not depend on
-        the speed of the processes.
-        """
-        for camera in self._cameras:
-            if camera.live and camera.reports:
-                return camera.reports.popleft()
-        recordings = [camera for camera in self._cameras if not camera.live]
-        while recordings:
-            events = [(*camera.upcoming()[:2], n) for n, camera in enumerate(recordings)]
-            when, kind, n = min(events)
-            camera = recordings[n]
-            if when == math.inf or not camera.upcoming()[2]:
-                return None
-            if kind == 0:
-                return camera.reports.popleft()
-            assert camera.next is not None
-            camera.go(self.handover.arrivals(camera.name, camera.next))
-        return None
 
     def __enter__(self) -> Self:
         return self
@@ -110,3 +88,29 @@ class RigRunner:
                 camera.process.kill()
                 camera.process.join()
                 camera.pipe.close()
+
+
+def next_report(
+    cameras: Sequence[RigCamera], handover: CrossCameraAssociation
+) -> CameraReport | None:
+    """Return the next report of some cameras; None while none may be used yet.
+
+    Reports of live cameras are used as they come. Those of recordings, and what recordings are
+    sent, have an order that depends on the times of frames alone, so results do not depend on
+    the speed of the processes.
+    """
+    for camera in cameras:
+        if camera.live and camera.reports:
+            return camera.reports.popleft()
+    recordings = [camera for camera in cameras if not camera.live]
+    while recordings:
+        events = [(*camera.upcoming()[:2], n) for n, camera in enumerate(recordings)]
+        when, kind, n = min(events)
+        camera = recordings[n]
+        if when == math.inf or not camera.upcoming()[2]:
+            return None
+        if kind == 0:
+            return camera.reports.popleft()
+        assert camera.next is not None
+        camera.go(handover.arrivals(camera.name, camera.next))
+    return None

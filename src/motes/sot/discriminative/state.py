@@ -18,7 +18,8 @@ from motes.sot.discriminative.confidence_gate import TargetStatus
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
-from motes.sot.discriminative.size_trend import SizeTrend
+from motes.sot.discriminative.trend import Trend
+from motes.sot.discriminative.turn_estimate import TurnEstimate
 
 
 class DiscriminativeState(TargetModels, frozen=True, eq=False):
@@ -43,8 +44,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         frame is enough for each, and a size that is estimated less often jitters less.
     factors
         (N,) particles of the size from its last estimate, as factors of the size before.
-    size
-        The size that is reported.
+    size, turn
+        The size and the turn that are reported.
     target
         The status of the target.
     motion
@@ -60,7 +61,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     search_particles: Annotated[Floats, ELLIPSES]
     scale_due: bool
     factors: Annotated[Floats, Array(least=1e-6)]
-    size: SizeTrend
+    size: Trend
+    turn: TurnEstimate
     target: TargetStatus
     motion: MotionHistory
 

@@ -32,8 +32,9 @@ from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatu
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.size_estimate import SizeEstimator
-from motes.sot.discriminative.size_trend import SizeTrend
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
+from motes.sot.discriminative.trend import Trend
+from motes.sot.discriminative.turn_estimate import TurnEstimate
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.resampling import Resampling, Weights
@@ -161,7 +162,8 @@ class Discriminative(
             search_particles=NO_PARTICLES,
             scale_due=True,
             factors=np.ones(1),
-            size=SizeTrend(),
+            size=Trend(),
+            turn=TurnEstimate.begin(frame, region),
             target=TargetStatus(),
             motion=prediction.started(frame),
         )
@@ -202,6 +204,23 @@ class Discriminative(
         motion = sight.update(before.motion, before.ellipse, after.ellipse if seen else None)
         return replace(after, motion=motion, scale_due=not state.scale_due), info
 
+    def learn_also(
+        self, state: DiscriminativeState, frame: Frame, region: Ellipse
+    ) -> DiscriminativeState:
+        """Return the state with learned models of both looks.
+
+        The windows keep the proportions of the first box, as in all frames. The filter of the first
+        frame, by which the certainty is judged, stays.
+        """
+        first, box = Ellipse.from_box(state.shape.box), Ellipse.from_box(region.box)
+        grown = box.side / first.side
+        place = box._replace(a=grown * first.a, b=grown * first.b)
+        return replace(
+            state,
+            correlation=self.correlation.learn_also(state.correlation, frame, place),
+            posterior=self.posterior.learn_also(state.posterior, frame, place),
+        )
+
     def correct(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
@@ -211,7 +230,8 @@ class Discriminative(
             ellipse=Ellipse.from_box(region.box),
             shape=region,
             search_particles=NO_PARTICLES,
-            size=SizeTrend(),
+            size=Trend(),
+            turn=TurnEstimate.begin(frame, region),
             target=state.target._replace(
                 status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
             ),
@@ -228,7 +248,9 @@ class Discriminative(
             else NO_PARTICLES
         )
         factors = rows(1.0, state.factors)
-        check(state, replace(fresh, search_particles=searchers, factors=factors), "state")
+        turn = TurnEstimate.begin(frame, middle._replace(theta=state.shape.theta))
+        fresh = replace(fresh, search_particles=searchers, factors=factors, turn=turn)
+        check(state, fresh, "state")
         return state
 
     def _doubted(self, state: DiscriminativeState, look: WindowEstimate) -> bool:
@@ -315,11 +337,16 @@ class Discriminative(
         found = look.pose if followed else state.ellipse
         if not learned and not jumped:  # an uncertain size is ignored
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
+        size = self._size(state, found, half_axis, learned=learned, jumped=jumped)
+        place = _reported(state.shape, found, size, found.theta)
+        turned = found.theta - state.ellipse.theta
+        seen = standing.status is Status.TRACKING
         after = replace(
             state,
             time=frame.time,
             ellipse=found,
-            size=self._size(state, found, half_axis, learned=learned, jumped=jumped),
+            size=size,
+            turn=state.turn.followed(frame, place, found.theta, turned, seen=seen),
             target=standing,
             search_particles=state.search_particles if standing.frames_missed else NO_PARTICLES,
         )
@@ -343,11 +370,11 @@ class Discriminative(
         *,
         learned: bool,
         jumped: bool,
-    ) -> SizeTrend:
+    ) -> Trend:
         """Return the reported size: smooth, but for a target that was found elsewhere."""
         first = Ellipse.from_box(state.shape.box).a
         if jumped:
-            return SizeTrend(math.log(found.a / first), rough=True)
+            return Trend(math.log(found.a / first), rough=True)
         if not learned:
             return state.size._replace(growth=0.0)
         if half_axis is None:
@@ -371,19 +398,14 @@ class Discriminative(
         if not count:
             ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
         weights = weights or Weights.uniform(len(ellipses))
-        grown = math.exp(state.size.size)
+        grown = math.exp(state.size.value)
         size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
         shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
         shaped[:, :2] = ellipses[:, :2]
         shaped[:, 2:4] *= size
-        shaped[:, 4] += ellipses[:, 4]
-        found = state.shape._replace(
-            x=state.ellipse.x,
-            y=state.ellipse.y,
-            a=state.shape.a * grown,
-            b=state.shape.b * grown,
-            theta=state.shape.theta + state.ellipse.theta,
-        )
+        turn = state.turn.angle.value
+        shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
+        found = _reported(state.shape, state.ellipse, state.size, turn)
         covariance = mean_ellipse(shaped, weights.values)[1]
         if certainty < 1:
             covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
@@ -423,3 +445,9 @@ class Discriminative(
             contrast=(1 - RUNNING_MEAN_RATE) * state.contrast + RUNNING_MEAN_RATE * look.contrast,
             border=(1 - RUNNING_MEAN_RATE) * state.border + RUNNING_MEAN_RATE * border,
         )
+
+
+def _reported(shape: Ellipse, place: Ellipse, size: Trend, turn: float) -> Ellipse:
+    """Return the first region at a place, in a size and turned."""
+    grown = math.exp(size.value)
+    return Ellipse(place.x, place.y, shape.a * grown, shape.b * grown, shape.theta + turn)

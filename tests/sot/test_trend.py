@@ -1,4 +1,4 @@
-"""The reported size: it follows steady growth without lag, and starts anew where it is rough."""
+"""Reported sizes and turns: they follow steady growth, and start anew where they are rough."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ import numpy as np
 import pytest
 
 from motes.cues.scale_filter import ScaleFilter
-from motes.sot.discriminative.size_trend import SizeTrend
+from motes.sot.discriminative.trend import Trend
 
 
 def test_steady_growth_is_followed_without_lag() -> None:
-    trend = SizeTrend()
+    trend = Trend()
     for frame in range(1, 60):
         trend = trend.measured(0.01 * frame) if frame % 2 else trend.predicted()
-    assert trend.size == pytest.approx(0.59, abs=1e-3)
+    assert trend.value == pytest.approx(0.59, abs=1e-3)
     assert trend.growth == pytest.approx(0.01, abs=1e-3)
 
 
 def test_noise_at_rest_is_reduced() -> None:
-    trend, noise = SizeTrend(), 0.01 * np.random.default_rng(0).standard_normal(400)
+    trend, noise = Trend(), 0.01 * np.random.default_rng(0).standard_normal(400)
     sizes = []
     for value in noise:
         trend = trend.measured(float(value))
-        sizes.append(trend.size)
+        sizes.append(trend.value)
     assert np.std(np.diff(sizes)) < 0.5 * np.std(np.diff(noise))
 
 
-def test_a_rough_size_is_replaced_by_the_next_measurement() -> None:
-    trend = SizeTrend(0.5, rough=True).measured(0.1)
-    assert trend == SizeTrend(0.1)
+def test_a_rough_value_is_replaced_by_the_next_measurement() -> None:
+    trend = Trend(0.5, rough=True).measured(0.1)
+    assert trend == Trend(0.1)
 
 
 def test_the_maximum_between_sizes() -> None:

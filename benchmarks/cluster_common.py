@@ -1,0 +1,104 @@
+"""What the measurements of `motes batch` share: films, tables of jobs, results to compare."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from motes.evaluation import synthetic
+from motes.video.writer import VideoWriter
+
+PROGRAM = [sys.executable, "-m", "motes", "batch"]
+BOX = "20,50,30,24"
+SIZE = (160, 120)
+
+
+def film(path: Path, frames: int) -> Path:
+    """Render a film in which a target that begins at `BOX` crosses the picture."""
+    if not path.exists():
+        with VideoWriter(path, 25) as writer:
+            for frame, _ in synthetic.crossing(SIZE, frames):
+                writer.write(frame.pixels)
+    return path
+
+
+def table(path: Path, films: Sequence[Path], jobs: int, preset: str = "nummiaro") -> Path:
+    """Write a table of jobs, each with a film and a seed of its own."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "source", "do", "region", "preset", "seed"])
+        for job in range(jobs):
+            source = films[job % len(films)]
+            writer.writerow([f"job-{job}", source, "track", BOX, preset, job])
+    return path
+
+
+def start(jobs: Path, out: str | Path, *options: str, **variables: str) -> subprocess.Popen[bytes]:
+    """Start a batch."""
+    with (jobs.parent / "errors").open("ab") as errors:
+        return subprocess.Popen(
+            [*PROGRAM, str(jobs), "-o", str(out), *options],
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            env=os.environ | variables,
+        )
+
+
+def finish(jobs: Path, out: str | Path, *options: str, **variables: str) -> None:
+    """Run a batch to its end; raise a RuntimeError if it fails."""
+    if start(jobs, out, *options, **variables).wait() != 0:
+        raise RuntimeError((jobs.parent / "errors").read_text()[-2000:])
+
+
+def events(log: Path) -> list[dict[str, Any]]:
+    """Return the lines of a log that are whole."""
+    lines = log.read_bytes().split(b"\n")[:-1] if log.exists() else []
+    return [json.loads(line) for line in lines]
+
+
+def running(log: Path) -> dict[int, str]:
+    """Return the processes of the jobs that run, by the log of the batch."""
+    found: dict[str, int] = {}
+    for event in events(log):
+        if event["event"] == "started":
+            found[event["job"]] = event["pid"]
+        else:
+            found.pop(event["job"], None)
+    return {pid: job for job, pid in found.items()}
+
+
+def results(out: Path) -> dict[str, bytes]:
+    """Return the results in a folder, by their names."""
+    return {
+        str(path.relative_to(out)): path.read_bytes()
+        for path in sorted((out / "rows").rglob("*"))
+        if path.is_file()
+    }
+
+
+def stamps(out: Path) -> dict[str, int]:
+    """Return when each record was written: a job that is done again has another time."""
+    return {path.name: path.stat().st_mtime_ns for path in (out / "jobs").glob("*.json")}
+
+
+@contextlib.contextmanager
+def ray_cluster(nodes: int, cores: int = 1) -> Iterator[Any]:
+    """Give a cluster on this machine, whose head does not work, with so many other nodes."""
+    os.environ.setdefault("RAY_raylet_start_wait_time_s", "300")  # a busy machine is no failure
+    from ray.cluster_utils import Cluster
+
+    head = {"num_cpus": 0, "include_dashboard": False}
+    cluster = Cluster(initialize_head=True, head_node_args=head)
+    try:
+        for _ in range(nodes):
+            cluster.add_node(num_cpus=cores, wait=True)
+        yield cluster
+    finally:
+        cluster.shutdown()

@@ -1,0 +1,201 @@
+"""How fast `motes batch` is: workers, overhead, memory of the driver, growth.
+
+    python benchmarks/cluster_speed.py workers           one worker, two, and two on Ray; 24 films
+    python benchmarks/cluster_speed.py overhead          2,000 jobs of 10 frames
+    python benchmarks/cluster_speed.py overhead --ray    the same on Ray
+    python benchmarks/cluster_speed.py memory            the driver's, with 100,000 jobs that wait
+    python benchmarks/cluster_speed.py growth --plot docs/images/batch-growth.svg
+
+Rounds are interleaved, so that a busy machine hits all sides. Processor time is that of the driver
+and of its processes; it is steadier than the clock, but those of Ray are no children of the driver.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import math
+import resource
+import signal
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from cluster_common import film, finish, ray_cluster, results, start, table
+from motes.cli.batch_job import make
+from motes.cluster.table import JobTable
+
+
+def clocked(jobs: Path, out: Path, *options: str) -> tuple[float, float]:
+    """Return the seconds and the processor seconds of a batch."""
+    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    finish(jobs, out, *options)
+    after, seconds = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - begun
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return seconds, used
+
+
+def own_work(jobs: Path, folder: Path) -> tuple[float, float]:
+    """Return the seconds and the processor seconds of the jobs alone, in this process."""
+    seconds, used = 0.0, 0.0
+    for number, job in enumerate(JobTable(str(jobs)).jobs()):
+        goal = folder / str(number)
+        goal.mkdir(parents=True)
+        begun, before = time.perf_counter(), time.process_time()
+        make(job, goal, "csv", overlay=False)
+        seconds += time.perf_counter() - begun
+        used += time.process_time() - before
+    return seconds, used
+
+
+def startup(jobs: Path, folder: Path, options: Sequence[str]) -> tuple[float, float]:
+    """Return the seconds and the processor seconds of a batch of one job."""
+    text = jobs.read_text().splitlines(keepends=True)
+    one = folder / "one.csv"
+    one.write_text("".join(text[:2]))
+    return clocked(one, Path(tempfile.mkdtemp(dir=folder)) / "out", *options)
+
+
+def compare_workers(folder: Path, rounds: int) -> None:
+    """Print the ratios of one worker to two, and of the local pool to Ray."""
+    films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(24)]
+    jobs = table(folder / "jobs.csv", films, 24)
+    ratios: dict[str, list[float]] = {"two against one": [], "Ray against local": []}
+    with ray_cluster(2) as cluster:
+        sides = {
+            "one": ("--workers", "1"),
+            "two": ("--workers", "2"),
+            "ray": ("--cluster", cluster.address),
+        }
+        for number in range(rounds):
+            taken = {}
+            for name, options in sides.items():
+                out = folder / f"{name}-{number}"
+                taken[name], _ = clocked(jobs, out, *options)
+            ratios["two against one"].append(taken["one"] / taken["two"])
+            ratios["Ray against local"].append(taken["two"] / taken["ray"])
+            print({name: round(seconds, 2) for name, seconds in taken.items()}, flush=True)
+        assert results(folder / "one-0") == results(folder / "ray-0")
+    for name, found in ratios.items():
+        print(f"{name}: {statistics.median(found):.2f} times as fast ({min(found):.2f} to "
+              f"{max(found):.2f}, {rounds} rounds)")  # fmt: skip
+
+
+def overhead(folder: Path, count: int, workers: int, ray: bool) -> None:
+    """Print what a job costs beyond its own work."""
+    jobs = table(folder / "jobs.csv", [film(folder / "film.mp4", 10)], count)
+    with contextlib.ExitStack() as stack:
+        options: tuple[str, ...] = ("--workers", str(workers))
+        if ray:
+            options = ("--cluster", stack.enter_context(ray_cluster(workers)).address)
+        alone = startup(jobs, folder, options)
+        whole = clocked(jobs, folder / "out", *options)
+        own = own_work(jobs, folder / "own")
+    ms = 1000 / count
+    wall = (whole[0] - alone[0]) * workers - own[0]
+    used = (whole[1] - alone[1] - own[1]) * ms
+    print(f"{count} jobs, {workers} workers{' of Ray' if ray else ''}:")
+    print(f"  own work {own[0] * ms:.1f} ms a job, overhead {wall * ms:.1f} ms by the clock")
+    if not ray:
+        print(f"  overhead {used:.1f} ms of the processor")
+    print(f"  {whole[0]:.1f} s in all, a batch of one job {alone[0]:.1f} s")
+
+
+def memory(folder: Path, counts: Sequence[int], seconds: float) -> None:
+    """Print the largest memory of the driver while so many jobs wait."""
+    source = film(folder / "film.mp4", 200)
+    for count in counts:
+        jobs, out = table(folder / f"{count}.csv", [source], count), folder / f"out-{count}"
+        process, sizes = start(jobs, out, "--workers", "1"), list[int]()
+        while not list((out / "jobs").glob("*.json")) and process.poll() is None:
+            time.sleep(0.2)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and process.poll() is None:
+            lines = Path(f"/proc/{process.pid}/status").read_text().splitlines()
+            known = dict(line.split(":", 1) for line in lines)
+            sizes.append(int(known["VmRSS"].split()[0]) >> 10)
+            peak = int(known["VmHWM"].split()[0]) >> 10
+            time.sleep(0.5)
+        process.send_signal(signal.SIGTERM)
+        begun = time.monotonic()
+        code = process.wait()
+        print(f"{count} jobs: {sizes[0]} MB at first, {sizes[-1]} MB after {seconds:.0f} s, "
+              f"{peak} MB at most; it ended {time.monotonic() - begun:.1f} s after SIGTERM, "
+              f"{code}", flush=True)  # fmt: skip
+
+
+def power(sizes: Sequence[float], values: Sequence[float]) -> float:
+    """Return the exponent of a power law, by least squares of logarithms."""
+    x, y = ([math.log(value) for value in each] for each in (sizes, values))
+    mx, my = statistics.mean(x), statistics.mean(y)
+    return sum((a - mx) * (b - my) for a, b in zip(x, y, strict=True)) / sum(
+        (a - mx) ** 2 for a in x
+    )
+
+
+def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequence[int]) -> None:
+    """Print how the time grows with jobs and workers, with the power; draw it."""
+    source = film(folder / "film.mp4", 10)
+    by_jobs = []
+    for count in counts:
+        jobs = table(folder / f"{count}.csv", [source], count)
+        by_jobs.append(clocked(jobs, folder / f"jobs-{count}", "--workers", "2")[1])
+        print(f"{count} jobs: {by_jobs[-1]:.1f} s of the processor", flush=True)
+    films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(12)]
+    jobs = table(folder / "jobs.csv", films, 12)
+    by_workers = []
+    for number in workers:
+        by_workers.append(clocked(jobs, folder / f"w-{number}", "--workers", str(number))[0])
+        print(f"{number} workers: {by_workers[-1]:.1f} s", flush=True)
+    powers = power(counts, by_jobs), power(workers, by_workers)
+    print(f"power with jobs {powers[0]:.2f}, with workers {powers[1]:.2f}")
+    if plot is None:
+        return
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 3.2), layout="constrained")
+    for axes, sizes, values, exponent, names in zip(
+        figure.subplots(1, 2),
+        (counts, workers),
+        (by_jobs, by_workers),
+        powers,
+        (("jobs of 10 frames", "processor time, s"), ("workers", "time of 12 films, s")),
+        strict=True,
+    ):
+        axes.loglog(sizes, values, "o-")
+        axes.set_xticks(sizes, [f"{size:,}" for size in sizes])
+        axes.minorticks_off()
+        axes.set(xlabel=names[0], ylabel=names[1], title=f"power {exponent:.2f}")
+    figure.savefig(plot, metadata={"Date": None})
+
+
+def main() -> int:
+    """Measure one of these."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["workers", "overhead", "memory", "growth"])
+    parser.add_argument("--ray", action="store_true")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--jobs", type=int, nargs="+", help="their number, or their numbers")
+    parser.add_argument("--workers", type=int, nargs="+", default=[2])
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--plot", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="speed-") as scratch:
+        folder = Path(scratch)
+        if options.what == "workers":
+            compare_workers(folder, options.rounds)
+        elif options.what == "overhead":
+            overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
+        elif options.what == "memory":
+            memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
+        else:
+            workers = options.workers if len(options.workers) > 1 else [1, 2]
+            growth(folder, options.plot, options.jobs or [125, 250, 500, 1000, 2000], workers)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

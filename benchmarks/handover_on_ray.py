@@ -1,0 +1,157 @@
+"""Handover actors under Ray, with senders that stand for cameras; see `handover.py`."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from motes.cluster.handover_actor import HandoverActor
+from motes.cluster.remote_camera import RemoteCamera
+from motes.core.types import Floats
+from motes.mot.cameras.messages import CameraEnded, Ready
+from motes.mot.cameras.neighborhoods import parts_of
+from simulated_cameras import Building, Simulation
+
+WINDOW = 64
+"""Reports of a sender that are on the way at a time, at full speed."""
+SENDERS = 1
+
+
+class Meeting(HandoverActor):
+    """A handover actor whose cameras are elsewhere."""
+
+    async def start(self, peers: Mapping[int, Any], *_: Any) -> None:
+        """Start no camera."""
+
+        async def nothing(self: RemoteCamera, life: int) -> None:
+            pass
+
+        RemoteCamera._keep_alive = nothing  # type: ignore[method-assign]
+        await super().start(peers, 0, 0.0, None)
+
+    async def busy(self) -> float:
+        """Return the seconds of the processor that this process has taken."""
+        return time.process_time()
+
+
+class Sender:
+    """Sends the reports of some simulated cameras."""
+
+    def __init__(
+        self, building: Building, seconds: float, people: float, names: Sequence[str],
+        meetings: Mapping[str, Any],
+    ) -> None:  # fmt: skip
+        self._meetings, self._names = meetings, names
+        self._numbers: Counter[str] = Counter()
+        mine = set(names)
+        reports = Simulation(building, seconds, people).reports()
+        self._reports = [
+            (report.camera, msgspec.msgpack.encode(report))
+            for report in reports
+            if report.camera in mine
+        ]
+        self._sent = 0
+
+    async def open(self) -> int:
+        """Open the cameras; return the number of reports, and in bytes their mean."""
+        for name in self._names:
+            await self._call(name, msgspec.msgpack.encode(Ready(name, True)))
+        return len(self._reports)
+
+    async def send(self, count: int, rate: float | None) -> list[float]:
+        """Send some reports, at full speed or at a rate; return the seconds until each answer."""
+        begun, taken, running = time.perf_counter(), list[float](), set[asyncio.Task[None]]()
+
+        async def timed(name: str, data: bytes) -> None:
+            start = time.perf_counter()
+            await self._call(name, data)
+            taken.append(time.perf_counter() - start)
+
+        for n, (name, data) in enumerate(self._reports[self._sent : self._sent + count]):
+            if rate is not None:
+                await asyncio.sleep(max(begun + n / rate - time.perf_counter(), 0))
+            elif len(running) >= WINDOW:
+                _, running = await asyncio.wait(running, return_when=asyncio.FIRST_COMPLETED)
+            running.add(asyncio.ensure_future(timed(name, data)))
+            running = {task for task in running if not task.done()} if n % WINDOW == 0 else running
+        await asyncio.wait(running)
+        self._sent += count
+        return taken
+
+    async def close(self) -> None:
+        """End the cameras."""
+        for name in self._names:
+            await self._call(name, msgspec.msgpack.encode(CameraEnded(name, 0)))
+
+    async def _call(self, name: str, data: bytes) -> None:
+        number = self._numbers[name]
+        self._numbers[name] += 1
+        await self._meetings[name].receive.remote(name, 0, number, data)
+
+
+def measure(building: Building, largest: int, people: float) -> None:
+    """Print the rate of reports through Ray, and the latency at half of it."""
+    import ray
+
+    os.environ["RAY_memory_monitor_refresh_ms"] = "0"  # others fill this machine, not this
+    ray.init("local", num_cpus=2, include_dashboard=False, logging_level="ERROR")
+    try:
+        rig = building.rig()
+        parts = parts_of(rig, largest)
+        cameras = [camera.name for camera in rig.camera]
+        make = ray.remote(Meeting).options(num_cpus=0, max_concurrency=1000)
+        actors = [make.remote(rig, parts, n) for n in range(len(parts))]
+        ray.get([actor.start.remote(dict(enumerate(actors))) for actor in actors])
+        meetings = {name: actors[n] for n, part in enumerate(parts) for name in part}
+        seconds = max(1.0, 800 / len(cameras))  # 10 reports of a camera in each
+        sending = ray.remote(Sender).options(num_cpus=0, max_concurrency=1000)
+        senders = [
+            sending.remote(building, seconds, people, cameras[n::SENDERS], meetings)
+            for n in range(SENDERS)
+        ]
+        half = min(ray.get([sender.open.remote() for sender in senders])) // 2
+        taking = ray.remote(_take).options(num_cpus=0).remote(actors)
+        before = sum(ray.get([actor.busy.remote() for actor in actors]))
+        begun = time.perf_counter()
+        ray.get([sender.send.remote(half, None) for sender in senders])
+        wall = time.perf_counter() - begun
+        busy = sum(ray.get([actor.busy.remote() for actor in actors])) - before
+        total = SENDERS * half
+        rate = total / wall
+        answers = ray.get([sender.send.remote(half, rate / 2 / SENDERS) for sender in senders])
+        latency: Floats = 1e3 * np.concatenate(answers)
+        ray.get([sender.close.remote() for sender in senders])
+        rows = ray.get(taking)
+        print(
+            f"{len(cameras)} cameras, {len(parts)} handover actors: {rate:.0f} reports/s in all; "
+            f"{total / busy:.0f} for a second of a handover actor's core; at half of that rate "
+            f"{np.median(latency):.1f} ms (median), {np.quantile(latency, 0.99):.1f} ms (99 %); "
+            f"{rows} rows came out",
+            flush=True,
+        )
+    finally:
+        ray.shutdown()
+
+
+def _take(actors: Sequence[Any]) -> int:
+    """Take all rows, as the program does; return of how many reports."""
+    import ray
+
+    from motes.cluster.rig_messages import Associated, PartEnded, PartNews
+
+    calls, count = {actor.take.remote(): actor for actor in actors}, 0
+    while calls:
+        for call in ray.wait([*calls])[0]:
+            actor = calls.pop(call)
+            news = msgspec.msgpack.decode(ray.get(call), type=list[PartNews])
+            count += sum(isinstance(each, Associated) for each in news)
+            if not isinstance(news[-1], PartEnded):
+                calls[actor.take.remote()] = actor
+    return count

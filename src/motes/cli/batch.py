@@ -1,0 +1,268 @@
+"""`motes batch`: many films, on this machine or on a cluster."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from motes.cli.exit_codes import DONE, PARTIAL
+from motes.cli.input_checks import check_counts, worker_count
+from motes.cli.messages import counted, log
+from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, Workers
+from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
+from motes.core import interrupts
+from motes.core.errors import ConfigError, MissingDependencyError
+
+if TYPE_CHECKING:
+    from motes.cluster.jobs import Job
+    from motes.cluster.state import Options
+    from motes.cluster.store import Store
+
+app = App(name="batch", help_format="plaintext")
+
+Out = Annotated[
+    str,
+    Parameter(
+        name=["--output", "-o"],
+        group=OUTPUT,
+        help="Folder of the results, or an address such as s3://BUCKET/PREFIX. With the same one, "
+        "a batch that was ended goes on.",
+    ),
+]
+
+
+@Parameter(name="*", group=RUN)
+@dataclass(frozen=True, kw_only=True)
+class WorkOptions:
+    """The workers."""
+
+    workers: Workers = None
+    cluster: Cluster = None
+    attempts: Annotated[
+        int, Parameter(help="How often a job is tried whose worker dies, as for lack of memory.")
+    ] = ATTEMPTS
+    time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
+    checksums: Annotated[
+        bool,
+        FLAG,
+        Parameter(
+            help="Compare the checksums of all inputs with those of the last run, not only of "
+            "those whose size or time has changed."
+        ),
+    ] = False
+    metrics: Annotated[
+        str | None,
+        Parameter(
+            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
+        ),
+    ] = None
+    log: Annotated[
+        str | None,
+        Parameter(help="File of JSON Lines to which each start, end and new attempt is added."),
+    ] = None
+
+    def check(self) -> None:
+        """Check the numbers; raise a ConfigError for one that makes no sense."""
+        check_counts(attempts=self.attempts)
+        worker_count(self.workers)
+        if not 0 < self.time_limit < float("inf"):
+            raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
+
+
+@Parameter(name="*", group=CONFIGURATION)
+@dataclass(frozen=True, kw_only=True)
+class JobOptions:
+    """Values of columns that a row leaves empty, or a pattern does not have."""
+
+    do: Annotated[
+        Literal["track", "watch", "refine"] | None, Parameter(help="What is done with the films.")
+    ] = None
+    region: Annotated[
+        str | None, Parameter(allow_leading_hyphen=True, help="Region: x,y,width,height.")
+    ] = None
+    detector: Annotated[str | None, Parameter(help="Detector of motes watch.")] = None
+    places: Annotated[str | None, Parameter(help="TOML file of lines and zones.")] = None
+    preset: Annotated[str | None, Parameter(help="Preset of the tracker.")] = None
+    config: Annotated[
+        str | None, Parameter(help="TOML file whose values replace those of the preset.")
+    ] = None
+    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
+
+    def columns(self) -> dict[str, object]:
+        """Return the values that are given, by their columns."""
+        return {
+            name: value
+            for name in ("do", "region", "detector", "places", "preset", "config", "seed")
+            if (value := getattr(self, name)) is not None
+        }
+
+
+@app.default
+def batch(
+    jobs: str,
+    /,
+    *,
+    output: Out,
+    rows: Annotated[
+        Literal["csv", "parquet"],
+        Parameter(group=OUTPUT, help="Form of the rows: CSV files, or a dataset of Parquet."),
+    ] = "csv",
+    overlay: Annotated[
+        bool, FLAG, Parameter(group=OUTPUT, help="Make an annotated video of each film.")
+    ] = False,
+    columns: JobOptions = JobOptions(),
+    work: WorkOptions = WorkOptions(),
+) -> int:
+    """Track in many films: each row of a table is a job.
+
+    Results appear once and whole. A batch that was interrupted, or whose machine died, goes on when
+    the same command is given again: what is done is not computed again, unless its inputs have
+    changed. motes batch status OUT counts the jobs; motes batch retry OUT tries failed ones again.
+
+    Parameters
+    ----------
+    jobs
+        A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, region,
+        keyframes, rows, detector, places, preset, config, seed, start, end, stride and label
+        (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
+    """
+    from motes.cluster.inputs import missing
+    from motes.cluster.state import Options, save
+    from motes.cluster.store import open_store
+    from motes.cluster.table import JobTable
+
+    work.check()
+    if rows == "parquet":
+        _check_parquet()
+    table = JobTable(jobs, columns.columns())
+    count, bad, problems = table.problems(missing, _check_config)
+    for problem in problems:
+        log(problem)
+    if bad:
+        raise ConfigError(f"{counted(bad, 'row')} of {jobs} cannot be used; nothing was started.")
+    store = open_store(output)
+    with store.used_alone():
+        options = Options(count, rows, overlay)
+        save(store, table.jobs(), options)
+        return _run(store, output, options, work, again=False)
+
+
+@app.command
+def status(out: str, /) -> int:
+    """Count the jobs of a batch, and list those that failed.
+
+    Parameters
+    ----------
+    out
+        Its folder or address.
+    """
+    from motes.cluster.state import counts, load_options
+    from motes.cluster.store import open_store
+
+    store = open_store(out)
+    options = load_options(store, out)
+    found, failed = counts(store)
+    for record in failed:
+        log(f"[{record.name}] failed after {counted(record.attempts, 'attempt')}: {record.error}")
+    print(
+        f"{counted(options.total, 'job')}: {found['done']} done, {found['failed']} failed, "
+        f"{found['waiting']} waiting"
+    )
+    return PARTIAL if failed else DONE
+
+
+@app.command
+def retry(
+    out: str,
+    /,
+    *,
+    failed: Annotated[
+        bool, FLAG, Parameter(help="Try those that failed too; without it, only those left.")
+    ] = False,
+    work: WorkOptions = WorkOptions(),
+) -> int:
+    """Try the failed jobs of a batch again, and do those that are left.
+
+    Parameters
+    ----------
+    out
+        Its folder or address.
+    """
+    from motes.cluster.state import load_options
+    from motes.cluster.store import open_store
+
+    work.check()
+    store = open_store(out)
+    options = load_options(store, out)
+    with store.used_alone():
+        return _run(store, out, options, work, again=failed)
+
+
+def _check_config(job: Job) -> None:
+    """Check the preset, the configuration and the detector of a job; raise a MotesError."""
+    _config(job.do, job.preset, job.config, job.detector)
+
+
+@functools.cache
+def _config(do: str, preset: str | None, config: str | None, detector: str | None) -> None:
+    from motes.cli.load_config import tracker_config, watch_config
+    from motes.cli.settings import default_preset
+    from motes.cli.watch import PRESET
+
+    file = None if config is None else Path(config)
+    if do == "watch":
+        watch_config(app, preset or PRESET, file, detector, None, {}, {})
+    else:
+        tracker_config(app, preset or default_preset(False), file, {})
+
+
+def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: bool) -> int:
+    """Do the jobs of a batch, and print a summary."""
+    from motes.cli.batch_job import make
+    from motes.cli.batch_progress import BatchProgress
+    from motes.cluster import resources
+    from motes.cluster.driver import Plan, batch
+    from motes.cluster.open_pool import open_pool
+    from motes.cluster.state import load_jobs, write_table
+
+    plan = Plan(
+        out=out if "://" in out else os.path.abspath(out),
+        make=make,
+        form=options.form,
+        overlay=options.overlay,
+        attempts=work.attempts,
+        time_limit=work.time_limit,
+        again=again,
+        thorough=work.checksums,
+    )
+    workers = worker_count(work.workers)
+    threads = max(resources.cores() // workers, 1)
+    interrupted: KeyboardInterrupt | None = None
+    with BatchProgress(options.total, work.metrics, work.log) as progress:
+        try:
+            with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
+                for event in batch(pool, store, load_jobs(store), plan, progress.keep):
+                    interrupts.check()
+                    progress.note(event)
+                    pool.show(progress.numbers())
+        except KeyboardInterrupt as interrupt:
+            interrupted = interrupt
+    if interrupted is None:
+        progress.written = write_table(store)
+    log(f"{interrupts.word(interrupted)}{progress.summary(out)}.")
+    if interrupted is not None:
+        return interrupts.code(interrupted)
+    return PARTIAL if progress.failed else DONE
+
+
+def _check_parquet() -> None:
+    if importlib.util.find_spec("pyarrow") is None:
+        raise MissingDependencyError(
+            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
+        )

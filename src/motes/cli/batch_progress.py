@@ -1,0 +1,198 @@
+"""The progress of a batch: a bar or lines, metrics for Prometheus, and a log."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from http.server import BaseHTTPRequestHandler
+from pathlib import Path
+from typing import Any, BinaryIO, Self
+
+import msgspec
+
+from motes.cli.messages import counted, log
+from motes.cli.metrics_page import place_of
+from motes.cluster.driver import BatchEvent, Finished
+from motes.cluster.pool import Again, Started
+from motes.cluster.records import Record
+from motes.core.errors import FormatError
+from motes.output.local_server import Server, reply
+from motes.output.metrics import CONTENT_TYPE, Metric, text
+
+INTERVAL = 30.0
+"""Seconds between lines of progress where there is no terminal."""
+
+
+class BatchProgress:
+    """Counts what becomes of the jobs of a batch, and shows it.
+
+    Parameters
+    ----------
+    total
+        The number of jobs.
+    metrics
+        Where metrics are served, PORT or HOST:PORT; None for nowhere.
+    file
+        The log; None for none.
+
+    Attributes
+    ----------
+    kept, done, failed, again, frames
+        Jobs that were done before, were done now, failed, attempts that came to nothing, and frames
+        of the jobs that were done now.
+    running
+        Attempts that run.
+    written
+        The table that was written.
+    """
+
+    def __init__(self, total: int, metrics: str | None, file: str | None) -> None:
+        self.total = total
+        self.kept = self.done = self.failed = self.again = self.frames = self.running = 0
+        self.written: str | None = None
+        self._place = None if metrics is None else place_of(metrics)
+        self._file = None if file is None else Path(file)
+        self._log: BinaryIO | None = None
+        self._bar: Any = None
+        self._open = contextlib.ExitStack()
+        self._begun = self._shown = time.monotonic()
+
+    def keep(self, record: Record) -> None:
+        """Count a job that an earlier run has finished."""
+        if record.status == "failed":
+            self.failed += 1
+        else:
+            self.kept += 1
+        self._show()
+
+    def note(self, event: BatchEvent) -> None:
+        """Count an event."""
+        if isinstance(event, Started):
+            self.running += 1
+            self._add(
+                "started", event.task.name, attempt=event.task.attempt, host=event.host,
+                pid=event.pid,
+            )  # fmt: skip
+        elif isinstance(event, Again):
+            self.running -= 1
+            self.again += 1
+            self._add("again", event.task.name, attempt=event.task.attempt, error=event.error)
+            log(f"[{event.task.name}] attempt {event.task.attempt}: {event.error}")
+        else:
+            self.running -= 1
+            self._finish(event)
+        self._show()
+
+    def _finish(self, event: Finished) -> None:
+        record = event.record
+        self._add(
+            record.status, record.name, attempt=record.attempts, host=record.host,
+            seconds=record.seconds, frames=record.frames, error=record.error,
+        )  # fmt: skip
+        if record.status == "done":
+            self.done += 1
+            self.frames += record.frames
+        else:
+            self.failed += 1
+            log(f"[{record.name}] failed: {record.error}")
+
+    def _add(self, event: str, job: str, **more: object) -> None:
+        """Add a line to the log."""
+        if self._log is not None:
+            line = {"time": round(time.time(), 3), "event": event, "job": job, **more}
+            self._log.write(msgspec.json.encode(line) + b"\n")
+
+    @property
+    def ended(self) -> int:
+        """The number of jobs that need nothing more."""
+        return self.kept + self.done + self.failed
+
+    def _times(self) -> tuple[float, float, float]:
+        """Return jobs a second, frames a second and the seconds left; 0 where unknown."""
+        passed = max(time.monotonic() - self._begun, 1e-9)
+        rate = (self.done + self.failed) / passed
+        left = (self.total - self.ended) / rate if rate else 0.0
+        return rate, self.frames / passed, left
+
+    def _show(self) -> None:
+        rate, frames, left = self._times()
+        if self._bar is not None:
+            self._bar.update(
+                self._task, completed=self.ended, failed=self.failed, rate=rate, frames=frames
+            )
+        elif time.monotonic() - self._shown > INTERVAL:
+            self._shown = time.monotonic()
+            log(
+                f"{self.ended} of {counted(self.total, 'job')}, {self.failed} failed, "
+                f"{rate:.2f} jobs/s, {frames:.0f} frames/s, about {left:.0f} s left"
+            )
+
+    def summary(self, out: str) -> str:
+        """Return one line on the whole run."""
+        parts = [counted(self.total, "job"), f"{self.done} done"]
+        parts += [f"{self.kept} done before"] * bool(self.kept)
+        parts += [f"{self.failed} failed", counted(self.frames, "frame")]
+        where = f"wrote {out}/{self.written}" if self.written else f"give {out} again to go on"
+        return ", ".join(parts) + f"; {where}"
+
+    def __enter__(self) -> Self:
+        if self._file is not None:
+            try:
+                self._log = self._open.enter_context(self._file.open("ab", buffering=0))
+            except OSError as error:
+                raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
+        if self._place is not None:
+            server = Server(*self._place, self._answer)
+            self._open.callback(server.close)
+            log(f"Metrics are at {server.address}metrics")
+        if sys.stderr.isatty():
+            self._bar = self._open.enter_context(_bar())
+            self._task = self._bar.add_task("", total=self.total, failed=0, rate=0.0, frames=0.0)
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._open.close()
+
+    def _answer(self, request: BaseHTTPRequestHandler) -> None:
+        if request.path.split("?")[0] in ("/", "/metrics"):
+            reply(request, CONTENT_TYPE, text(self._metrics()).encode())
+        else:
+            reply(request, "text/plain", b"Metrics are at /metrics.\n", 404)
+
+    def numbers(self) -> dict[str, float]:
+        """Return the number of jobs of each status."""
+        return {
+            "waiting": self.total - self.ended - self.running,
+            "running": self.running,
+            "done": self.done + self.kept,
+            "failed": self.failed,
+        }
+
+    def _metrics(self) -> list[Metric]:
+        each: dict[tuple[str, ...], float] = {(k,): v for k, v in self.numbers().items()}
+        own: tuple[str, ...] = ()
+        return [
+            Metric("motes_batch_jobs", "gauge", "Jobs of the batch.", each, ("status",)),
+            Metric("motes_batch_frames_total", "counter", "Frames used.", {own: self.frames}),
+            Metric("motes_batch_lost_attempts_total", "counter", "Attempts whose worker died.",
+                   {own: self.again}),
+            Metric("motes_batch_seconds_left", "gauge", "Time until the end, as the rate goes on.",
+                   {own: self._times()[2]}),
+        ]  # fmt: skip
+
+
+def _bar() -> Any:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    return Progress(
+        TextColumn("{task.completed:.0f}/{task.total:.0f} jobs"),
+        BarColumn(bar_width=None),
+        TextColumn("{task.fields[rate]:.2f} jobs/s {task.fields[frames]:.0f} frames/s"),
+        TimeRemainingColumn(compact=True),
+        TextColumn("{task.fields[failed]} failed"),
+        console=Console(stderr=True),
+        transient=True,
+        expand=True,
+    )

@@ -1,0 +1,249 @@
+"""The run of `motes track` with keyframes: its outputs, how it is resumed, and its summary."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from motes.cli.exit_codes import DONE
+from motes.cli.frame_loop import summarize
+from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.progress import Progress
+from motes.cli.refine_run import refine_rows
+from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
+from motes.cli.track_opened import pictures_outputs, rows_output
+from motes.cli.track_options import TrackOutputs
+from motes.cli.track_outputs import Output
+from motes.cli.track_units import check_size, motion_names
+from motes.cli.watch_outputs import format_of
+from motes.core import interrupts
+from motes.core.errors import ConfigError, FormatError
+from motes.correction.history import History, Marks, history_path
+from motes.correction.keyframes import check_keyframes
+from motes.correction.rows import Rows
+from motes.mot.analytics.real_units import PIXELS, GroundMotion, RealUnits
+from motes.output.track_rows import CORRECTED, check_writable
+from motes.sot.presets import TrackerConfig
+from motes.video.film import Film
+
+
+def open_film(source: str, start: int, end: int | None, options: KeyframeOptions) -> Film:
+    """Return the film with the frames that these options use.
+
+    Raises
+    ------
+    ConfigError
+        If options contradict each other.
+    """
+    if options.backward and (options.keyframes or options.at or options.absent):
+        raise ConfigError(
+            "Between keyframes, the target is tracked in both directions; omit --backward."
+        )
+    if options.from_ is not None and options.from_ < start:
+        raise ConfigError(f"--from is {options.from_}, before the first frame {start}.")
+    if options.backward and options.from_ is not None:
+        end = options.from_ + 1 if end is None else min(end, options.from_ + 1)
+    return Film(source, start=start, end=end)
+
+
+def frame_of_init(film: Film, options: KeyframeOptions) -> int:
+    """Return the frame of --init or --ellipse."""
+    if options.from_ is not None:
+        return options.from_
+    return film.frames.stop - 1 if options.backward else film.frames.start
+
+
+@dataclass(frozen=True)
+class Between:
+    """A film and what is marked in it.
+
+    Attributes
+    ----------
+    film, source
+        The film, and its name on the command line.
+    marks
+        The keyframes.
+    config, seed
+        The tracker.
+    units
+        How pixels become metres; None for pixels.
+    """
+
+    film: Film
+    source: str
+    marks: Marks
+    config: TrackerConfig
+    seed: int
+    units: RealUnits | None
+
+    @property
+    def history(self) -> History:
+        """The history of a run that begins.
+
+        Raises
+        ------
+        ConfigError
+            If keyframes contradict each other or do not fit the film, or the lens does not.
+        """
+        found = History.begin(self.film, self.config, self.seed, self.marks, self.units)
+        film = self.film
+        check_keyframes(found.keys, film.name, film.frames, film.width, film.height)
+        check_size(self.units, film)
+        return found
+
+
+def track_between(job: Between, output: str | None, outputs: TrackOutputs) -> int:
+    """Track a target between keyframes, write the outputs and print a summary.
+
+    Parameters
+    ----------
+    job
+        The film and its keyframes.
+    output, outputs
+        Where the results go.
+    """
+    opened = list[Output]()
+    run = Run(len(job.history.keys))
+    try:
+        track_film(job, output, outputs, run, opened, quiet=output == "-")
+    finally:
+        if run.states:
+            summarize([str(run)], job.film, opened, run.interrupted)
+    return interrupts.code(run.interrupted) if run.interrupted else DONE
+
+
+def track_film(
+    job: Between,
+    output: str | None,
+    outputs: TrackOutputs,
+    run: Run,
+    opened: list[Output],
+    *,
+    quiet: bool = False,
+    bar: Progress | None = None,
+) -> None:
+    """Track a target between keyframes; with --resume, only what is missing.
+
+    Parameters
+    ----------
+    job, output, outputs
+        As in `track_between`.
+    run
+        Counts the frames.
+    opened
+        Gets the outputs, for a summary.
+    quiet, bar
+        As in `run_stretches`.
+    """
+    film, history = job.film, job.history
+    path = _history_of(output, outputs)
+    table = None if not outputs.resume else _begun_rows(output, path, history, film)
+    if outputs.resume:
+        outputs = replace(outputs, overwrite=True)
+    others = pictures_outputs(film, job.source, output, outputs, job.units)
+    pictures = any((outputs.overlay, outputs.masks, outputs.show))
+    motion = None
+    if job.units is not None or motion_names(outputs.figures):
+        motion = GroundMotion(job.units or PIXELS)
+    opened += others
+    if table is not None and output is not None:
+        opened.append(finished := _Finished(output))
+        old = History.load(history_path(Path(output)))
+        finished.rows, run.interrupted = refine_rows(
+            film, table, old, old, Path(output), quiet=quiet, bar=bar
+        )
+        run.states.update(track.status for track in table.tracks)
+        _replay(Outputs(None, None, others, pictures), film, table, motion, run)
+        return
+    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, job.units)
+    if rows is not None:
+        opened.append(rows)
+    each = Outputs(rows, path, others, pictures)
+    write_stretches(film, history, each, motion, run, quiet=quiet, bar=bar)
+
+
+class _Finished:
+    """The rows of an earlier run, for the summary."""
+
+    def __init__(self, name: str) -> None:
+        self._name, self.rows = name, 0
+
+    def write(self, step: object) -> None:
+        """Do nothing: the rows are written."""
+
+    @property
+    def result(self) -> str:
+        """The file, and how many of its rows are new."""
+        return f"{self._name} ({self.rows or 'none'} of its rows made anew)"
+
+    def __enter__(self) -> _Finished:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Do nothing."""
+
+
+def _replay(
+    outputs: Outputs, film: Film, table: Rows, motion: GroundMotion | None, run: Run
+) -> None:
+    """Make the outputs beside the rows anew, of rows that are complete."""
+    if run.interrupted is not None or not outputs.others:
+        return
+    with contextlib.ExitStack() as stack:
+        for each in outputs.others:
+            stack.enter_context(each)
+        try:
+            write_others(film, outputs, [*steps_of(film, table.tracks, motion)])
+        except KeyboardInterrupt as interrupt:
+            run.interrupted = interrupt
+
+
+def _history_of(output: str | None, outputs: TrackOutputs) -> Path | None:
+    """Return the path of the history of rows in a file; None for other outputs.
+
+    Raises
+    ------
+    FormatError
+        If it exists and must not be overwritten.
+    """
+    if output in (None, "-") or format_of(str(output), outputs.format) not in ("csv", "jsonl"):
+        if outputs.resume:
+            raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+        return None
+    rows = Path(str(output))
+    for path in (rows, history_path(rows)):
+        check_writable(path, outputs.overwrite or outputs.resume)
+    return history_path(rows)
+
+
+def _begun_rows(output: str | None, path: Path | None, history: History, film: Film) -> Rows | None:
+    """Return the rows of an earlier run; None if it has not written any.
+
+    Raises
+    ------
+    InputError
+        If the rows or their history cannot be read.
+    FormatError
+        If the rows are of another run.
+    """
+    rows = Path(str(output))
+    if path is None or not rows.exists() or not rows.stat().st_size:
+        return None
+    if not path.exists():
+        raise FormatError(
+            f"{rows} cannot be resumed: without {path.name} its keyframes are not known; write to "
+            f"another file."
+        )
+    old = History.load(path)
+    old.check(film)
+    if not old.repeats(history):
+        raise FormatError(
+            f"{rows} cannot be resumed: its keyframes, its tracker or its units are not these; "
+            f"repeat them, or write to another file. motes refine adds keyframes."
+        )
+    if old.unfinished and rows.read_bytes().count(b"\n") < 2:
+        return None
+    table = Rows(rows, growing=bool(old.unfinished))
+    table.check(film)
+    return table

@@ -1,0 +1,89 @@
+"""`motes track` frame by frame: one object, from the first frame on."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from motes.cli.exit_codes import DONE, NOT_FOUND
+from motes.cli.frame_loop import run, summarize
+from motes.cli.messages import log
+from motes.cli.options import FrameOptions
+from motes.cli.progress import RunStatistics
+from motes.cli.track_loop import Begin, Steps, follow
+from motes.cli.track_opened import pictures_outputs, rows_output
+from motes.cli.track_options import TrackOutputs
+from motes.cli.track_outputs import Output
+from motes.cli.track_units import check_size, measured, motion_names
+from motes.cli.watch_outputs import format_of, row_form
+from motes.core import interrupts
+from motes.core.errors import ConfigError, MotesError
+from motes.mot.analytics.real_units import PIXELS
+from motes.output.track_rows import COLUMNS
+from motes.sot.particle_filter import ParticleFilter
+from motes.sot.tracker import Tracker
+
+if TYPE_CHECKING:
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.video.sources import Source
+
+
+def track_one(
+    source: str,
+    tracker: Tracker,
+    begin: Begin,
+    frames: FrameOptions,
+    output: str | None,
+    outputs: TrackOutputs,
+    units: RealUnits | None,
+) -> int:
+    """Track one object; return the exit code.
+
+    Raises
+    ------
+    ConfigError
+        If an option makes no sense with the source or the output.
+    """
+    resume = outputs.resume
+    if resume and not row_form(None if output is None else format_of(output, outputs.format)):
+        raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
+    with frames.open(source) as film:
+        if resume and film.live:
+            raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
+        check_size(units, film)
+        opened = pictures_outputs(
+            film, source, output, outputs, units, config=tracker.config, stride=frames.stride
+        )
+        steps: Steps = partial(follow, tracker, begin)
+        if motion_names(outputs.figures) or units is not None:
+            steps = measured(units or PIXELS, steps)
+        if output is not None:
+            opened.append(rows_output(output, film, outputs, COLUMNS, units, resume=resume))
+        return _run(film, tracker, steps, opened, quiet=output == "-")
+
+
+def _run(
+    film: Source, tracker: Tracker, steps: Steps, outputs: Sequence[Output], *, quiet: bool
+) -> int:
+    """Track the target through the film, write the outputs and print a summary."""
+    chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
+    tally = RunStatistics(budget=chooses)
+
+    def finish(interrupted: KeyboardInterrupt | None = None) -> None:
+        if tally.frames:
+            summarize([str(tally)], film, outputs, interrupted)
+
+    try:
+        interrupted = run(film, outputs, steps, tally.add, quiet=quiet and sys.stdout.isatty())
+    except MotesError:
+        finish()
+        raise
+    finish(interrupted)
+    if interrupted:
+        return interrupts.code(interrupted)
+    if not tally.found:
+        log("error: The target was never found; look for another one, or elsewhere.")
+        return NOT_FOUND
+    return DONE

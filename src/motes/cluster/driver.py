@@ -1,0 +1,154 @@
+"""The driver of a batch: which jobs are left, their attempts, and what became of them.
+
+It holds a window of the jobs, however many wait: they are read from their table as workers become
+free. What is done is known from the records in the store alone, so a driver that is started again
+goes on where the other one was killed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from msgspec.structs import replace
+
+from motes import __version__
+from motes.cluster import pool as pools
+from motes.cluster.estimate import memory_of
+from motes.cluster.inputs import Input, changed, missing, paths_of, stamp
+from motes.cluster.jobs import Job
+from motes.cluster.pool import ATTEMPTS, TIME_LIMIT, Again, Pool, Started, Task
+from motes.cluster.records import (
+    Record,
+    encoded,
+    read_record,
+    record_name,
+    records,
+    result_names,
+)
+from motes.cluster.store import Store
+from motes.cluster.work import Made, Order, work
+from motes.core.errors import FormatError
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How the jobs of a batch are done.
+
+    Attributes
+    ----------
+    out, make, form, overlay
+        As in `Order`.
+    attempts
+        How often a job whose worker dies is tried.
+    time_limit
+        Seconds for an attempt.
+    again
+        Whether jobs that have failed are tried again.
+    thorough
+        Whether the checksums of all inputs are compared, not only of those that seem changed.
+    """
+
+    out: str
+    make: Callable[[Job, Path, str, bool], Made]
+    form: str = "csv"
+    overlay: bool = False
+    attempts: int = ATTEMPTS
+    time_limit: float = TIME_LIMIT
+    again: bool = False
+    thorough: bool = False
+
+    def digest(self, job: Job) -> str:
+        """Return the digest of a job's record."""
+        return job.digest(self.form, self.overlay)
+
+
+class Finished(NamedTuple):
+    """A job has its record."""
+
+    record: Record
+
+
+BatchEvent = Finished | Started | Again
+
+
+def batch(
+    pool: Pool, store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
+) -> Generator[BatchEvent, None, None]:
+    """Do the jobs that are left; yield what becomes of each.
+
+    Parameters
+    ----------
+    pool
+        The workers; the caller closes it.
+    store
+        The store at `plan.out`; the caller keeps other batches out.
+    jobs
+        All jobs; each is taken when a worker will be free for it.
+    plan
+        How they are done.
+    keep
+        Takes the record of each job that needs nothing: it is there, and its inputs are the same.
+
+    Raises
+    ------
+    FormatError
+        If the store cannot be written, or a worker writes to another one.
+    """
+    for event in pools.run(pool, _tasks(store, jobs, plan, keep), plan.attempts):
+        if isinstance(event, Started | Again):
+            yield event
+        else:
+            yield Finished(_settled(store, event, plan))
+
+
+def _tasks(
+    store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
+) -> Iterator[Task]:
+    """Yield the tasks of the jobs that are left; give the records of the others to `keep`."""
+    for job, record in records(store, jobs):
+        if record is not None:
+            if not _outdated(record, job, plan):
+                keep(record)
+                continue
+            # The record goes first: without it, what is left of the results does not count.
+            for name in (record_name(job.name), *result_names(job.name)):
+                store.remove(name)
+        order = Order(job, plan.digest(job), plan.out, plan.make, plan.form, plan.overlay)
+        yield Task(job.name, work, order, memory_of(job), plan.time_limit)
+
+
+def _outdated(record: Record, job: Job, plan: Plan) -> bool:
+    """Return whether a job has to be done again."""
+    if record.digest != plan.digest(job) or (record.status == "failed" and plan.again):
+        return True
+    if any(missing(each.path) for each in record.inputs):
+        return True
+    return changed(record.inputs, thorough=plan.thorough)
+
+
+def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
+    """Return the record of a job that has ended, and see that it is in the store."""
+    order: Order = event.task.argument
+    record: Record | None = event.value
+    if record is None:
+        record = Record(
+            name=order.job.name,
+            status="failed",
+            digest=order.digest,
+            version=__version__,
+            inputs=tuple(Input(path, stamp(path), "") for path in paths_of(order.job)),
+            error=event.error,
+        )
+    if record.status == "done" and event.task.attempt == 1:
+        if read_record(store, record.name) is None:
+            raise FormatError(
+                f"A worker on {record.host} wrote the results of {record.name}, but they are not "
+                f"in {plan.out}; give a folder that all nodes see, or an address such as s3://…"
+            )
+        return record
+    record = replace(record, attempts=event.task.attempt)
+    store.replace(record_name(record.name), encoded(record))
+    return record

@@ -1,0 +1,164 @@
+"""A job: a film, and what is done with it."""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal
+
+import msgspec
+from msgspec.structs import replace
+
+from motes.core.errors import ConfigError
+from motes.core.geometry import as_ellipse
+from motes.sot.presets import preset
+from motes.video.sources import is_recorded
+
+Region = tuple[float, ...]
+
+
+class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
+    """A row of a table of jobs; the attributes are its columns.
+
+    Attributes
+    ----------
+    name
+        Its name, which no other job has; by default that of the film without its ending.
+    source
+        A video file, a folder or a pattern of images, or an address that fsspec knows.
+    do
+        What `motes track`, `motes watch` or `motes refine` does.
+    region
+        For track: the target in the first frame, x,y,width,height or x,y,a,b,theta; or several
+        boxes, with semicolons between them.
+    keyframes
+        For track and refine: a file of keyframes.
+    rows
+        For refine: the rows that are corrected.
+    detector
+        For watch, its detector; for track, `face`.
+    places
+        For watch: a TOML file of lines and zones, whose events are counted.
+    preset, config, seed
+        The tracker: a preset, a TOML file whose values replace those of the preset, and the seed
+        of the random numbers.
+    start, end, stride
+        The frames that are used.
+    label
+        Any text; it is copied to the table of results.
+    """
+
+    name: str = ""
+    source: str
+    do: Literal["track", "watch", "refine"] = "track"
+    region: tuple[Region, ...] = ()
+    keyframes: str | None = None
+    rows: str | None = None
+    detector: str | None = None
+    places: str | None = None
+    preset: str | None = None
+    config: str | None = None
+    seed: int = 0
+    start: int = 0
+    end: int | None = None
+    stride: int = 1
+    label: str | None = None
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The files that it reads besides its source, by their columns."""
+        columns = ("keyframes", "rows", "places", "config")
+        found = {name: value for name in columns if (value := getattr(self, name)) is not None}
+        if self.detector is not None and os.path.splitext(self.detector)[1] in (".onnx", ".txt"):
+            found["detector"] = self.detector
+        return found
+
+    def digest(self, *more: object) -> str:
+        """Return a text that differs where the job, or `more`, differs."""
+        data = msgspec.json.encode([self, *more])
+        return hashlib.sha256(data).hexdigest()[:16]
+
+
+COLUMNS = Job.__struct_fields__
+
+
+def job_of(row: Mapping[str, Any], name: str) -> Job:
+    """Return the job of a row of a table, with `name` if it has none of its own.
+
+    Empty fields count as missing. Paths become absolute: a worker may have another folder.
+
+    Raises
+    ------
+    ConfigError
+        If a column is unknown, or a value cannot be used.
+    """
+    check_columns(row)
+    given = {key: value for key, value in row.items() if value not in (None, "")}
+    if "region" in given:
+        given["region"] = _regions(given["region"])
+    try:
+        job = msgspec.convert({"source": "", "name": name} | given, Job, strict=False)
+    except msgspec.ValidationError as error:
+        raise ConfigError(str(error).replace("`", "").replace("$.", "column ")) from None
+    if not job.source:
+        raise ConfigError("it has no source; name a film.")
+    _check(job)
+    paths = {"source": job.source} | job.files
+    return replace(job, **{key: _absolute(path) for key, path in paths.items()})
+
+
+def check_columns(columns: Iterable[str]) -> None:
+    """Raise a ConfigError, with the nearest known name, if a column is unknown."""
+    for name in columns:
+        if name not in COLUMNS:
+            near = difflib.get_close_matches(str(name), COLUMNS, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(COLUMNS)}."
+            raise ConfigError(f"There is no column {name!r}; {hint}")
+
+
+def _absolute(path: str) -> str:
+    return path if "://" in path else os.path.abspath(path)
+
+
+def _regions(value: Any) -> Any:
+    """Return regions from `1,2,3,4`, `1,2,3,4; 5,6,7,8`, a list of numbers, or a list of lists."""
+    if isinstance(value, str):
+        parts = (part.split(",") for part in value.split(";") if part.strip())
+        value = [[number.strip() for number in part] for part in parts]
+    elif isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple)):
+        value = [value]
+    return value
+
+
+def _check(job: Job) -> None:
+    """Check what a job needs, without its files; raise a ConfigError."""
+    for region in job.region:
+        as_ellipse(region)
+    if job.preset is not None:
+        preset(job.preset)
+    if job.seed < 0 or job.start < 0 or job.stride < 1:
+        raise ConfigError("seed and start are 0 or more, and stride is 1 or more.")
+    if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):
+        raise ConfigError(f"{job.source} is live and has no end; motes watch is for it.")
+    ways = {
+        "track": ("region", "keyframes", "detector"),
+        "watch": ("detector", "places"),
+        "refine": ("keyframes", "rows"),
+    }
+    for column in ("region", "keyframes", "detector", "places", "rows"):
+        if getattr(job, column) and column not in ways[job.do]:
+            raise ConfigError(f"{job.do} takes no {column}; empty that column.")
+    if job.do == "refine" and not (job.keyframes and job.rows):
+        raise ConfigError("refine needs rows and keyframes; fill both columns.")
+    if job.do != "track":
+        return
+    if sum(bool(getattr(job, column)) for column in ways["track"]) != 1:
+        raise ConfigError("track takes one of region, keyframes and detector; fill one of them.")
+    if job.detector not in (None, "face"):
+        raise ConfigError(f"track takes the detector face; got {job.detector!r}.")
+    if len(job.region) > 1 and any(len(region) == 5 for region in job.region):
+        raise ConfigError("several regions are boxes: x,y,width,height; x,y,width,height.")
+    if job.keyframes and job.stride != 1:
+        raise ConfigError("stride is not for keyframes; empty that column.")

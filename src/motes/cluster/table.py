@@ -1,0 +1,166 @@
+"""Tables of jobs: CSV, JSON Lines, Parquet, TOML, or a pattern of films; read row by row."""
+
+from __future__ import annotations
+
+import csv
+import glob
+import json
+import os
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from motes.cluster.jobs import Job, job_of
+from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
+
+Row = tuple[int, Mapping[str, Any]]
+SHOWN = 50
+"""Problems of a table that are listed; the others are counted."""
+
+
+@dataclass(frozen=True)
+class JobTable:
+    """The rows of a table, which can be read several times; few of them are in memory.
+
+    Attributes
+    ----------
+    name
+        A file .csv, .jsonl, .parquet or .toml, or a pattern of films.
+    defaults
+        Values of columns that a row leaves empty.
+    """
+
+    name: str
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+
+    def rows(self) -> Iterator[Row]:
+        """Yield the number of each row, as an editor shows it, and its columns.
+
+        Raises
+        ------
+        SourceError
+            If the table cannot be read.
+        """
+        reader = READERS.get(os.path.splitext(self.name)[1].lower())
+        try:
+            if glob.has_magic(self.name) or reader is None:
+                yield from _films(self.name)
+            else:
+                yield from reader(Path(self.name))
+        except OSError as error:
+            raise SourceError(f"{self.name} cannot be read: {error.strerror or error}.") from None
+        except (UnicodeDecodeError, csv.Error, ValueError) as error:
+            if isinstance(error, MotesError):
+                raise
+            raise SourceError(f"{self.name} cannot be read as a table: {error}.") from None
+
+    def jobs(self) -> Iterator[Job]:
+        """Yield the jobs of a table that was checked."""
+        for _, row in self.rows():
+            yield self._job(row)
+
+    def _job(self, row: Mapping[str, Any]) -> Job:
+        given = {key: value for key, value in row.items() if value not in (None, "")}
+        source = Path(str(given.get("source", "")))
+        named = source.parent.name if glob.has_magic(source.name) else source.stem
+        return job_of({**self.defaults, **given}, named)
+
+    def problems(
+        self, missing: Callable[[str], bool], check: Callable[[Job], None]
+    ) -> tuple[int, int, list[str]]:
+        """Return the number of jobs, of problems, and the first problems with their rows.
+
+        Parameters
+        ----------
+        missing
+            Whether a file is missing.
+        check
+            Raises a MotesError for a job that cannot be used.
+        """
+        names: dict[str, int] = {}
+        found, jobs, count = list[str](), 0, 0
+        for number, row in self.rows():
+            jobs += 1
+            try:
+                _check_files(job := self._job(row), missing)
+                check(job)
+                if (other := names.setdefault(job.name, number)) != number:
+                    raise ConfigError(
+                        f"row {other} has the name {job.name!r} too; give each job its own."
+                    )
+            except MotesError as error:
+                count += 1
+                if count <= SHOWN:
+                    found.append(f"{self.name}, row {number}: {error}")
+        return jobs, count, found
+
+
+def _check_files(job: Job, missing: Callable[[str], bool]) -> None:
+    for column, path in ({"source": job.source} | job.files).items():
+        if missing(path):
+            raise ConfigError(f"the {column} {path} is missing; check the name.")
+
+
+def _csv(path: Path) -> Iterator[Row]:
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        reader = csv.DictReader(file, restkey="(more columns than the first row)")
+        for row in reader:
+            yield reader.line_num, {str(key): value for key, value in row.items()}
+
+
+def _json_lines(path: Path) -> Iterator[Row]:
+    with path.open(encoding="utf-8-sig") as file:
+        for number, line in enumerate(file, 1):
+            if line.strip():
+                row = json.loads(line)
+                if not isinstance(row, dict):
+                    raise ValueError(f"line {number} is no object")
+                yield number, row
+
+
+def _parquet(path: Path) -> Iterator[Row]:
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise MissingDependencyError(
+            "Parquet needs pyarrow; install it with: pip install 'motes[parquet]'"
+        ) from None
+    number = 0
+    with pyarrow.parquet.ParquetFile(path) as file:
+        for batch in file.iter_batches(1000):
+            for row in batch.to_pylist():
+                number += 1
+                yield number, row
+
+
+def _toml(path: Path) -> Iterator[Row]:
+    table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    rows = table.pop("job", [])
+    if table or not isinstance(rows, list):
+        raise ValueError("a table of jobs has [[job]] only")
+    yield from enumerate(rows, 1)
+
+
+def _films(pattern: str) -> Iterator[Row]:
+    """Yield the files of a pattern; their names begin where the pattern does."""
+    found = sorted(glob.glob(pattern, recursive=True))
+    if not found:
+        raise SourceError(
+            f"{pattern} is no table (.csv, .jsonl, .parquet, .toml) and fits no film; check it."
+        )
+    fixed = pattern[: min((pattern.find(mark) for mark in "*?[" if mark in pattern), default=0)]
+    root = os.path.dirname(fixed) or "."
+    for number, path in enumerate(found, 1):
+        name = os.path.relpath(path, root) if glob.has_magic(pattern) else os.path.basename(path)
+        yield number, {"source": path, "name": os.path.splitext(name)[0]}
+
+
+READERS: dict[str, Callable[[Path], Iterator[Row]]] = {
+    ".csv": _csv,
+    ".jsonl": _json_lines,
+    ".parquet": _parquet,
+    ".toml": _toml,
+}
+"""The forms of tables, by the ending of their names."""

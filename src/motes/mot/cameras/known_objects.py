@@ -1,0 +1,71 @@
+"""All objects that a rig knows, found by camera and by identity, in the order of their births."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+
+from motes.mot.cameras.known_object import KnownObject
+
+
+class KnownObjects:
+    """The objects of all cameras.
+
+    What one report takes depends on the objects of a few cameras, however many cameras there are.
+    """
+
+    def __init__(self) -> None:
+        self._by_camera: defaultdict[str, dict[int, KnownObject]] = defaultdict(dict)
+        self._by_identity: defaultdict[int, list[KnownObject]] = defaultdict(list)
+        self._births = 0
+
+    def __len__(self) -> int:
+        return sum(map(len, self._by_camera.values()))
+
+    def get(self, camera: str, own: int) -> KnownObject | None:
+        """Return the object that has an identity in a camera, if there is one."""
+        return self._by_camera[camera].get(own)
+
+    def add(self, own: int, known: KnownObject) -> None:
+        """Add a new object, which has an identity in its camera."""
+        self._births += 1
+        known.birth = self._births
+        self._by_camera[known.camera][own] = known
+        self._by_identity[known.identity].append(known)
+
+    def at(self, camera: str) -> Iterator[KnownObject]:
+        """Yield the objects of a camera."""
+        return iter(self._by_camera[camera].values())
+
+    def around(self, cameras: tuple[str, ...]) -> list[KnownObject]:
+        """Return the objects of some cameras, the oldest first."""
+        found = [known for camera in cameras for known in self._by_camera[camera].values()]
+        return sorted(found, key=_birth)
+
+    def named(self, *identities: int) -> list[KnownObject]:
+        """Return the objects that have one of some identities in the rig, the oldest first."""
+        found = [known for each in identities for known in self._by_identity.get(each, ())]
+        return sorted(found, key=_birth)
+
+    def rename(self, known: KnownObject, identity: int) -> None:
+        """Give an object another identity in the rig."""
+        self._unlist(known)
+        known.identity = identity
+        self._by_identity[identity].append(known)
+
+    def forget(self, camera: str, before: float) -> None:
+        """Forget the lost objects of a camera that were last seen before a time."""
+        objects = self._by_camera[camera]
+        over = [own for own, known in objects.items() if known.gone and known.seen < before]
+        for own in over:
+            self._unlist(objects.pop(own))
+
+    def _unlist(self, known: KnownObject) -> None:
+        same = self._by_identity[known.identity]
+        same.remove(known)
+        if not same:
+            del self._by_identity[known.identity]
+
+
+def _birth(known: KnownObject) -> int:
+    return known.birth

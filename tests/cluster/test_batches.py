@@ -1,0 +1,386 @@
+"""Batches: each job once, whatever dies, and the same rows as the commands write."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import msgspec
+import pytest
+
+import batch_jobs
+from clips import clip
+from motes.cli import main
+from motes.cluster.driver import BatchEvent, Finished, Plan, batch
+from motes.cluster.inputs import missing
+from motes.cluster.jobs import Job
+from motes.cluster.local import LocalPool
+from motes.cluster.pool import Again, Ended, Event, Started, Task, outcome
+from motes.cluster.records import Record, records
+from motes.cluster.state import counts, load_jobs, write_table
+from motes.cluster.store import Folder, open_store
+from motes.core.errors import FormatError
+
+
+class InProcess:
+    """A pool that does each task here, when it is waited for; some attempts come to nothing."""
+
+    def __init__(self, crashes: Iterable[str] = ()) -> None:
+        self._tasks: list[Task] = []
+        self._crashes = Counter(crashes)
+        self.done: list[str] = []
+
+    def has_room(self, task: Task) -> bool:
+        """Return whether there are few."""
+        return len(self._tasks) < 2
+
+    def give(self, task: Task) -> None:
+        """Take a task."""
+        self._tasks.append(task)
+
+    def wait(self) -> list[Event]:
+        """Do one."""
+        task = self._tasks.pop()
+        begun = Started(task, "here", os.getpid())
+        self.done.append(task.name)
+        kind, value = outcome(task.function, task.argument)
+        if self._crashes[task.name]:  # after the work, the worst moment
+            self._crashes[task.name] -= 1
+            return [begun, Ended(task, error="It died.", crashed=True)]
+        return [begun, Ended(task, value if kind == "value" else None, error=str(value))]
+
+    def show(self, numbers: Mapping[str, float]) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def job(name: str, film: Path, **more: object) -> Job:
+    return Job(name=name, source=str(film), region=((1, 2, 3, 4),), **more)  # type: ignore[arg-type]
+
+
+def run(
+    out: Path, jobs: list[Job], pool: InProcess, **options: object
+) -> tuple[list[str], dict[str, Record]]:
+    """Do jobs; return those that were kept, and the records of the others."""
+    plan = Plan(out=str(out), make=batch_jobs.make, **options)  # type: ignore[arg-type]
+    kept: list[str] = []
+    events: list[BatchEvent] = list(
+        batch(pool, Folder(out), jobs, plan, lambda record: kept.append(record.name))
+    )
+    return kept, {each.record.name: each.record for each in events if isinstance(each, Finished)}
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    return batch_jobs.films(tmp_path, 1)[0]
+
+
+def rows(out: Path, name: str) -> str:
+    return (out / "rows" / f"job={name}" / "rows.csv").read_text()
+
+
+def test_done_jobs_are_kept(tmp_path: Path, film: Path) -> None:
+    jobs, out = [job(name, film) for name in "abc"], tmp_path / "out"
+    first = InProcess()
+    kept, made = run(out, jobs[:2], first)
+    assert (kept, sorted(made), sorted(first.done)) == ([], ["a", "b"], ["a", "b"])
+    again = InProcess()
+    kept, made = run(out, jobs, again)
+    assert (kept, sorted(made), again.done) == (["a", "b"], ["c"], ["c"])
+    assert made["c"].files == {"rows/job=c/rows.csv": made["c"].files["rows/job=c/rows.csv"]}
+    assert rows(out, "c") == "film-0.mp4 0\n"
+
+
+def test_changed_inputs_are_told_by_their_checksums(tmp_path: Path, film: Path) -> None:
+    jobs, out = [job("a", film)], tmp_path / "out"
+    _, made = run(out, jobs, InProcess())
+    checksum = made["a"].inputs[0].sha256
+    status = film.stat()
+    film.write_bytes(film.read_bytes()[::-1])
+    os.utime(film, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert run(out, jobs, InProcess())[0] == ["a"]  # nothing shows, but to its checksum
+    _, made = run(out, jobs, InProcess(), thorough=True)
+    assert made["a"].inputs[0].sha256 != checksum
+    os.utime(film, (1, 1))  # as a copy of the same film
+    assert run(out, jobs, InProcess())[0] == ["a"]
+    film.write_bytes(film.read_bytes() + b"more")
+    assert run(out, jobs, InProcess())[1]["a"].status == "done"
+    assert run(out, [job("a", film, seed=1)], InProcess())[1]["a"].status == "done"
+    assert rows(out, "a") == "film-0.mp4 1\n"
+
+
+def test_a_result_of_an_attempt_that_died_is_found(tmp_path: Path, film: Path) -> None:
+    pool, out = InProcess(["a", "a"]), tmp_path / "out"
+    _, made = run(out, [job("a", film)], pool)
+    assert (pool.done, made["a"].status, made["a"].attempts) == (["a"] * 3, "done", 3)
+    ((_, kept),) = records(Folder(out), [job("a", film)])
+    assert kept == made["a"]
+
+
+def test_rows_without_a_record_are_replaced(tmp_path: Path, film: Path) -> None:
+    out = tmp_path / "out"
+    run(out, [job("a", film)], InProcess())
+    (out / "jobs" / "a.json").unlink()
+    (out / "rows" / "job=a" / "rows.csv").write_text("of another film\n")
+    run(out, [job("a", film)], InProcess())
+    assert rows(out, "a") == "film-0.mp4 0\n"
+
+
+def test_failed_jobs_wait_until_they_are_asked_for(tmp_path: Path, film: Path) -> None:
+    jobs, out = [job("fails", film), job("good", film)], tmp_path / "out"
+    _, made = run(out, jobs, InProcess())
+    assert (made["fails"].status, made["fails"].error) == ("failed", "This film is broken.")
+    assert not (out / "rows" / "job=fails").exists()
+    assert run(out, jobs, InProcess())[0] == ["fails", "good"]
+    kept, made = run(out, jobs, InProcess(), again=True)
+    assert (kept, [*made]) == (["good"], ["fails"])
+    film.write_bytes(film.read_bytes() + b"mended")
+    assert [*run(out, jobs, InProcess())[1]] == ["good", "fails"]
+
+
+def test_a_missing_film_fails_alone(tmp_path: Path, film: Path) -> None:
+    jobs, out = [job("a", tmp_path / "none.mp4"), job("b", film)], tmp_path / "out"
+    _, made = run(out, jobs, InProcess())
+    assert "none.mp4 is missing" in str(made["a"].error)
+    assert made["b"].status == "done"
+
+
+def test_a_folder_that_only_the_workers_see(tmp_path: Path, film: Path) -> None:
+    plan = Plan(out=str(tmp_path / "theirs"), make=batch_jobs.make)
+    with pytest.raises(FormatError, match="give a folder that all nodes see"):
+        list(batch(InProcess(), Folder(tmp_path / "ours"), [job("a", film)], plan, lambda _: None))
+
+
+def test_a_file_is_created_once(tmp_path: Path) -> None:
+    store = open_store(str(tmp_path / "out"))
+    assert store.create("a/b", b"one")
+    assert not store.create("a/b", b"two")
+    assert store.read(["a/b", "a/c"]) == {"a/b": b"one"}
+    store.replace("a/b", b"three")
+    assert list(store.lines("a/b")) == [b"three"]
+    assert [*store.names("a"), *store.names("none")] == ["b"]
+    store.remove("a")
+    assert not list(store.names("a"))
+
+
+def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
+    with (
+        Folder(tmp_path).used_alone(),
+        pytest.raises(FormatError, match="Another motes batch"),
+        Folder(tmp_path).used_alone(),
+    ):
+        pass
+
+
+@pytest.mark.slow
+def test_poisoned_films_do_not_hold_workers(tmp_path: Path, film: Path) -> None:
+    jobs = [job(name, film) for name in ("dies", "hangs", "fails", "a", "b", "c")]
+    plan = Plan(str(tmp_path / "out"), batch_jobs.make, attempts=2, time_limit=2.0)
+    with LocalPool(2) as pool:
+        events = list(batch(pool, Folder(tmp_path / "out"), jobs, plan, lambda _: None))
+    made = {each.record.name: each.record for each in events if isinstance(each, Finished)}
+    assert {name: each.status for name, each in made.items()} == {
+        "dies": "failed", "hangs": "failed", "fails": "failed",
+        "a": "done", "b": "done", "c": "done",
+    }  # fmt: skip
+    assert [each.task.name for each in events if isinstance(each, Again)] == ["dies"]
+    assert (made["dies"].attempts, made["hangs"].attempts) == (2, 1)
+    assert "SIGKILL" in str(made["dies"].error)
+
+
+# The command
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder with three films and a table of jobs of every kind."""
+    monkeypatch.chdir(tmp_path)
+    batch_jobs.films(tmp_path)
+    Path("keys.csv").write_text("0,2,2,16,12\n8,absent\n")
+    Path("more.csv").write_text("5,4,4,16,12\n")
+    both = ["track", "film-0.mp4", "--keyframes", "keys.csv", "--preset", "nummiaro"]
+    assert main([*both, "-o", "both.csv"]) == 0
+    batch_jobs.table(
+        Path("jobs.csv"),
+        [
+            {"source": "film-1.mp4", "seed": 3, "label": "one"},
+            {"source": "film-2.mp4", "region": "", "do": "watch", "preset": ""},
+            {"source": "film-0.mp4", "region": "", "keyframes": "keys.csv", "name": "both"},
+            {
+                "source": "film-0.mp4", "region": "", "keyframes": "more.csv", "name": "mended",
+                "rows": "both.csv", "do": "refine", "preset": "",
+            },
+            {"source": "film-2.mp4", "region": "2,2,16,12; 20,9,12,12", "name": "two"},
+        ],
+    )  # fmt: skip
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_rows_are_those_of_the_commands(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["batch", "jobs.csv", "-o", "out", "--workers", "2", "--log", "log"]) == 0
+    assert "5 jobs, 5 done, 0 failed" in capsys.readouterr().err
+    particles = ["--preset", "nummiaro"]
+    box = ["--init", batch_jobs.REGION]
+    commands = {
+        "film-1": ["track", "film-1.mp4", *box, *particles, "--seed", "3"],
+        "film-2": ["watch", "film-2.mp4", "--events", "events.jsonl"],
+        "both": ["track", "film-0.mp4", "--keyframes", "keys.csv", *particles],
+        "mended": ["refine", "film-0.mp4", "both.csv", "--keyframes", "more.csv"],
+        "two": ["track", "film-2.mp4", *box, "--init", "20,9,12,12", *particles],
+    }
+    for name, command in commands.items():
+        main([*command, "-o", f"{name}-again.csv"])
+        assert rows(home / "out", name) == Path(f"{name}-again.csv").read_text(), name
+    events = home / "out" / "events" / "job=film-2" / "events.jsonl"
+    assert events.read_bytes() == Path("events.jsonl").read_bytes()
+    frames = {job.name: record and record.frames for job, record in records(
+        Folder(home / "out"), load_jobs(Folder(home / "out")))}  # fmt: skip
+    assert frames == {"film-1": 15, "film-2": 20, "both": 10, "mended": 10, "two": 20}
+    log = [msgspec.json.decode(line) for line in Path("log").read_bytes().splitlines()]
+    assert Counter(each["event"] for each in log) == {"started": 5, "done": 5}
+
+
+@pytest.mark.slow
+def test_a_dataset_of_parquet(home: Path) -> None:
+    dataset = pytest.importorskip("pyarrow.dataset")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert main(["batch", "jobs.csv", "-o", "out", "--rows", "parquet", "--overlay"]) == 0
+    found = dataset.dataset("out/rows", partitioning="hive").to_table(columns=["job", "frame"])
+    names = Counter(found.column("job").to_pylist())
+    assert names["film-1"] == 15
+    assert {path.name for path in Path("out/overlays").iterdir()} == {
+        "film-1.mp4", "film-2.mp4", "both.mp4", "two.mp4",
+    }  # fmt: skip
+    table = parquet.read_table("out/jobs.parquet").to_pylist()
+    assert [(each["job"], each["status"], each["attempts"]) for each in table] == [
+        (name, "done", 1) for name in ("film-1", "film-2", "both", "mended", "two")
+    ]
+    assert table[0]["label"] == "one"
+    assert re.fullmatch("[0-9a-f]{64}", table[0]["checksum"])
+
+
+def test_the_table_of_results_without_pyarrow(
+    tmp_path: Path, film: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from motes.cluster.state import Options, save
+
+    jobs, store = [job("a", film), job("b", film)], Folder(tmp_path / "out")
+    save(store, jobs, Options(2, "csv", overlay=False))
+    run(tmp_path / "out", jobs[:1], InProcess())
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    assert write_table(store) == "jobs.csv"
+    lines = (tmp_path / "out" / "jobs.csv").read_text().splitlines()
+    assert lines[0].startswith("job,do,source,label,status")
+    assert [line.split(",")[4] for line in lines[1:]] == ["done", "waiting"]
+    assert counts(store)[0] == {"done": 1, "waiting": 1}
+
+
+def test_problems_come_before_anything_starts(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    batch_jobs.table(
+        Path("bad.csv"),
+        [
+            {"source": "film-0.mp4", "config": "bad.toml"},
+            {"source": "none.mp4"},
+            {"source": "film-1.mp4", "preset": "numiaro"},
+        ],
+    )
+    Path("bad.toml").write_text("particle = 3\n")
+    assert main(["batch", "bad.csv", "-o", "out"]) == 2
+    error = capsys.readouterr().err
+    assert re.search(r"bad\.csv, row 2: \S*bad\.toml: Config has no key 'particle'", error)
+    assert "row 3: the source" in error
+    assert "row 4: No preset 'numiaro'" in error
+    assert "3 rows of bad.csv cannot be used; nothing was started" in error
+    assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "error"),
+    [
+        ("batch none.csv -o out", "none.csv cannot be read"),
+        ("batch none.txt -o out", "fits no film"),
+        ("batch jobs.csv -o out --attempts 0", "--attempts is 0"),
+        ("batch jobs.csv -o out --time-limit 0", "--time-limit is 0"),
+        ("batch jobs.csv -o out --cluster nowhere", "auto or HOST:PORT"),
+        ("batch jobs.csv -o out --cluster 127.0.0.1:9", "omit it: then the processes of this"),
+        ("batch jobs.csv -o nothing://x/y", "nothing:// is no kind of address"),
+        ("batch status none", "There is no batch in none"),
+        ("batch retry none --failed", "There is no batch in none"),
+    ],
+)
+def test_mistakes_of_the_command(
+    home: Path, capsys: pytest.CaptureFixture[str], words: str, error: str
+) -> None:
+    pytest.importorskip("ray")
+    assert main(words.split()) in (2, 3)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert error in line
+
+
+def wait_for(true: Callable[[], bool], seconds: float = 60) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def started(home: Path, count: int = 6) -> subprocess.Popen[str]:
+    """Start a batch whose jobs are long enough to be interrupted, after one of them is done."""
+    film = clip(home / "long.mp4", 200, width=128, height=96)
+    batch_jobs.table(home / "long.csv", [{"source": film, "name": f"j{n}"} for n in range(count)])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "motes", "batch", "long.csv", "-o", "long", "--workers", "1"],
+        cwd=home,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    wait_for(lambda: any((home / "long" / "jobs").glob("*.json")))
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_a_driver_that_ended_goes_on(
+    tmp_path: Path, number: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with contextlib.chdir(tmp_path), started(tmp_path) as process:
+        process.send_signal(number)
+        begun = time.monotonic()
+        _, error = process.communicate(timeout=60)
+        if number == signal.SIGTERM:
+            assert time.monotonic() - begun < 10
+            assert process.returncode == 143
+            assert "terminated after 6 jobs" in error
+            assert "give long again to go on" in error
+        before = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
+        assert main(["batch", "status", "long"]) == 0
+        assert f"6 jobs: {len(before)} done, 0 failed" in capsys.readouterr().out
+        assert main(["batch", "retry", "long"]) == 0
+        assert f"{len(before)} done before" in capsys.readouterr().err
+        after = {each.name: each.stat().st_mtime_ns for each in Path("long/jobs").iterdir()}
+        assert len(after) == 6
+        assert {name: after[name] for name in before} == before
+        assert not list(Path("long").glob("_attempts/*"))
+        one = rows(Path("long"), "j0")
+        assert [rows(Path("long"), f"j{n}") for n in range(6)] == [one] * 6
+
+
+def test_missing_is_known_of_files_folders_and_patterns(tmp_path: Path, film: Path) -> None:
+    assert not missing(str(film))
+    assert not missing(str(tmp_path))
+    assert not missing(f"{tmp_path}/*.mp4")
+    assert missing(f"{tmp_path}/*.avi")
+    assert missing(f"{tmp_path}/none.mp4")

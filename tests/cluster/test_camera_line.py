@@ -1,0 +1,225 @@
+"""Order, lives and back-pressure between a camera and its handover, without a cluster."""
+
+from __future__ import annotations
+
+import asyncio
+import types
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+import msgspec
+import pytest
+
+import loops
+from motes.cluster import handover_actor
+from motes.cluster.camera_actor import OPEN, ActorLine
+from motes.cluster.handover_actor import HandoverActor
+from motes.cluster.remote_camera import RemoteCamera, reason
+from motes.cluster.rig_messages import Associated, PartEnded, PartNews
+from motes.cluster.rig_on_ray import ClusterRig, Handover, _Numbers, _Stream
+from motes.core.geometry import Box
+from motes.core.track import Status
+from motes.mot.cameras.camera_report import CameraReport, ObjectReport
+from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message, NextFrame, Ready
+from motes.mot.cameras.rig_config import Camera, Rig
+
+GO = msgspec.msgpack.encode(Go())
+
+
+class Calls:
+    """Stands for Ray: calls of a handover, which the test answers."""
+
+    def __init__(self) -> None:
+        self.answers: list[bytes | None] = []
+        self.most = self._open = 0
+        self.exceptions = types.SimpleNamespace(RayError=OSError)
+
+    def call(self, name: str, life: int, number: int, data: bytes) -> int:
+        """Count a call."""
+        self._open += 1
+        self.most = max(self.most, self._open)
+        return number
+
+    def get(self, number: int) -> bytes | None:
+        """Answer a call."""
+        self._open -= 1
+        return self.answers.pop(0) if self.answers else GO
+
+    def wait(self, numbers: list[int], timeout: float) -> tuple[list[int], list[int]]:
+        """Find nothing answered."""
+        return [], numbers
+
+
+def test_a_camera_has_few_unanswered_messages() -> None:
+    ray = Calls()
+    line = ActorLine(ray, ray.call, "hall", 0)
+    for frame in range(50):
+        line.send(CameraReport("hall", frame, frame / 25, ()))
+    assert ray.most == OPEN
+
+
+def test_a_camera_whose_newer_life_has_begun_ends() -> None:
+    ray = Calls()
+    ray.answers = [None]
+    line = ActorLine(ray, ray.call, "hall", 0)
+    line.send(CameraReport("hall", 0, 0.0, ()))
+    with pytest.raises(BrokenPipeError):
+        line.settle()
+
+
+def seen(camera: str, frame: int, time: float, own: int = 1) -> CameraReport:
+    """Return a report of one object."""
+    box, look = Box(10, 10, 20, 40), bytes(32)
+    found = ObjectReport(own, Status.TRACKING, box, 0.9, None, True, histogram=look)
+    return CameraReport(camera, frame, time, (found,), (320, 240))
+
+
+class Part:
+    """A handover actor with cameras that have no actors; messages come from the test."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
+        async def nothing(self: RemoteCamera, life: int) -> None:
+            pass
+
+        monkeypatch.setattr(RemoteCamera, "_keep_alive", nothing)
+        rig = Rig(tuple(Camera(name, "") for name in names))
+        self.actor, self.numbers = HandoverActor(rig, [names], 0), dict.fromkeys(names, 0)
+
+    def send(self, camera: str, message: Message, life: int = 0) -> asyncio.Task[bytes | None]:
+        """Send a message; return its answer."""
+        number = self.numbers[camera]
+        self.numbers[camera] += 1
+        return self.send_as(number, camera, message, life)
+
+    def send_as(
+        self, number: int, camera: str, message: Message, life: int = 0
+    ) -> asyncio.Task[bytes | None]:
+        """Send a message with a number."""
+        data = msgspec.msgpack.encode(message)
+        return asyncio.ensure_future(self.actor.receive(camera, life, number, data))
+
+    async def taken(self) -> list[Any]:
+        """Return what happened."""
+        return msgspec.msgpack.decode(await self.actor.take(), type=list[PartNews])
+
+
+def go(
+    monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...],
+    test: Callable[[Part], Coroutine[None, None, None]],
+) -> None:  # fmt: skip
+    async def run() -> None:
+        part = Part(monkeypatch, *names)
+        await part.actor.start({}, 0, 0.0, None)
+        await test(part)
+
+    loops.run(run(), 60)
+
+
+def test_messages_are_used_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def test(part: Part) -> None:
+        messages: list[Message] = [Ready("hall", True)]
+        messages += [CameraReport("hall", n, n / 25, ()) for n in range(4)]
+        answers = [part.send_as(n, "hall", messages[n]) for n in (2, 4, 0, 3, 1)]
+        assert await asyncio.gather(*answers) == [GO] * 5
+        assert [news.report.frame for news in await part.taken()] == [0, 1, 2, 3]
+
+    go(monkeypatch, ("hall",), test)
+
+
+def test_an_earlier_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def test(part: Part) -> None:
+        camera = part.actor._cameras["hall"]
+        await part.send("hall", Ready("hall", True))
+        early = part.send_as(7, "hall", CameraReport("hall", 7, 0.0, ()))
+        await asyncio.sleep(0)
+        camera._end_life()
+        assert await early is None
+        assert await part.send("hall", CameraReport("hall", 0, 0.0, ())) is None
+        camera.start()
+        assert await part.send_as(0, "hall", Ready("hall", True), life=1) == GO
+
+    go(monkeypatch, ("hall",), test)
+
+
+def test_a_program_that_does_not_listen_slows_cameras_down(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(handover_actor, "ROOM", 10)
+
+    async def test(part: Part) -> None:
+        await part.send("hall", Ready("hall", True))
+        answers = [part.send("hall", CameraReport("hall", n, n / 25, ())) for n in range(14)]
+        await asyncio.sleep(0)
+        for _ in range(5):
+            await asyncio.sleep(0)
+        assert [answer.done() for answer in answers] == [True] * 10 + [False] * 4
+        assert len(await part.taken()) == 14
+        assert await asyncio.gather(*answers) == [GO] * 14
+
+    go(monkeypatch, ("hall",), test)
+
+
+def test_recordings_go_in_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def test(part: Part) -> None:
+        for name in ("one", "two"):
+            await part.send(name, Ready(name, False))
+        first = part.send("one", NextFrame(0.0))
+        await asyncio.sleep(0.01)
+        assert not first.done()  # the other one may have an earlier frame
+        second = part.send("two", NextFrame(0.0))
+        assert await first == GO
+        await part.send("one", seen("one", 0, 0.0))
+        await part.send("one", CameraEnded("one", 1))
+        assert await second == GO
+        await part.send("two", seen("two", 0, 0.0))
+        await part.send("two", CameraEnded("two", 1))
+        news = await part.taken()
+        reports = [each.report.camera for each in news if isinstance(each, Associated)]
+        assert reports == ["one", "two"]
+        assert isinstance(news[-1], PartEnded)
+
+    go(monkeypatch, ("one", "two"), test)
+
+
+def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
+    rig = object.__new__(ClusterRig)
+    rig._order = {"one": 0, "two": 1, "live": 2}
+    rig._streams = [_Stream(recorded=True), _Stream(recorded=True), _Stream(recorded=False)]
+    rig._numbers, rig.handover = _Numbers(3), Handover()
+    first, second, live = (stream.news for stream in rig._streams)
+    first += [Associated(seen("one", n, n / 10), {1: 1}, 1, False) for n in range(2)]
+    assert list(rig._ready()) == []  # something earlier may come
+    live.append(Associated(seen("live", 0, 9.0), {1: 3}, 3, True))
+    first.appendleft(CameraMessage("one", "it is here."))
+    assert [*map(_name, rig._ready())] == ["it is here.", "live"]
+    second += [Associated(seen("two", 0, 0.0), {1: 2}, 5, False), PartEnded(1, {5: 2})]
+    first += [PartEnded(2, {})]
+    reports = [each for each in rig._ready() if isinstance(each, tuple)]
+    assert [(report.camera, found) for report, found in reports] == [
+        ("one", {1: 1}),
+        ("two", {1: 2}),
+        ("one", {1: 1}),
+    ]
+    assert rig.handover.handed == 3
+
+
+def _name(news: Any) -> str:
+    return str(news[0].camera if isinstance(news, tuple) else news.text)
+
+
+def test_identities_of_recordings_are_numbered_in_one_row() -> None:
+    numbers = _Numbers(2)
+    report = seen("one", 0, 0.0)
+    assert numbers.of(0, Associated(report, {1: 1}, 1, False)) == {1: 1}
+    assert numbers.of(1, Associated(report, {1: 2, 2: 4}, 4, False)) == {1: 2, 2: 3}
+    assert numbers.of(0, Associated(report, {1: 1, 2: 5}, 5, False)) == {1: 1, 2: 5}
+    assert numbers.named({5: 1}) == {5: 1}
+    assert numbers.named({3: 1}) == {4: 1}
+
+
+def test_the_end_of_an_actor_is_one_short_line() -> None:
+    lost = OSError(
+        "The actor died.\n\tpid: 7\nThe actor died because its node has died. Node Id: 1"
+    )
+    assert reason(lost) == "its node died"
+    assert reason(OSError("The actor\ndied")) == "its process ended"

@@ -1,0 +1,88 @@
+"""Results on S3 behind a proxy that refuses, stalls and loses one request in ten."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import batch_jobs
+from motes.cluster import objects
+from motes.cluster.inputs import missing
+from motes.cluster.objects import Objects, StoreError
+from motes.cluster.store import open_store
+
+pytest.importorskip("s3fs", reason="s3fs is not installed: pip install 'motes[cloud]'")
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[tuple[Any, Any]]:
+    """Give a server for S3, and a proxy of which one request in ten goes wrong."""
+    with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
+        patch.syspath_prepend(BENCHMARKS)
+        from cluster_s3 import ACCESS, flaky_s3
+
+        for name, value in ACCESS.items():
+            patch.setenv(name, value)
+        files, proxy = stack.enter_context(flaky_s3(0.1, stall=0.5))
+        patch.setenv("AWS_ENDPOINT_URL", proxy.address)
+        patch.setitem(objects.S3["config_kwargs"], "read_timeout", 0.3)
+        Objects._of_protocol.cache_clear()
+        yield files, proxy
+        Objects._of_protocol.cache_clear()
+
+
+def test_a_store_on_a_bad_network(server: tuple[Any, Any], tmp_path: Path) -> None:
+    files, proxy = server
+    store = open_store("s3://films/store")
+    for n in range(40):
+        assert store.create(f"a/{n}", f"{n}".encode()) or files.cat(f"films/store/a/{n}")
+        assert not store.create(f"a/{n}", b"another")
+    names = [f"a/{n}" for n in range(41)]
+    assert store.read(names) == {f"a/{n}": f"{n}".encode() for n in range(40)}
+    assert sorted(store.names("a"), key=int) == [f"{n}" for n in range(40)]
+    store.replace("a/0", b"new\nlines")
+    assert list(store.lines("a/0")) == [b"new\n", b"lines"]
+    store.remove("a")
+    assert not list(store.names("a"))
+    assert set(proxy.faults) == {"error", "stall", "lost before", "lost after"}
+
+
+def test_a_server_that_always_fails(
+    server: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, proxy = server
+    monkeypatch.setattr(objects, "TRIES", 2)
+    monkeypatch.setattr(proxy, "_share", 1.0)
+    with pytest.raises(StoreError, match=r"films/x failed 2 times .*; check the network"):
+        open_store("s3://films").create("x", b"")
+
+
+def test_a_batch_from_s3_to_s3(
+    server: tuple[Any, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from motes.cli import main
+
+    files, _ = server
+    monkeypatch.chdir(tmp_path)
+    for film in batch_jobs.films(tmp_path, 2):
+        files.put_file(str(film), f"films/{film.name}")
+    rows = [{"source": f"s3://films/film-{n}.mp4"} for n in (0, 1)]
+    table = str(batch_jobs.table(tmp_path / "jobs.csv", rows))
+    assert not missing("s3://films/film-0.mp4")
+    assert missing("s3://films/none.mp4")
+    assert main(["batch", table, "-o", "s3://films/out", "--workers", "1"]) == 0
+    assert main(["track", "film-1.mp4", "--init", batch_jobs.REGION, "--preset", "nummiaro",
+                 "-o", "rows.csv"]) == 0  # fmt: skip
+    key = "films/out/rows/job=film-1/rows.csv"
+    assert files.cat(key) == Path("rows.csv").read_bytes()
+    before = files.info("films/out/jobs/film-1.json")["LastModified"]
+    files.put_file(str(tmp_path / "film-1.mp4"), "films/film-0.mp4")
+    assert main(["batch", table, "-o", "s3://films/out", "--workers", "1"]) == 0
+    assert files.info("films/out/jobs/film-1.json")["LastModified"] == before
+    assert files.cat("films/out/rows/job=film-0/rows.csv") == Path("rows.csv").read_bytes()

@@ -1,0 +1,177 @@
+"""A rig on a cluster of three nodes: rows as on one machine, and cameras that move on."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motes.cli import main
+from motes.cluster.ray_connection import connected
+from motes.cluster.rig_on_ray import ClusterRig, check_nodes
+from motes.core.errors import ConfigError
+from motes.mot.cameras.camera_report import CameraReport
+from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.rig_config import Camera, Rig
+from motes.video.writer import VideoWriter
+from red_box import moving
+from streams import camera
+
+pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes[cluster]'")
+
+QUICK = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}
+"""Nodes that died are noticed after seconds, not after a quarter of a minute."""
+LIVES = re.compile("its process ended|its node died|it is back")
+ROOMS = """
+[[camera]]
+name = "hall"
+source = "hall.mkv"
+detector = "gaussian"
+place = [{ name = "door", box = [150, 0, 10, 96] }]
+
+[[camera]]
+name = "attic"
+source = "hall.mkv"
+detector = "gaussian"
+
+[[camera]]
+name = "office"
+source = "office.mkv"
+detector = "gaussian"
+offset = 2.0
+node = "reaches-hall"
+place = [{ name = "door", box = [0, 0, 10, 96] }]
+
+[[passage]]
+between = ["hall/door", "office/door"]
+seconds = [0.5, 4]
+"""
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[Any]:
+    """Give a cluster with a head and two nodes that reach the hall."""
+    from ray.cluster_utils import Cluster
+
+    head = {
+        "num_cpus": 1,
+        "resources": {"handover": 1},
+        "include_dashboard": False,
+        "_system_config": QUICK,
+    }
+    with pytest.MonkeyPatch.context() as patch:  # workers find the detector, and this motes
+        here = Path(__file__).parents[1]
+        patch.setenv("PYTHONPATH", f"{here}:{here.parent / 'src'}")
+        made = Cluster(initialize_head=True, head_node_args=head)
+        for _ in range(2):
+            made.add_node(num_cpus=1, resources={"reaches-hall": 1}, wait=False)
+        made.wait_for_nodes()
+    try:
+        yield made
+    finally:
+        made.shutdown()
+
+
+@pytest.mark.slow
+def test_recordings_have_the_rows_of_one_machine(
+    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Two neighborhoods: identities are numbered in one row although each counts on its own."""
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(0)
+    for name, enters in (("hall", 4), ("office", 14)):
+        with VideoWriter(f"{name}.mkv", 25) as writer:
+            for index in range(52):
+                pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
+                x = 4 * (index - enters) - 16
+                pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
+                writer.write(pixels)
+    Path("rig.toml").write_text(ROOMS)
+    summaries = []
+    for output, where in (("local.csv", []), ("cluster.csv", ["--cluster", cluster.address])):
+        assert main(["watch", "rig.toml", "-o", output, *where]) == 0
+        summaries.append(capfd.readouterr().err.replace(output, ""))
+    assert "2 objects, 1 time handed over" in summaries[0]
+    assert summaries[1] == summaries[0]
+    rows = Path("local.csv").read_bytes()
+    assert rows.count(b"\n") > 80
+    assert Path("cluster.csv").read_bytes() == rows
+
+
+class Watched:
+    """What one camera of a cluster has reported, and what was said of it."""
+
+    def __init__(self, news: Iterable[Any]) -> None:
+        self._news = iter(news)
+        self.reports: list[CameraReport] = []
+        self.said: list[str] = []
+        self.identities: set[int] = set()
+
+    def until_message(self, number: int) -> None:
+        """Go on until so many messages have come, and an object has been seen since."""
+        seen = False
+        while len(self.said) < number or not seen:
+            news = next(self._news)
+            if isinstance(news, CameraMessage):
+                if LIVES.match(news.text):  # a busy machine has more to say
+                    self.said.append(news.text)
+                    seen = False
+            else:
+                assert not isinstance(news, CameraEnded), news.failure
+                self.reports.append(news[0])
+                self.identities |= set(news[1].values())
+                seen = bool(news[1])
+
+
+@pytest.mark.slow
+def test_a_camera_goes_on_when_its_process_and_its_node_are_killed(cluster: Any) -> None:
+    with camera(moving) as stream, connected(cluster.address) as ray:
+        hall = Camera("hall", stream.url, detector="red_box:red", node="reaches-hall")
+        with ClusterRig(ray, Rig((hall,))) as watching:
+            watched = Watched(watching)
+            watched.until_message(0)
+            os.kill(_where(cluster)[1], signal.SIGKILL)
+            watched.until_message(2)
+            raylet, _ = _where(cluster)
+            os.kill(raylet, signal.SIGKILL)
+            watched.until_message(4)
+            assert _where(cluster)[0] != raylet
+    assert [re.sub(r" after .* s\.", "", text) for text in watched.said] == [
+        "its process ended. It is started again, with growing pauses.",
+        "it is back",
+        "its node died. It is started again, with growing pauses.",
+        "it is back",
+    ]
+    assert watched.identities == {1}
+    assert [report.frame for report in watched.reports] == [*range(len(watched.reports))]
+    times = [report.time for report in watched.reports]
+    assert times == sorted(times)
+
+
+def _where(cluster: Any) -> tuple[int, int]:
+    """Return the processes of the node on which the camera is, and of the camera."""
+    for node in cluster.list_all_nodes():
+        raylet = node.all_processes["raylet"][0].process.pid
+        for children in Path(f"/proc/{raylet}/task").glob("*/children"):
+            for pid in children.read_text().split():
+                if b"CameraActor" in Path(f"/proc/{pid}/cmdline").read_bytes():
+                    return raylet, int(pid)
+    raise AssertionError("the camera has no process")
+
+
+def test_a_camera_that_no_node_reaches_is_pointed_out() -> None:
+    nodes = [
+        {"Alive": True, "Resources": {"CPU": 2.0, "north": 1.0}},
+        {"Alive": False, "Resources": {"CPU": 2.0, "south": 1.0}},
+    ]
+    north, south = (Camera(name, "0", node=name) for name in ("north", "south"))
+    check_nodes(Rig((north, Camera("any", "0"))), nodes)
+    with pytest.raises(ConfigError, match="Camera 'south' needs a node with 'south'") as caught:
+        check_nodes(Rig((north, south)), nodes)
+    assert """--resources '{"south": 1}'""" in str(caught.value)

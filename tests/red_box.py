@@ -1,0 +1,25 @@
+"""A red box that goes to and fro before a camera, and a detector that finds it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motes.core.detection import Detection
+from motes.core.frame import Frame
+from motes.core.geometry import Box
+
+
+def moving(index: int) -> NDArray[np.uint8]:
+    """Return a picture with a red box that goes to and fro."""
+    pixels = np.random.default_rng(index).integers(95, 106, (96, 160, 3)).astype(np.uint8)
+    x = 60 + round(20 * np.sin(index / 40))
+    pixels[30:60, x : x + 16] = (230, 40, 40)
+    return pixels
+
+
+def red(frame: Frame) -> list[Detection]:
+    """Find the box."""
+    rows, columns = np.nonzero(frame.pixels[:, :, 0] > 160)
+    left, top = int(columns.min()), int(rows.min())
+    return [Detection(Box(left, top, int(columns.max()) - left + 1, int(rows.max()) - top + 1))]

@@ -1,0 +1,98 @@
+"""Models that learn from two looks of a target, as from both keyframes of a stretch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from motes.core.errors import ConfigError
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.correction import correct
+from motes.correction.join import Stretch
+from motes.correction.passes import run_pass
+from motes.cues.base import Cue
+from motes.cues.color import Color
+from motes.cues.color_posterior import Posterior
+from motes.cues.correlation_filter import Correlation
+from motes.sot.presets import preset
+from motes.sot.tracker import Tracker
+
+REGION = Ellipse(60, 50, 16, 20)
+BOX = REGION.box
+
+
+def look(seed: int, index: int = 0) -> Frame:
+    """Return a frame with a target whose texture is drawn anew for each seed."""
+    pixels = np.full((100, 120, 3), 90, np.uint8)
+    blocks = np.random.default_rng(seed).integers(0, 256, (5, 4, 3), np.uint8)
+    pixels[30:70, 44:76] = blocks.repeat(8, axis=0).repeat(8, axis=1)
+    return Frame(index, index / 25, pixels)
+
+
+@pytest.mark.parametrize("cue", [Color(), Correlation(), Posterior()])
+def test_a_model_of_two_looks_is_near_to_both(cue: Cue) -> None:
+    one, two, region = look(1), look(2), np.array([REGION])
+    model = cue.learn(one, REGION)
+    both = cue.learn_also(model, two, REGION)
+    alone = [float(cue.distances(model, frame, region)[0]) for frame in (one, two)]
+    found = [float(cue.distances(both, frame, region)[0]) for frame in (one, two)]
+    assert alone[0] < 0.1 or cue == Posterior()
+    assert found[1] < alone[1] - 0.1
+    # The first look counts more in a correlation filter, whose first frame is its anchor.
+    assert found[0] == pytest.approx(found[1], abs=0.3 if isinstance(cue, Correlation) else 0.05)
+
+
+def test_a_histogram_is_the_mean_and_its_anchor_stays() -> None:
+    color = Color()
+    one = color.learn(look(1), REGION)
+    both = color.learn_also(one, look(2), REGION)
+    seen = color.observe(one, look(2), REGION)
+    assert both.histogram == pytest.approx((one.histogram + seen) / 2)
+    assert both.anchor is one.anchor
+    outside = Ellipse(-900, -900, 5, 5)
+    assert color.learn_also(one, look(2), outside) is one
+
+
+@pytest.mark.parametrize("name", ["default", "nummiaro", "mean_shift"])
+def test_the_target_stays_where_it_is(name: str) -> None:
+    tracker = Tracker(name)
+    with pytest.raises(ConfigError, match="no target yet"):
+        tracker.learn_also(look(2), BOX)
+    before = tracker.init(look(1), BOX)
+    alone = Tracker(name)
+    alone.init(look(1), BOX)
+    tracker.learn_also(look(2), BOX)
+    assert tracker.info.track is before
+    after = tracker.update(look(2, 1))
+    assert after.ellipse[:2] == pytest.approx(REGION[:2], abs=2)
+    assert after.distance < alone.update(look(2, 1)).distance or name == "default"
+    with pytest.raises(ConfigError, match="outside the frame"):
+        tracker.learn_also(look(2), (900, 900, 9, 9))
+
+
+def test_both_passes_learn_from_both_keyframes(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[tuple[int, int, Ellipse]] = []
+
+    def noted(*arguments, other=None, backward=False, **options):  # type: ignore[no-untyped-def]
+        if other is not None:
+            given.append((backward, other[0].index, other[1]))
+        return run_pass(*arguments, other=other, backward=backward, **options)
+
+    class Film:
+        def forward(self, first: int, last: int) -> Iterator[Frame]:
+            return (look(1 + (i > 2), i) for i in range(first, last + 1))
+
+        def backward(self, last: int, first: int) -> Iterator[Frame]:
+            return (look(1 + (i > 2), i) for i in range(last, first - 1, -1))
+
+    monkeypatch.setattr(correct, "run_pass", noted)
+    moved = REGION._replace(x=61)
+    config = preset("mean_shift")
+    correct.correct_stretch(Film(), Stretch(0, 5, REGION, moved), config, 0)
+    assert given == [(False, 5, moved), (True, 0, REGION)]
+    correct.correct_stretch(Film(), Stretch(0, 5, REGION, None), config, 0)
+    correct.correct_stretch(Film(), Stretch(0, 5, None, moved), config, 0)
+    assert len(given) == 2

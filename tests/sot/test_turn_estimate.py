@@ -1,0 +1,88 @@
+"""The turn that the default tracker reports, and its jitter at rest."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.types import Floats
+from motes.evaluation.synthetic.clips import occluded, still, turning
+from motes.sot.discriminative.turn_estimate import POINTS, TurnEstimate, sampled
+from motes.sot.tracker import Tracker
+
+
+def wrapped(angles: Floats) -> Floats:
+    """Return angles from -90 to 90 degrees, in degrees."""
+    out: Floats = np.degrees(np.mod(angles + math.pi / 2, math.pi) - math.pi / 2)
+    return out
+
+
+def test_a_turn_is_followed_without_steps() -> None:
+    clip, tracker, found, truth = turning((160, 120)), Tracker(), [], []
+    for index in range(10, 70):  # in frame 0 it is upright
+        frame, (true, *_) = clip[index]
+        track = tracker.update(frame) if found else tracker.init(frame, true.ellipse)
+        found.append(track.ellipse.theta)
+        truth.append(true.ellipse.theta)
+    assert np.ptp(np.unwrap(truth, period=math.pi)) > 2  # radians
+    assert np.abs(wrapped(np.subtract(found, truth))).max() < 8
+    steps = np.diff(np.unwrap(found, period=math.pi))
+    assert np.degrees(np.abs(steps)).max() < 9  # one of 3.6 degrees each; a window's is of 14
+
+
+def test_a_box_has_no_turn_but_that_of_the_window() -> None:
+    clip, tracker = turning((160, 120)), Tracker()
+    for index in range(30):
+        frame, (true, *_) = clip[index]
+        box = true.ellipse._replace(theta=0.0)
+        track = tracker.update(frame) if index else tracker.init(frame, box)
+        assert track.ellipse.theta == tracker._state.ellipse.theta
+
+
+def test_hidden_targets_keep_their_angle() -> None:
+    clip = occluded((160, 120))
+    frame, (true, *_) = clip[0]
+    start = true.ellipse._replace(theta=0.2)
+    estimate = TurnEstimate.begin(frame, start)
+    gone = estimate.followed(frame, start, 0.0, 0.0, seen=False)
+    assert gone.angle.value == 0
+    elsewhere = estimate.followed(frame, Ellipse(20, 100, 9, 9), 0.25, 0.25, seen=True)
+    assert elsewhere.angle.value in (0.0, 0.25)
+    flat = Frame(0, 0.0, np.zeros((120, 160, 3), np.uint8))
+    assert estimate.followed(flat, start, 0.25, 0.25, seen=True).angle.value == 0.25
+    assert not len(TurnEstimate.begin(frame, start._replace(theta=0.0)).rings)
+
+
+def test_a_turned_picture_is_turned_by_as_much() -> None:
+    y, x = np.mgrid[:101, :101] - 50
+    for angle in (-0.6, 0.1, 0.7):
+        pixels = []
+        for turn in (0.0, angle):
+            around = np.arctan2(y, x) - turn
+            gray = 128 + 60 * np.cos(around) + 50 * np.sin(2 * around + 1)
+            pixels.append(np.repeat(gray[..., None], 3, axis=2).astype(np.uint8))
+        region = Ellipse(50, 50, 30, 20, 0.3)
+        first, second = (Frame(i, i / 25, each) for i, each in enumerate(pixels))
+        assert sampled(first, region).shape == (24, POINTS)
+        estimate = TurnEstimate.begin(first, region)
+        for _ in range(12):
+            estimate = estimate.followed(second, region, 0.0, 0.0, seen=True)
+        assert estimate.angle.value == pytest.approx(angle, abs=0.01)
+
+
+def test_jitter_at_rest() -> None:
+    """A target at rest under noise jitters by less than 0.3 pixels."""
+    frame, (true, *_) = still((160, 120), target=(30, 40), frames=1)[0]
+    rng, tracker, found = np.random.default_rng(0), Tracker(), []
+    for index in range(40):
+        noisy = np.clip(frame.pixels + rng.normal(0, 8, frame.pixels.shape), 0, 255)
+        seen = Frame(index, index / 25, noisy.astype(np.uint8))
+        track = tracker.update(seen) if index else tracker.init(seen, true.ellipse.box)
+        found.append(track.ellipse)
+    x, y, a, b, _ = np.std(found, axis=0)
+    assert max(x, y, a, b) < 0.3
+    assert np.abs(np.subtract(found, found[0])[:, :2]).max() < 0.5
