@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-from collections.abc import Iterable
+from collections.abc import Coroutine, Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -53,6 +54,7 @@ class Session:
         self._pictures: Worker | None = None
         self._pool = Pool(path, limits)
         self._tasks: set[asyncio.Task[None]] = set()
+        self._looks: dict[int, asyncio.Task[None]] = {}
         self.facts: FilmFacts
         self.times: list[float]
         self.jobs: Jobs
@@ -245,9 +247,15 @@ class Session:
             case protocol.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
             case protocol.Doubts():
+                self.document.target(command.object)
                 self._begin(self._find_doubts(command))
             case protocol.Look():
-                self._begin(self._look(command))
+                self.document.target(command.object)
+                if command.frame >= self.facts.frames:
+                    raise ConfigError(f"The film has {self.facts.frames} frames, from 0 on.")
+                if command.object in self._looks:  # the newest one counts
+                    self._looks[command.object].cancel()
+                self._looks[command.object] = self._begin(self._look(command))
             case _:
                 return self._change(command)
         return reply
@@ -351,10 +359,14 @@ class Session:
             raise ConfigError(f"There is no job {number}.")
         return self._jobs[number]
 
-    def _begin(self, work: object) -> None:
-        task: asyncio.Task[None] = asyncio.create_task(work)  # type: ignore[arg-type]
+    def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        if len(self._tasks) >= self._limits.jobs:
+            work.close()
+            raise ConfigError(f"{len(self._tasks)} questions wait for answers; ask again later.")
+        task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     async def _find_doubts(self, command: protocol.Doubts) -> None:
         target = self.document.target(command.object)
@@ -378,9 +390,10 @@ class Session:
 
     async def _look(self, command: protocol.Look) -> None:
         target = self.document.target(command.object)
-        task = LookAt(target.object, pass_to(target, command.frame), command.layers)
+        run = pass_to(target, command.frame)
+        task = LookAt(target.object, run, command.layers)
         try:
-            done = await self.ask(task)
+            done = await self.ask(task, frames=abs(run.stop - run.start))
         except WorkerError as error:
             self.send(protocol.Failure(str(error)))
             return
