@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -19,6 +18,8 @@ from motes.mot.cameras.messages import CameraEnded, Ready
 from motes.mot.cameras.neighborhoods import parts_of
 from simulated_cameras import Building, Simulation
 
+SHARED = {"memory_monitor_refresh_ms": 0, "worker_niceness": 0}
+"""Settings of Ray for a machine that others use: no process waits for them, or ends for them."""
 WINDOW = 64
 """Reports of a sender that are on the way at a time, at full speed."""
 SENDERS = 1
@@ -100,8 +101,13 @@ def measure(building: Building, largest: int, people: float) -> None:
     """Print the rate of reports through Ray, and the latency at half of it."""
     import ray
 
-    os.environ["RAY_memory_monitor_refresh_ms"] = "0"  # others fill this machine, not this
-    ray.init("local", num_cpus=2, include_dashboard=False, logging_level="ERROR")
+    ray.init(
+        "local",
+        num_cpus=2,
+        include_dashboard=False,
+        logging_level="ERROR",
+        _system_config=SHARED,
+    )
     try:
         rig = building.rig()
         parts = parts_of(rig, largest)

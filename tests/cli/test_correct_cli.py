@@ -175,6 +175,30 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
     assert Path("rows.csv").read_text() == expected
 
 
+def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The forward pass is complete then, and its rows are written, but they are not the last."""
+    line = f"track FILM --at 0=BOX --at 12=31,25,30,40 --at 20=BOX --scale 20 {OPTIONS}"
+    assert go(f"{line} -o expected.csv")[0] == 0
+    calls = list[int]()
+
+    def interrupted(*arguments: object, **options: object) -> object:
+        calls.append(1)
+        if len(calls) == 4:  # the second pass of the second stretch
+            raise KeyboardInterrupt
+        return run_pass(*arguments, **options)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patched:
+        patched.setattr("motes.correction.correct.run_pass", interrupted)
+        assert go(f"{line} -o rows.csv")[0] == 130
+    assert len(rows("rows.csv")) == 21
+    history = History.load(Path("rows.csv.corrections.json"))
+    assert history.unfinished == [(12, 20), (20, 23)]
+    assert go(f"{line} -o rows.csv --resume")[0] == 0
+    assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
+
+
 def test_a_correction_killed_between_its_files_is_finished(
     go: Go, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
 import loops
@@ -69,7 +70,7 @@ def test_a_camera_whose_newer_life_has_begun_ends() -> None:
 
 def seen(camera: str, frame: int, time: float, own: int = 1) -> CameraReport:
     """Return a report of one object."""
-    box, look = Box(10, 10, 20, 40), bytes(32)
+    box, look = Box(10, 10, 20, 40), np.full(8, 0.125, np.float32).tobytes()
     found = ObjectReport(own, Status.TRACKING, box, 0.9, None, True, histogram=look)
     return CameraReport(camera, frame, time, (found,), (320, 240))
 
@@ -137,6 +138,32 @@ def test_an_earlier_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         assert await part.send("hall", CameraReport("hall", 0, 0.0, ())) is None
         camera.start()
         assert await part.send_as(0, "hall", Ready("hall", True), life=1) == GO
+
+    go(monkeypatch, ("hall",), test)
+
+
+def test_identities_and_frames_go_on_in_the_next_life(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another process numbers its objects and frames from the start again."""
+
+    async def test(part: Part) -> None:
+        camera = part.actor._cameras["hall"]
+        await part.send("hall", Ready("hall", True))
+        for n in range(3):
+            await part.send("hall", seen("hall", n, n / 25))
+        camera._end_life()
+        part.actor._put(camera.fail("its node died"))
+        camera.start()
+        part.numbers["hall"] = 0
+        await part.send("hall", Ready("hall", True), life=1)
+        for n in range(2):
+            await part.send("hall", seen("hall", n, 8 + n / 25), life=1)
+        news = await part.taken()
+        reports = [each for each in news if isinstance(each, Associated)]
+        assert [each.report.frame for each in reports] == [0, 1, 2, 3, 4]
+        assert [[*each.identities.items()] for each in reports] == [[(1, 1)]] * 3 + [[(2, 1)]] * 2
+        said = [each.text for each in news if isinstance(each, CameraMessage)]
+        assert said[0] == "its node died. It is started again, with growing pauses."
+        assert said[1].startswith("it is back after")
 
     go(monkeypatch, ("hall",), test)
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from motes.formats.recording import (
     CLASSES,
     CONFIDENCES,
     HIDDEN,
+    FilmFacts,
     Recorded,
     Recording,
     aspects,
@@ -214,6 +217,35 @@ def test_recognition(file: str, text: str, name: str | None, tmp_path: Path) -> 
         return
     with pytest.raises(SourceError, match="is not clear; name it: csv, jsonl"):
         registry.recognized(path)
+
+
+CVAT_BOX = '<box frame="{}" xtl="1" ytl="1" xbr="9" ybr="9" outside="0"/>'
+CVAT = (
+    "<annotations><meta><task><size>{}</size></task></meta><track id='0'>{}</track></annotations>"
+)
+LABELED = {"x": 1, "y": 1, "width": 9, "height": 9, "rotation": 0, "enabled": True, "time": 0}
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("cvat", CVAT.format(9, CVAT_BOX.format(0) + CVAT_BOX.format(4_000_000_000))),
+        ("cvat", CVAT.format(9, CVAT_BOX.format(0) + CVAT_BOX.format(2_000_000))),
+        ("cvat", CVAT.format(4_000_000_000, CVAT_BOX.format(0))),
+        ("label-studio", [{"frame": 1, **LABELED}, {"frame": 2_000_000_000, **LABELED}]),
+    ],
+)
+def test_gaps_without_end_are_not_filled(
+    name: str, text: str | list[dict[str, Any]], tmp_path: Path
+) -> None:
+    if not isinstance(text, str):
+        region = {"type": "videorectangle", "value": {"sequence": text}}
+        text = json.dumps([{"annotations": [{"result": [region]}]}])
+    path = tmp_path / NAMES[name]
+    path.write_text(text)
+    facts = FilmFacts(source="film", width=FACTS.width, height=FACTS.height)
+    with pytest.raises(SourceError, match="of a film"):
+        registry.read(path, name, facts)
 
 
 @pytest.mark.parametrize("name", sorted(set(NAMES) - {"yolo"}))

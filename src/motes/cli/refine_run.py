@@ -71,7 +71,7 @@ def refine_rows(
         table.replace(found, after.real_units)
         made.update(track.frame for track in found)
 
-    after.unfinished_with((part.first, part.last) for part in parts).save(history_path(goal))
+    after.unfinished_with(parts).save(history_path(goal))
     left = parts
     try:
         done, interrupted = run_stretches(
@@ -80,5 +80,5 @@ def refine_rows(
         left = parts[done:]
     finally:
         table.write(goal)
-    after.unfinished_with((part.first, part.last) for part in left).save(history_path(goal))
+    after.unfinished_with(left).save(history_path(goal))
     return Refined(len(made), interrupted)

@@ -23,6 +23,7 @@ from motes.core.types import Floats
 from motes.correction.correct import stretches
 from motes.correction.history import History
 from motes.correction.join import Stretch
+from motes.correction.rows import as_read
 from motes.mot.analytics.real_units import GroundMotion
 from motes.video.film import Film
 
@@ -116,7 +117,7 @@ def write_stretches(
         As in `run_stretches`.
     """
     parts = stretches(film.frames, history.keys)
-    left = [(part.first, part.last) for part in parts]
+    left = list(parts)
     following, steps = film.frames.start, list[Step]()
 
     def write(stretch: Stretch, tracks: list[Track]) -> None:
@@ -132,7 +133,7 @@ def write_stretches(
                 steps.append(step)
             run.states[step.status] += 1
         following = stretch.last + 1
-        if (stretch.first, stretch.last) == left[0]:
+        if stretch == left[0]:  # and not only its forward pass, at an interrupt
             left.pop(0)
             if outputs.history is not None:
                 history.unfinished_with(left).save(outputs.history)
@@ -152,7 +153,7 @@ def steps_of(film: Film, tracks: Sequence[Track], motion: GroundMotion | None) -
     """Yield tracks as steps, whose frames are black."""
     black = np.zeros((film.height, film.width, 3), np.uint8)
     for track in tracks:
-        place = None if motion is None else motion.update(track)
+        place = None if motion is None else motion.update(as_read(track))
         yield Step(Frame(track.frame, track.time, black), Hindsight(track), 0.0, place)
 
 

@@ -23,8 +23,9 @@ from motes.mot.cameras.rig_config import Camera, Rig
 from motes.sot.known_target import Target
 from motes.video.sources import is_recorded
 
-CAMERAS = 100
-"""Largest number of live cameras of a handover actor."""
+CAMERAS = 40
+"""Largest number of live cameras of a handover actor: with 25 frames a second each, they take half of
+the 2,000 reports a second that one core receives through Ray."""
 HANDOVER = "handover"
 """The resource of the nodes on which reports meet; without such nodes, they meet where the program
 runs, which then has one node on which it depends."""

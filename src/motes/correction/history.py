@@ -14,6 +14,7 @@ from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
 from motes.core.seed import checked_seed
+from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
 from motes.sot.algorithm import Algorithm
@@ -155,9 +156,9 @@ class History(msgspec.Struct, frozen=True):
         new = [(frame, None if mark is None else [*mark]) for frame, mark in found.items()]
         return replace(self, corrections=[*self.corrections, new])
 
-    def unfinished_with(self, left: Iterable[tuple[int, int]]) -> History:
+    def unfinished_with(self, left: Iterable[Stretch]) -> History:
         """Return the history with stretches that are not finished."""
-        return replace(self, unfinished=[*left])
+        return replace(self, unfinished=[(each.first, each.last) for each in left])
 
     def repeats(self, other: History) -> bool:
         """Return whether two runs have the same film, tracker and keyframes after all commands."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import write_whole
@@ -150,7 +151,7 @@ class Rows:
         self.tracks = [known[frame] for frame in sorted(known)]
         motion = None if units is None else GroundMotion(units)
         for track in self.tracks:
-            place = None if motion is None else motion.update(track)
+            place = None if motion is None else motion.update(as_read(track))
             if track.frame in new:
                 further = {} if place is None else place.columns
                 fields = fields_of(track.frame, track.time, track, self.columns, further)
@@ -171,6 +172,26 @@ class Rows:
             raise FormatError(
                 f"{path} cannot be written: {error.strerror}; make room, or choose another place."
             ) from None
+
+
+def as_read(track: Track) -> Track:
+    """Return a track as it is read from its row.
+
+    Metres are of such tracks, so that those of rows that are made anew fit the others to the digit.
+    """
+    if not all(map(math.isfinite, track.ellipse)):
+        return track
+    ellipse = [
+        float(f"{value:.{digits}f}")
+        for value, digits in zip(track.ellipse, (3, 3, 3, 3, 5), strict=True)
+    ]
+    deviations = [float(f"{math.sqrt(each):.5f}") for each in track.covariance.diagonal().tolist()]
+    return replace(
+        track,
+        time=float(f"{track.time:.6f}"),
+        ellipse=Ellipse(*ellipse),
+        covariance=np.diag(np.square(deviations)),
+    )
 
 
 def _track(path: Path, row: dict[str, float | int | str]) -> Track:

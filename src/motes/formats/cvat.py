@@ -16,7 +16,16 @@ import numpy as np
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import ANONYMOUS, SHOWN, FilmFacts, Recorded, Recording, recording_of
+from motes.formats.recording import (
+    ANONYMOUS,
+    MOST_FRAMES,
+    SHOWN,
+    FilmFacts,
+    Recorded,
+    Recording,
+    frames_between,
+    recording_of,
+)
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
 from motes.formats.text import read_text
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
@@ -162,7 +171,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             (frame, each if each.identity == ANONYMOUS else _next(each)) for frame, each in objects
         ]
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
-    times = {frame: facts.time(frame) for frame in range(facts.frames or end or 0)}
+    count = facts.frames or end or 0
+    if count > MOST_FRAMES:
+        raise FormatError(f"its size of {count} frames is none of a film")
+    times = {frame: facts.time(frame) for frame in range(count)}
     return recording_of(facts, objects, times, _size(root, images), {
         int(image.attrib["id"]): image.attrib["name"] for image in images if "name" in image.attrib
     })  # fmt: skip
@@ -209,7 +221,7 @@ def _read_track(
             continue
         until = int(following.attrib["frame"])
         end = _row(following, identity, label).ellipse
-        for between in range(frame + 1, until):
+        for between in frames_between(frame, until):
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
             yield between, ObjectRow(identity, place, 1.0, row.status, label=label, keyframe=False)
 

@@ -17,7 +17,14 @@ import numpy as np
 from motes import __version__
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, visible
+from motes.formats.recording import (
+    FilmFacts,
+    Recorded,
+    Recording,
+    frames_between,
+    recording_of,
+    visible,
+)
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
 from motes.formats.text import read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
@@ -177,7 +184,8 @@ def _frames(
         yield key.frame - 1, key.time, Corners(*start.tolist()), True
         if after is None or not key.enabled:
             continue
-        step = (_corners(after, facts) - start) / (after.frame - key.frame)
+        between = frames_between(key.frame - 1, after.frame - 1)
+        step = (_corners(after, facts) - start) / (len(between) + 1)
         for frame in range(key.frame + 1, after.frame):
             yield frame - 1, None, Corners(*(start + (frame - key.frame) * step).tolist()), False
 

@@ -126,7 +126,7 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
     FormatError
         If it is not text, or a line is wrong, with file and line.
     """
-    name = f"{path.parent.name}/{path.name}"
+    name = "/".join([path.parent.name, path.name]).lstrip("/")
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):

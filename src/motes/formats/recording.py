@@ -15,6 +15,8 @@ from motes.core.track import Status
 from motes.formats.regions import MAX_FRAME
 from motes.output.journal import FrameRow, Header, ObjectRow
 
+MOST_FRAMES = 1_000_000
+"""Frames in a row that a file may leave out at most; more than nine hours of film."""
 VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
 """The states of an object that is in the picture."""
 SHOWN = (*VISIBLE, Status.OCCLUDED)
@@ -141,6 +143,19 @@ def recording_of(
             for frame in sorted(frames)
         ],
     )
+
+
+def frames_between(first: int, last: int) -> range:
+    """Return the frames between two keyframes, which a tool interpolates.
+
+    Raises
+    ------
+    FormatError
+        If a frame is none of a film, or there are too many in between: a number is damaged.
+    """
+    if not 0 <= first <= last <= MAX_FRAME or last - first > MOST_FRAMES:
+        raise FormatError(f"frames {first} and {last} are no neighboring keyframes of a film")
+    return range(first + 1, last)
 
 
 def shown(row: FrameRow) -> Iterator[ObjectRow]:
