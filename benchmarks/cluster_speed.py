@@ -5,7 +5,7 @@
     python benchmarks/cluster_speed.py overhead --ray    the same on Ray
     python benchmarks/cluster_speed.py tasks             empty tasks, local and on Ray
     python benchmarks/cluster_speed.py memory            the driver's, with 100,000 jobs that wait
-    python benchmarks/cluster_speed.py growth --plot docs/images/batch-growth.svg
+    python benchmarks/cluster_speed.py growth --plot growth.png
 
 Rounds are interleaved, so that a busy machine hits all sides. Processor time is that of the driver
 and of its processes; it is steadier than the clock, but those of Ray are no children of the driver.
