@@ -13,7 +13,8 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome
+from motes.cluster.pool import Ended, Event, Started, Task, ended, outcome, timed_out
+from motes.core.interrupts import check
 
 AHEAD = 2
 """Tasks for each core of the cluster that Ray is given at a time: no worker waits for the driver,
@@ -68,18 +69,19 @@ class RayPool:
             return []
         timeout = min(self._deadlines.values(), default=time.monotonic() + PAUSE) - time.monotonic()
         handles = [*self._running]
-        ready, _ = self._ray.wait(
-            handles, num_returns=1, timeout=min(max(timeout, 0), PAUSE), fetch_local=True
-        )
+        try:
+            ready, _ = self._ray.wait(
+                handles, num_returns=1, timeout=min(max(timeout, 0), PAUSE), fetch_local=True
+            )
+        except KeyboardInterrupt:
+            check()  # Ray raises one of its own, which does not know the signal
+            raise
         events = [self._read(handle) for handle in ready]
         now = time.monotonic()
         for handle in [each for each, deadline in self._deadlines.items() if deadline < now]:
             task = self._forget(handle)
             self._ray.cancel(handle, force=True)
-            error = (
-                f"It took longer than the {task.seconds:g} s that each job has, and was stopped."
-            )
-            events.append(Ended(task, error=error))
+            events.append(timed_out(task))
         return events
 
     def _read(self, handle: Any) -> Event:
