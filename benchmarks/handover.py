@@ -4,12 +4,12 @@
     python benchmarks/handover.py --parts 100      in parts of at most 100 cameras, with their news
     python benchmarks/handover.py --ray --cameras 1000
 
-Cameras are simulated: rooms in a grid, each the neighbor of the rooms beside it, and people who walk
-through. Rates are those of one core: seconds of the processor that updates, arrivals and news take.
-Latency is measured by feeding the reports at half of the highest rate, at random moments (a Poisson
-process), to a queue that one core serves: a report waits for those before it, then takes its time.
-With --ray, handover actors get the reports through Ray from senders that stand for cameras, at full
-speed and then at half of it; latency is from the call to the answer.
+Cameras are simulated: rooms in a grid, each the neighbor of the rooms beside it, and people who
+walk through. Rates are those of one core: seconds of the processor that updates, arrivals and news
+take. Latency is measured by feeding the reports at half of the highest rate, at random moments (a
+Poisson process), to a queue that one core serves: a report waits for those before it, then takes
+its time. With --ray, handover actors get the reports through Ray from senders that stand for
+cameras, at full speed and then at half of it; latency is from the call to the answer.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import argparse
 import time
 
 import numpy as np
-from simulated_cameras import Building, Simulation
 
 from motes.core.types import Floats
 from motes.mot.cameras.bordered import BorderedAssociation
 from motes.mot.cameras.neighborhoods import parts_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
+from simulated_cameras import Building, Simulation
 
 COUNTS = 10, 32, 100, 316, 1000, 3162
 SECONDS = 8.0

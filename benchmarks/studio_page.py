@@ -28,8 +28,11 @@ from motes.evaluation.datasets.sot import load_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
+import browsers
 from browsers import Program, Shown, browsing
 from studio import render
+
+browsers.PATIENCE = 600_000  # a long film on a busy machine is no failure
 
 RIGHT, ENOUGH = 0.7, 0.95
 MOST = 60
@@ -73,9 +76,7 @@ def speed(folder: Path) -> None:
     try:
         with browsing() as browser:
             shown = Shown(browser, program.address)
-            listed = "s.films !== null && s.sessions !== null"
-            usable: Callable[[], object] = lambda: shown.until(listed)
-            times = sorted(timed(lambda: (shown.page.reload(), usable())) for _ in range(5))
+            times = sorted(timed(lambda: reload(shown)) for _ in range(5))
             print(f"page usable after {statistics.median(times):.2f} s (median of 5)")
             seek(shown)
             shown.page.goto(program.address)
@@ -83,6 +84,12 @@ def speed(folder: Path) -> None:
             shown.close()
     finally:
         program.close()
+
+
+def reload(shown: Shown) -> None:
+    """Load the first page again, and wait until its lists are there."""
+    shown.page.reload()
+    shown.until("s.films !== null && s.sessions !== null")
 
 
 def seek(shown: Shown) -> None:

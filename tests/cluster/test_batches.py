@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -19,6 +20,7 @@ import pytest
 import batch_jobs
 from clips import clip
 from motes.cli import main
+from motes.cli.batch_progress import BatchProgress
 from motes.cluster.driver import BatchEvent, Finished, Plan, batch
 from motes.cluster.inputs import missing
 from motes.cluster.jobs import Job
@@ -284,6 +286,67 @@ def test_the_table_of_results_without_pyarrow(
     assert lines[0].startswith("job,do,source,label,status")
     assert [line.split(",")[4] for line in lines[1:]] == ["done", "waiting"]
     assert counts(store)[0] == {"done": 1, "waiting": 1}
+
+
+@pytest.mark.slow
+def test_films_in_parts_have_the_same_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    clip(Path("film.mp4"), 60, options={"g": "12"})
+    Path("keys.csv").write_text(
+        "6,2,2,16,12\n15,2,2,16,12\n20,absent\n30,3,2,16,12,0.1\n45,2,2,16,12\n"
+    )
+    usual = {"source": "film.mp4", "region": "", "keyframes": "keys.csv"}
+    whole = [usual | {"name": "a"}, usual | {"name": "b", "start": "5", "end": "50"}]
+    batch_jobs.table(Path("jobs.csv"), [*whole, {"source": "film.mp4", "name": "c"}])
+    assert main(["batch", "jobs.csv", "-o", "whole", "--workers", "1"]) == 0
+    capsys.readouterr()
+    line = ["batch", "jobs.csv", "-o", "parts", "--workers", "2", "--split", "10", "--log", "log"]
+    assert main(line) == 0
+    jobs = {msgspec.json.decode(each)["job"] for each in Path("log").read_bytes().splitlines()}
+    assert jobs == {"a", "b", "c", *(f"{name} part {n}" for name in "ab" for n in range(3))}
+    for path in Path("whole/rows").glob("*/*"):
+        assert path.read_bytes() == Path("parts", *path.parts[1:]).read_bytes(), path
+    assert not Path("parts/parts").exists()
+    assert main(line) == 0
+    assert "3 jobs, 0 done, 3 done before" in capsys.readouterr().err
+    assert main([*line, "--rows", "parquet"]) == 2
+    assert "--split is for rows in CSV" in capsys.readouterr().err
+
+
+def test_progress_is_served_and_printed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("motes.cli.batch_progress.INTERVAL", 0.0)
+    done = Record(name="a", status="done", digest="", frames=7)
+    task = Task("c", batch_jobs.square, 0)
+    with BatchProgress(9, "0", None) as progress:
+        progress.keep(done)
+        for event in (
+            Started(task, "here", 1),
+            Finished(done),
+            Started(task, "here", 1),
+            Again(task, "Lost."),
+            Started(task, "here", 1),
+            Finished(msgspec.structs.replace(done, status="failed")),
+            Started(task, "here", 1),
+        ):
+            progress.note(event)
+        error = capsys.readouterr().err
+        address = re.search(r"http://\S+", error)
+        assert address is not None
+        with urllib.request.urlopen(address[0]) as answer:
+            text = answer.read().decode()
+    for line in (
+        'motes_batch_jobs{status="waiting"} 5', 'motes_batch_jobs{status="running"} 1',
+        'motes_batch_jobs{status="done"} 2', 'motes_batch_jobs{status="failed"} 1',
+        "motes_batch_frames_total 7", "motes_batch_lost_attempts_total 1",
+    ):  # fmt: skip
+        assert line in text
+    assert re.search(r"3 of 9 jobs, 1 failed, [\d.]+ jobs/s, \d+ frames/s, about \d+ s left", error)
+    assert "[c] attempt 1: Lost." in error
+    assert progress.summary("out").startswith("9 jobs, 1 done, 1 done before, 1 failed, 7 frames")
 
 
 def test_problems_come_before_anything_starts(

@@ -8,9 +8,11 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 import msgspec
+import numpy as np
 import pytest
 
-from motes.cluster import handover_actor
+import loops
+from motes.cluster import handover_actor, rig_on_ray
 from motes.cluster.camera_actor import OPEN, ActorLine
 from motes.cluster.handover_actor import HandoverActor
 from motes.cluster.remote_camera import RemoteCamera, reason
@@ -68,7 +70,7 @@ def test_a_camera_whose_newer_life_has_begun_ends() -> None:
 
 def seen(camera: str, frame: int, time: float, own: int = 1) -> CameraReport:
     """Return a report of one object."""
-    box, look = Box(10, 10, 20, 40), bytes(32)
+    box, look = Box(10, 10, 20, 40), np.full(8, 0.125, np.float32).tobytes()
     found = ObjectReport(own, Status.TRACKING, box, 0.9, None, True, histogram=look)
     return CameraReport(camera, frame, time, (found,), (320, 240))
 
@@ -111,7 +113,7 @@ def go(
         await part.actor.start({}, 0, 0.0, None)
         await test(part)
 
-    asyncio.run(asyncio.wait_for(run(), 60))
+    loops.run(run(), 60)
 
 
 def test_messages_are_used_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,6 +138,32 @@ def test_an_earlier_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         assert await part.send("hall", CameraReport("hall", 0, 0.0, ())) is None
         camera.start()
         assert await part.send_as(0, "hall", Ready("hall", True), life=1) == GO
+
+    go(monkeypatch, ("hall",), test)
+
+
+def test_identities_and_frames_go_on_in_the_next_life(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another process numbers its objects and frames from the start again."""
+
+    async def test(part: Part) -> None:
+        camera = part.actor._cameras["hall"]
+        await part.send("hall", Ready("hall", True))
+        for n in range(3):
+            await part.send("hall", seen("hall", n, n / 25))
+        camera._end_life()
+        part.actor._put(camera.fail("its node died"))
+        camera.start()
+        part.numbers["hall"] = 0
+        await part.send("hall", Ready("hall", True), life=1)
+        for n in range(2):
+            await part.send("hall", seen("hall", n, 8 + n / 25), life=1)
+        news = await part.taken()
+        reports = [each for each in news if isinstance(each, Associated)]
+        assert [each.report.frame for each in reports] == [0, 1, 2, 3, 4]
+        assert [[*each.identities.items()] for each in reports] == [[(1, 1)]] * 3 + [[(2, 1)]] * 2
+        said = [each.text for each in news if isinstance(each, CameraMessage)]
+        assert said[0] == "its node died. It is started again, with growing pauses."
+        assert said[1].startswith("it is back after")
 
     go(monkeypatch, ("hall",), test)
 
@@ -200,6 +228,44 @@ def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
         ("one", {1: 1}),
     ]
     assert rig.handover.handed == 3
+
+
+class Batches:
+    """Stands for Ray and for an actor whose news come in batches."""
+
+    exceptions = types.SimpleNamespace(RayError=OSError)
+
+    def __init__(self, *batches: list[Any]) -> None:
+        self._batches, self.taken, self.take = [*batches], 0, self
+
+    def remote(self) -> Batches:
+        """Take a batch."""
+        return self
+
+    def wait(self, calls: list[Batches], timeout: float) -> tuple[list[Batches], None]:
+        """Find one call answered: this actor is the fastest."""
+        return sorted(calls, key=lambda call: call is not self)[:1], None
+
+    def get(self, call: Batches) -> bytes:
+        """Return the news of a call."""
+        call.taken += 1
+        return msgspec.msgpack.encode(call._batches.pop(0))
+
+
+def test_a_recording_that_is_ahead_waits_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig_on_ray, "ROOM", 10)
+    rig = object.__new__(ClusterRig)
+    rig._order, rig._numbers, rig.handover = {"one": 0, "two": 1}, None, Handover()
+    rig._streams = [_Stream(recorded=True), _Stream(recorded=True)]
+    fast = [[Associated(seen("one", n, n / 10), {1: 1}, 1, False)] for n in range(50)]
+    ahead = Batches(*fast, [PartEnded(0, {})])
+    late = Batches([Associated(seen("two", 0, 2.05), {1: 2}, 2, False)], [PartEnded(0, {})])
+    rig._actors, rig._ray = [ahead, late], ahead
+    order = []
+    for news in rig:
+        order.append(_name(news))
+        assert ahead.taken <= len(order) + 12
+    assert order == ["one"] * 21 + ["two"] + ["one"] * 29
 
 
 def _name(news: Any) -> str:

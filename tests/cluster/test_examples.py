@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+import yaml  # type: ignore[import-untyped]
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 CLUSTER = {
@@ -101,7 +101,7 @@ def test_the_script_of_slurm_starts_a_cluster_and_returns_the_exit_code(tmp_path
         "SLURM_JOB_ID": "1234567",
         "SLURM_CPUS_PER_TASK": "16",
     }
-    command = ["bash", EXAMPLES / "motes.slurm", "watch", "rig.toml", "-o", "rows.csv"]
+    command = ["bash", str(EXAMPLES / "motes.slurm"), "watch", "rig.toml", "-o", "rows.csv"]
     done = subprocess.run(
         command, cwd=tmp_path, env=environment, timeout=25, check=False,
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import signal
@@ -18,6 +19,7 @@ from motes.cluster.rig_on_ray import ClusterRig, check_nodes
 from motes.core.errors import ConfigError
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.reidentification import REIDENTIFICATION_WINDOW
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.video.writer import VideoWriter
 from red_box import moving
@@ -25,8 +27,14 @@ from streams import camera
 
 pytest.importorskip("ray", reason="a cluster needs ray: pip install 'motes[cluster]'")
 
-QUICK = {"health_check_initial_delay_ms": 1000, "health_check_period_ms": 1000}
-"""Nodes that died are noticed after seconds, not after a quarter of a minute."""
+QUICK = {
+    "health_check_initial_delay_ms": 1000,
+    "health_check_period_ms": 1000,
+    "memory_monitor_refresh_ms": 0,
+    "worker_niceness": 0,
+}
+"""Nodes that died are noticed after seconds, not after a quarter of a minute. Workers do not wait
+for other processes of this machine, and do not end for their memory."""
 LIVES = re.compile("its process ended|its node died|it is back")
 ROOMS = """
 [[camera]]
@@ -96,7 +104,7 @@ def test_recordings_have_the_rows_of_one_machine(
     summaries = []
     for output, where in (("local.csv", []), ("cluster.csv", ["--cluster", cluster.address])):
         assert main(["watch", "rig.toml", "-o", output, *where]) == 0
-        summaries.append(capfd.readouterr().err.replace(output, ""))
+        summaries.append(capfd.readouterr().err.replace(output, "").splitlines()[-1])
     assert "2 objects, 1 time handed over" in summaries[0]
     assert summaries[1] == summaries[0]
     rows = Path("local.csv").read_bytes()
@@ -148,10 +156,11 @@ def test_a_camera_goes_on_when_its_process_and_its_node_are_killed(cluster: Any)
         "its node died. It is started again, with growing pauses.",
         "it is back",
     ]
-    assert watched.identities == {1}
-    assert [report.frame for report in watched.reports] == [*range(len(watched.reports))]
-    times = [report.time for report in watched.reports]
-    assert times == sorted(times)
+    away = [float(text.split()[-2]) for text in watched.said[1::2]]
+    if max(away) < REIDENTIFICATION_WINDOW:  # a busy machine takes longer to start a process
+        assert watched.identities == {1}
+    order = [(report.frame, report.time) for report in watched.reports]
+    assert all(a < c and b < d for (a, b), (c, d) in itertools.pairwise(order))
 
 
 def _where(cluster: Any) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from unittest.mock import ANY
 import pytest
 from test_reidentification import BLUE, RIG, SHIFT, sighting
 
-from motes.mot.cameras.bordered import BorderedAssociation, Merged, Seen
+from motes.mot.cameras.bordered import BorderedAssociation, Merged, News, Seen
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.neighborhoods import components, neighbors_of, parts_of
 from motes.mot.cameras.reidentification import CrossCameraAssociation
@@ -74,7 +74,7 @@ class Parts:
         self.part_of = {name: n for n, part in enumerate(parts) for name in part}
         self.parts = [BorderedAssociation(rig, parts, n) for n in range(len(parts))]
         self._delay, self._number = delay, itertools.count()
-        self._mail: list[tuple[float, int, int, list[object]]] = []
+        self._mail: list[tuple[float, int, int, list[News]]] = []
 
     def update(self, report: CameraReport) -> dict[int, int]:
         """Return the identities of a report, after the news that have come by then."""
@@ -90,12 +90,12 @@ class Parts:
         """Deliver the news that come by a time, and what parts pass on."""
         while self._mail and self._mail[0][0] <= until:
             at, _, part, news = heapq.heappop(self._mail)
-            self.parts[part].hear(news)  # type: ignore[arg-type]
+            self.parts[part].hear(news)
             self._post(part, at)
 
     def _post(self, part: int, now: float) -> None:
         for to, news in self.parts[part].news().items():
-            heapq.heappush(self._mail, (now + self._delay, next(self._number), to, [*news]))
+            heapq.heappush(self._mail, (now + self._delay, next(self._number), to, news))
 
 
 def differences(rig: Rig, simulation: Simulation, parts: Parts) -> tuple[int, int]:
@@ -207,9 +207,9 @@ def test_of_two_claims_of_one_identity_the_earlier_holds(first: str, second: str
 def test_identities_are_unique_without_a_common_counter() -> None:
     rig = Rig.parse(FORK)
     parts = Parts(rig, [("left",), ("hall",), ("right",)])
-    found = []
+    found: list[int] = []
     for n, camera in enumerate(["left", "hall", "right", "left", "hall", "right"]):
-        report = CameraReport(camera, n, float(n), (sighting(n, at=(), color=BLUE),))
+        report = CameraReport(camera, n, n / 10, (sighting(n, at=(), color=BLUE),))
         found += parts.update(report).values()
     assert found == [1, 2, 3, 4, 5, 6]
 

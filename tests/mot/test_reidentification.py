@@ -200,6 +200,18 @@ def test_an_interruption_makes_nobody_new() -> None:
     assert cameras.tell("hall", 9.6, sighting(8, at=(), color=BLUE)) == [who[1] + 2]
 
 
+def test_who_was_there_before_a_process_died_is_found_after_it() -> None:
+    """The next process knows nothing of the objects of the one before, so it reports no loss."""
+    cameras = Watching()
+    who = cameras.tell("hall", 1.0, sighting(1, at=()), sighting(2, at=(), color=BLUE))
+    cameras.tell("hall", 9.0)
+    assert cameras.tell("hall", 9.1, sighting(3, at=(), color=BLUE)) == [who[1]]
+    assert cameras.tell("hall", 9.2, sighting(4, at=(), color=3)) == [who[1] + 1]
+    for time in range(10, 50):
+        cameras.tell("hall", time)
+    assert cameras.tell("hall", 50, sighting(5, at=())) == [who[1] + 2]
+
+
 def test_who_came_up_elsewhere_after_an_interruption_is_told_of_once() -> None:
     cameras = Watching()
     who = cameras.tell("hall", 1.0, sighting(1, at=()))

@@ -6,8 +6,8 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.studio import protocol
-from motes.studio.document import Document, changed, nearest_key, regions_of
-from motes.studio.plan import needs
+from motes.studio.document import Document, changed, regions_of
+from motes.studio.plan import needs, pass_to
 from motes.studio.protocol import Command, FilmFacts, Region
 
 FILM = FilmFacts("film.mkv", 100, 80, 50, 25.0)
@@ -56,18 +56,26 @@ def test_split_and_join_keep_all_marks() -> None:
     assert ([*joined.keys], joined.absent) == ([10, 40], ((20, 20),))
 
 
-def test_a_correction_needs_two_new_passes() -> None:
+def test_a_correction_needs_the_passes_on_its_two_sides() -> None:
     before = needs(after(added(0), key(40)).target(1))
     later = needs(after(added(0), key(40), key(20)).target(1))
     old = {each.key for need in before for each in need.passes}
     new = {each.key for need in later for each in need.passes}
-    assert len(new - old) == 2
+    assert len(new - old) == 4  # both learn from the new keyframe, too
     assert len(new) == 5  # two stretches of two passes, and the one to the end
 
 
-def test_the_nearest_key_starts_a_look() -> None:
+def test_a_look_takes_the_pass_to_its_frame() -> None:
     target = after(added(10), key(20), key(40)).target(1)
-    assert [nearest_key(target, frame) for frame in (0, 10, 19, 20, 49)] == [10, 10, 10, 20, 40]
+    runs = [pass_to(target, frame) for frame in (0, 10, 19, 20, 49)]
+    assert [(run.start, run.stop) for run in runs] == [
+        (10, 0),
+        (10, 10),
+        (10, 19),
+        (20, 20),
+        (40, 49),
+    ]
+    assert [run.other and run.other[0] for run in runs] == [None, 20, 20, 40, None]
 
 
 @pytest.mark.parametrize(

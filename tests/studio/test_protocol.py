@@ -8,6 +8,7 @@ from typing import Any, get_args
 import msgspec
 import pytest
 
+import loops
 from motes.studio import protocol
 from motes.studio.clients import AHEAD, Client
 
@@ -78,7 +79,7 @@ def test_a_slow_page_misses_overlays_and_no_row() -> None:
         while not done():
             await asyncio.sleep(0.001)
 
-    asyncio.run(asyncio.wait_for(show(), 20))
+    loops.run(show(), 20)
     batches = [message.rows for message in sent if isinstance(message, protocol.Rows)]
     rows = [each.frame for batch in batches for each in batch]
     assert sorted(set(rows)) == [*range(2000)]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,7 +19,9 @@ from websockets.sync.client import connect
 from clips import clip
 from motes.core.errors import SourceError
 from motes.studio import protocol
+from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
+from motes.studio.tasks import Picture
 from studios import begin, film, looking, running
 
 PIXELS = 200 * 200
@@ -232,16 +237,31 @@ def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:
         client.delete(f"/api/sessions/{each}")
 
 
-def test_workers_have_limits(folder: Path, tmp_path: Path) -> None:
-    little = Limits(memory=700 << 20, silence=3.0)
-    with running(folder, tmp_path, limits=little) as client:
-        session = begin(client)
-        with looking(client, session) as page:
-            toml = "particles = 1_000_000"
-            number = page.drawn(preset="nummiaro", config=toml)
-            job = page.do("track", objects=[number]).job
-            assert job is not None
-            page.until(lambda: page.jobs[job].status == "failed")
-            assert "memory" in str(page.jobs[job].error) or "worker" in str(page.jobs[job].error)
-            page.do("change_object", object=number, config=None)
-            page.tracked(number)
+@pytest.mark.skipif(os.name == "nt", reason="this system has no limit of memory")
+def test_the_memory_of_a_worker_is_limited() -> None:
+    lines = (
+        "from motes.studio import worker",
+        "worker.limit_memory(1 << 30)",
+        "try:",
+        "    bytearray(2 << 30)",
+        "except MemoryError as error:",
+        "    print(worker.text_of(error))",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
+    )
+    assert "more memory than a worker may have" in done.stdout
+
+
+def test_a_silent_worker_is_ended(folder: Path) -> None:
+    async def wait() -> str:
+        worker = Worker(folder / "film.mkv", Limits(), pictures=True)
+        await worker.ready()
+        os.kill(worker.pid, signal.SIGSTOP)
+        worker._limits = Limits(silence=0.1)
+        with pytest.raises(WorkerError) as failed:
+            await worker.run(Picture(0, 100))
+        worker.close()
+        return str(failed.value)
+
+    assert "0.1 s without a result" in asyncio.run(wait())

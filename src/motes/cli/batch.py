@@ -48,6 +48,13 @@ class WorkOptions:
         int, Parameter(help="How often a job is tried whose worker dies, as for lack of memory.")
     ] = ATTEMPTS
     time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
+    split: Annotated[
+        int | None,
+        Parameter(
+            help="Split films at keyframes into parts of this many frames or more, which are jobs "
+            "of their own, for track with keyframes. The rows are the same."
+        ),
+    ] = None
     checksums: Annotated[
         bool,
         FLAG,
@@ -71,6 +78,8 @@ class WorkOptions:
         """Check the numbers; raise a ConfigError for one that makes no sense."""
         check_counts(attempts=self.attempts)
         worker_count(self.workers)
+        if self.split is not None:
+            check_counts(split=self.split)
         if not 0 < self.time_limit < float("inf"):
             raise ConfigError(f"--time-limit is {self.time_limit:g}; give a number of seconds.")
 
@@ -227,7 +236,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes.cli.batch_job import make
     from motes.cli.batch_progress import BatchProgress
     from motes.cluster import resources
-    from motes.cluster.driver import Plan, batch
+    from motes.cluster.driver import PARTS, Plan, Stage, batch, stages_of_split
     from motes.cluster.open_pool import open_pool
     from motes.cluster.state import load_jobs, write_table
 
@@ -241,20 +250,29 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
         again=again,
         thorough=work.checksums,
     )
+    stages = [Stage(load_jobs(store), store, plan)]
+    if work.split is not None:
+        if options.form != "csv" or options.overlay:
+            raise ConfigError("--split is for rows in CSV without --overlay; omit one of them.")
+        stages = stages_of_split(store, lambda: load_jobs(store), plan, work.split)
     workers = worker_count(work.workers)
     threads = max(resources.cores() // workers, 1)
     interrupted: KeyboardInterrupt | None = None
     with BatchProgress(options.total, work.metrics, work.log) as progress:
         try:
             with open_pool(work.cluster, workers, resources.memory(), threads) as pool:
-                for event in batch(pool, store, load_jobs(store), plan, progress.keep):
-                    interrupts.check()
-                    progress.note(event)
-                    pool.show(progress.numbers())
+                for each in stages:
+                    jobs = each.jobs if each is stages[-1] else progress.expecting(each.jobs)
+                    for event in batch(pool, each.store, jobs, each.plan, progress.keep):
+                        interrupts.check()
+                        progress.note(event)
+                        pool.show(progress.numbers())
         except KeyboardInterrupt as interrupt:
             interrupted = interrupt
     if interrupted is None:
         progress.written = write_table(store)
+        if not progress.failed:
+            store.remove(PARTS)
     log(f"{interrupts.word(interrupted)}{progress.summary(out)}.")
     if interrupted is not None:
         return interrupts.code(interrupted)

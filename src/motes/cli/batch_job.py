@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,12 +14,15 @@ from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
-from motes.cli.track_options import TrackOutputs, track
+from motes.cli.track import track
+from motes.cli.track_options import TrackOutputs
 from motes.cli.track_target import TargetOptions
 from motes.cli.watch import PRESET, ObjectOptions, WatchOutputs, watch
 from motes.cli.watch_counting import CountingOptions
 from motes.cluster.jobs import Job
+from motes.cluster.split import join_parts, marks_of, parts_of
 from motes.cluster.work import Made
+from motes.correction.keyframes import ABSENT
 
 if TYPE_CHECKING:
     from motes.video.sources import Source
@@ -57,6 +60,9 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
     MotesError
         As the command does.
     """
+    if parts_of(job):
+        join_parts(job, folder / "rows.csv")
+        return Made(_rows(folder / "rows.csv"))
     rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
     frames = CountedFrames(start=job.start, end=job.end, stride=job.stride)
     with _quiet():
@@ -78,8 +84,13 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
 
 
 def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:
+    keyframes = _path(job.keyframes)
+    if job.is_part:
+        keyframes = rows.parent.with_name("keyframes.csv")
+        lines = (f"{t},{_text(mark)}\n" for t, mark in marks_of(job).items())
+        keyframes.write_text("".join(lines))
     ellipse = len(job.region) == 1 and len(job.region[0]) == 5
-    regions = [",".join(map(repr, region)) for region in job.region]
+    regions = [_text(region) for region in job.region]
     target = TargetOptions(
         init=None if ellipse or not regions else regions,
         ellipse=regions[0] if ellipse else None,
@@ -88,12 +99,16 @@ def _track(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> in
     return track(
         job.source,
         target=target,
-        keys=KeyframeOptions(keyframes=_path(job.keyframes)),
+        keys=KeyframeOptions(keyframes=keyframes),
         frames=frames,
         outputs=TrackOutputs(output=str(rows), overlay=video, label=_label(job, rows)),
         preset=job.preset,
         values=ConfigOptions(config=_path(job.config), seed=job.seed),
     )
+
+
+def _text(region: Sequence[float] | None) -> str:
+    return ABSENT if region is None else ",".join(map(repr, region))
 
 
 def _watch(job: Job, rows: Path, video: Path | None, frames: FrameOptions) -> int:

@@ -7,6 +7,7 @@ goes on where the other one was killed.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,9 +29,13 @@ from motes.cluster.records import (
     records,
     result_names,
 )
-from motes.cluster.store import Store
+from motes.cluster.split import parts_of
+from motes.cluster.store import Store, open_store
 from motes.cluster.work import Made, Order, work
-from motes.core.errors import FormatError
+from motes.core.errors import FormatError, MotesError
+
+PARTS = "parts"
+"""The folder of a store that has the parts of films until they are joined."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,45 @@ def batch(
             yield Finished(_settled(store, event, plan))
 
 
+class Stage(NamedTuple):
+    """Jobs that are done before those of the next stage, with their store and plan."""
+
+    jobs: Iterable[Job]
+    store: Store
+    plan: Plan
+
+
+def stages_of_split(
+    store: Store, jobs: Callable[[], Iterable[Job]], plan: Plan, split: int
+) -> list[Stage]:
+    """Return the stages of a batch that splits films: their parts, then all jobs.
+
+    Parts are a batch of their own, in a folder of the store. A job joins its parts.
+
+    Parameters
+    ----------
+    store, plan
+        Those of the batch.
+    jobs
+        Yields all jobs, each time that it is called.
+    split
+        The frames of a part, or more.
+    """
+    address = f"{plan.out}/{PARTS}"
+
+    def whole() -> Iterator[Job]:
+        for job in jobs():
+            yield replace(job, split=split, parts_in=address)
+
+    def parts() -> Iterator[Job]:
+        for job, record in records(store, whole()):
+            if record is None or _outdated(record, job, plan):
+                yield from parts_of(job)
+
+    part_plan = dataclasses.replace(plan, out=address)
+    return [Stage(parts(), open_store(address), part_plan), Stage(whole(), store, plan)]
+
+
 def _tasks(
     store: Store, jobs: Iterable[Job], plan: Plan, keep: Callable[[Record], None]
 ) -> Iterator[Task]:
@@ -139,7 +183,7 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
             status="failed",
             digest=order.digest,
             version=__version__,
-            inputs=tuple(Input(path, stamp(path), "") for path in paths_of(order.job)),
+            inputs=_stamped(order.job),
             error=event.error,
         )
     if record.status == "done" and event.task.attempt == 1:
@@ -152,3 +196,11 @@ def _settled(store: Store, event: pools.Ended, plan: Plan) -> Record:
     record = replace(record, attempts=event.task.attempt)
     store.replace(record_name(record.name), encoded(record))
     return record
+
+
+def _stamped(job: Job) -> tuple[Input, ...]:
+    """Return the inputs of a job that nobody could finish, so that changed ones are tried again."""
+    try:
+        return tuple(Input(path, stamp(path), "") for path in paths_of(job))
+    except MotesError:  # as if it is missing now
+        return ()

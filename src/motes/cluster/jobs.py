@@ -48,6 +48,9 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
         The frames that are used.
     label
         Any text; it is copied to the table of results.
+    split, parts_in, is_part
+        No columns: the frames of a part of this job (`split.py`) or 0; the address of the store of
+        parts; and whether this is one.
     """
 
     name: str = ""
@@ -65,6 +68,9 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     end: int | None = None
     stride: int = 1
     label: str | None = None
+    split: int = 0
+    parts_in: str | None = None
+    is_part: bool = False
 
     @property
     def files(self) -> dict[str, str]:
@@ -77,11 +83,11 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
 
     def digest(self, *more: object) -> str:
         """Return a text that differs where the job, or `more`, differs."""
-        data = msgspec.json.encode([self, *more])
+        data = msgspec.json.encode([replace(self, split=0, parts_in=None), *more])
         return hashlib.sha256(data).hexdigest()[:16]
 
 
-COLUMNS = Job.__struct_fields__
+COLUMNS = Job.__struct_fields__[:-3]
 
 
 def job_of(row: Mapping[str, Any], name: str) -> Job:

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator
 
 from msgspec.structs import replace
 
-from motes.studio.protocol import Message, Overlay, Progress, Reply, Row, Rows, encode
+from motes.studio.protocol import Message, Overlay, Progress, Reply, Row, Rows, State, encode
 
 AHEAD = 3
 """Overlays that a page gets before it has acknowledged the first of them."""
@@ -52,6 +52,8 @@ class Client:
         if isinstance(message, Reply):
             self._replies.append(message)
         else:
+            if isinstance(message, State):
+                self._messages = [each for each in self._messages if not isinstance(each, State)]
             self._messages.append(message)
         self._news.set()
 

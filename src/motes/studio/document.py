@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import bisect
 from collections.abc import Callable, Iterator
 
 import msgspec
@@ -382,10 +381,3 @@ def _compared(document: Document, command: protocol.Compare) -> tuple[Document, 
     )  # fmt: skip
     target.tracker  # noqa: B018
     return appended(document, target), number
-
-
-def nearest_key(target: Target, frame: int) -> int:
-    """Return the last keyframe up to a frame; without one, the first after it."""
-    keys = [*target.keys]
-    place = bisect.bisect_right(keys, frame)
-    return keys[max(place - 1, 0)]

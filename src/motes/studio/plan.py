@@ -1,7 +1,7 @@
 """What an object needs: its stretches, and the passes over them, each with a name that is its own.
 
-A pass depends only on the tracker, its first frame and its region there. So a pass that was made
-for a longer stretch serves each shorter one, and a correction needs only two new passes.
+A pass depends only on the tracker, its first frame and region, and the keyframe at its other end,
+if there is one. So a correction needs only the passes on its two sides.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import msgspec
+from msgspec.structs import replace
 
 from motes.core.config import to_dict
+from motes.core.geometry import Ellipse
 from motes.correction.correct import stretches
 from motes.correction.join import Stretch
 from motes.studio.document import Target
@@ -47,19 +49,32 @@ def needs(target: Target) -> list[StretchNeed]:
     found = []
     for stretch in stretches(target.frames, target.marks):
         first, last, begin, end, _ = stretch
+        at_begin, at_end = _mark(first, begin), _mark(last, end)
         forward = backward = None
-        if begin is not None:
-            forward = _pass(RunPass(config, seed, first, tuple(begin), last))
-        if end is not None:
-            backward = _pass(RunPass(config, seed, last, tuple(end), first))
+        if at_begin is not None:
+            forward = _pass(RunPass(config, seed, *at_begin, last, at_end))
+        if at_end is not None:
+            backward = _pass(RunPass(config, seed, *at_end, first, at_begin))
         key = name_of("stretch", config, seed, *stretch[:4], sorted(stretch.absent))
         found.append(StretchNeed(key, stretch, forward, backward))
     return found
 
 
+def pass_to(target: Target, frame: int) -> RunPass:
+    """Return the pass of an object that ends in a frame: forward where that is possible."""
+    each = next(each for each in reversed(needs(target)) if each.stretch.first <= frame)
+    need = each.forward or each.backward
+    assert need is not None  # each stretch has a keyframe at one end at least
+    return replace(need.task, stop=frame)
+
+
+def _mark(frame: int, region: Ellipse | None) -> tuple[int, tuple[float, ...]] | None:
+    return None if region is None else (frame, tuple(region))
+
+
 def _pass(task: RunPass) -> PassNeed:
     direction = "backward" if task.stop < task.start else "forward"
-    key = name_of(direction, task.config, task.seed, task.start, task.region)
+    key = name_of(direction, task.config, task.seed, task.start, task.region, task.other)
     return PassNeed(key, task, abs(task.stop - task.start) + 1)
 
 

@@ -15,7 +15,7 @@ import msgspec
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause
 from motes.studio.safety import Limits
-from motes.studio.tasks import RUN, Answer, Done, Failed, Part, Ready, Task
+from motes.studio.tasks import RUN, STOP, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
 
 
@@ -72,11 +72,22 @@ class Worker:
     async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> Done:
         """Do a task; `part` takes what comes before its end. Others wait for their turn.
 
+        Nobody may wait for it any more: then it is stopped, and the next task waits for that.
+
         Raises
         ------
         WorkerError
             If it fails, or the process ends.
         """
+        running = asyncio.create_task(self._run(task, part))
+        try:
+            return await asyncio.shield(running)
+        except asyncio.CancelledError:
+            running.add_done_callback(lambda done: done.cancelled() or done.exception())
+            self.wish(STOP)
+            raise
+
+    async def _run(self, task: Task, part: Callable[[Part], None] | None) -> Done:
         async with self._turn:
             await self.ready()
             self._wish.value = RUN
@@ -86,11 +97,18 @@ class Worker:
                 answer = await self._answer()
                 if isinstance(answer, Part):
                     if part is not None:
-                        part(answer)
+                        self._take(answer, part)
                 elif isinstance(answer, Done):
                     return answer
                 elif isinstance(answer, Failed):
                     raise WorkerError(answer.error)
+
+    def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
+        try:
+            part(answer)
+        except MotesError:  # nobody takes the rest of the answers
+            self._kill()
+            raise
 
     def wish(self, value: int) -> None:
         """Let the worker run, pause or stop."""

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-from collections.abc import Iterable
+from collections.abc import Coroutine, Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
 from msgspec import UNSET
 
-from motes.core.config import to_dict
 from motes.core.errors import ConfigError, MotesError
 from motes.studio import protocol
 from motes.studio.clients import Client
-from motes.studio.document import Document, Target, changed, nearest_key
-from motes.studio.jobs import Job, Jobs
+from motes.studio.document import Document, Target, changed
+from motes.studio.job import Job
+from motes.studio.jobs import Jobs
+from motes.studio.plan import pass_to
 from motes.studio.pool import Pool
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
@@ -53,6 +55,7 @@ class Session:
         self._pictures: Worker | None = None
         self._pool = Pool(path, limits)
         self._tasks: set[asyncio.Task[None]] = set()
+        self._looks: dict[int, asyncio.Task[None]] = {}
         self.facts: FilmFacts
         self.times: list[float]
         self.jobs: Jobs
@@ -245,9 +248,15 @@ class Session:
             case protocol.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
             case protocol.Doubts():
+                self.document.target(command.object)
                 self._begin(self._find_doubts(command))
             case protocol.Look():
-                self._begin(self._look(command))
+                self.document.target(command.object)
+                if command.frame >= self.facts.frames:
+                    raise ConfigError(f"The film has {self.facts.frames} frames, from 0 on.")
+                if command.object in self._looks:  # the newest one counts
+                    self._looks[command.object].cancel()
+                self._looks[command.object] = self._begin(self._look(command))
             case _:
                 return self._change(command)
         return reply
@@ -275,7 +284,7 @@ class Session:
     def take_rows(self, document: Document, tables: dict[int, Table]) -> None:
         """Take objects whose rows are known, by their numbers, as from a file."""
         for number, table in tables.items():
-            self.jobs.know(document.target(number), table)
+            self.jobs.results.know(document.target(number), table)
         self._put(document)
         self._set_tracked({*self._tracked, *tables})
         self._take(document)
@@ -351,10 +360,14 @@ class Session:
             raise ConfigError(f"There is no job {number}.")
         return self._jobs[number]
 
-    def _begin(self, work: object) -> None:
-        task: asyncio.Task[None] = asyncio.create_task(work)  # type: ignore[arg-type]
+    def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        if len(self._tasks) >= self._limits.jobs:
+            work.close()
+            raise ConfigError(f"{len(self._tasks)} questions wait for answers; ask again later.")
+        task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+        return task
 
     async def _find_doubts(self, command: protocol.Doubts) -> None:
         target = self.document.target(command.object)
@@ -378,13 +391,10 @@ class Session:
 
     async def _look(self, command: protocol.Look) -> None:
         target = self.document.target(command.object)
-        start = nearest_key(target, command.frame)
-        task = LookAt(
-            target.object, to_dict(target.tracker), target.seed, start,
-            tuple(target.marks[start] or ()), command.frame, command.layers,
-        )  # fmt: skip
+        run = pass_to(target, command.frame)
+        task = LookAt(target.object, run, command.layers)
         try:
-            done = await self.ask(task)
+            done = await self.ask(task, frames=abs(run.stop - run.start))
         except WorkerError as error:
             self.send(protocol.Failure(str(error)))
             return

@@ -30,7 +30,8 @@ class Strip(_Task, frozen=True):
 class RunPass(_Task, frozen=True):
     """Follow a target from its region in frame `start` to frame `stop`, both included.
 
-    `stop` before `start` is a pass backward. `Part`s have the rows.
+    `stop` before `start` is a pass backward. The models also learn from `other`, the frame and the
+    region of the keyframe at the other end. `Part`s have the rows.
     """
 
     config: dict[str, Any]
@@ -38,6 +39,7 @@ class RunPass(_Task, frozen=True):
     start: int
     region: tuple[float, ...]
     stop: int
+    other: tuple[int, tuple[float, ...]] | None = None
 
 
 class JoinStretch(_Task, frozen=True):
@@ -66,17 +68,10 @@ class FindDoubts(_Task, frozen=True):
 
 
 class LookAt(_Task, frozen=True):
-    """Follow a target from its region in frame `start` to `frame`, and make layers there.
-
-    `Done` has the JSON of `Layers`.
-    """
+    """Make layers in the last frame of a pass; `Done` has the JSON of `Layers`."""
 
     object: int
-    config: dict[str, Any]
-    seed: int
-    start: int
-    region: tuple[float, ...]
-    frame: int
+    run: RunPass
     layers: list[Layer]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import msgspec
@@ -105,12 +105,32 @@ class Work:
                 sent = time.monotonic()
             self._line.check()
 
-        backward = task.stop < task.start
-        region = Ellipse(*task.region)
-        run_pass(config, task.seed, frames(), region, backward=backward, observe=observe)
+        self._run(task, config, frames(), observe)
         if lines:
             self._line.send(Part(pack(table_of(lines, cues))))
         return Done()
+
+    def _run(
+        self,
+        task: RunPass,
+        config: TrackerConfig,
+        frames: Iterable[Frame],
+        observe: Callable[[StepInfo], None],
+    ) -> None:
+        other = None
+        if task.other is not None:
+            index, region = task.other
+            (frame,) = self._film.forward(index, index)
+            other = frame, Ellipse(*region)
+        run_pass(
+            config,
+            task.seed,
+            frames,
+            Ellipse(*task.region),
+            backward=task.stop < task.start,
+            other=other,
+            observe=observe,
+        )
 
     def _frames(self, start: int, stop: int) -> Iterator[Frame]:
         film = self._film
@@ -153,14 +173,12 @@ class Work:
             self._line.check()
 
         def frames() -> Iterator[Frame]:
-            for frame in self._frames(task.start, task.frame):
+            for frame in self._frames(task.run.start, task.run.stop):
                 kept[:] = [frame]
                 yield frame
 
-        config = _config(task.config)
-        backward = task.frame < task.start
-        region = Ellipse(*task.region)
-        run_pass(config, task.seed, frames(), region, backward=backward, observe=observe)
+        config = _config(task.run.config)
+        self._run(task.run, config, frames(), observe)
         found = layers_of(task.object, config, kept[0], seen[0], task.layers)
         return Done(msgspec.json.encode(found))
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import gc
+import itertools
 import os
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -15,6 +18,8 @@ from motes.studio.tasks import Done, Failed, Ready, Task
 
 NICENESS = 5
 """Of tracking, so that pictures and the server come first."""
+SEEKS = 32
+"""Pictures after which their worker gives memory back."""
 
 
 def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool) -> None:
@@ -25,16 +30,19 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
         try:
             do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
         except Exception as error:  # a damaged film may cause any
-            line.send(Failed(_text(error)))
+            line.send(Failed(text_of(error)))
             return
-        while True:
+        for count in itertools.count():
             task = line.receive()
             try:
                 line.send(do(task))
             except StoppedError:
                 line.send(Done(stopped=True))
             except Exception as error:  # a fault, which must not reach others
-                line.send(Failed(_text(error)))
+                line.send(Failed(text_of(error)))
+            del task
+            if not pictures or count % SEEKS == 0:
+                give_back()
 
 
 def _pictures(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
@@ -61,10 +69,23 @@ def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
     return work.do
 
 
-def _text(error: BaseException) -> str:
+def text_of(error: BaseException) -> str:
+    """Return an error in one line."""
     if isinstance(error, MemoryError):
         return "The film needs more memory than a worker may have; rescale it."
     return explain(error)
+
+
+def give_back() -> None:
+    """Give memory that is not needed any more back to the system.
+
+    A decoder holds its pictures in circles of references, and the C library keeps what was freed:
+    without this, a worker stays as large as in its longest task, and grows.
+    """
+    gc.collect()
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
+    if trim is not None:
+        trim(0)
 
 
 def limit_memory(most: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec.structs import replace
 
 from motes.core.track import Status
 from motes.core.types import Floats
@@ -64,6 +65,10 @@ class KnownObject:
         self.gone = report.status is Status.LOST
         if report.seen:
             self.seen, self.tracked, self.interrupted = now, report, False
+
+    def lose(self) -> None:
+        """Note that its camera will report it no more."""
+        self.last, self.gone = replace(self.last, status=Status.LOST), True
 
     def visible(self, now: float, within: float) -> bool:
         """Return whether it was seen in its last report, at most some seconds ago."""

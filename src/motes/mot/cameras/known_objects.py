@@ -37,6 +37,10 @@ class KnownObjects:
         """Yield the objects of a camera."""
         return iter(self._by_camera[camera].values())
 
+    def items(self, camera: str) -> Iterator[tuple[int, KnownObject]]:
+        """Yield the objects of a camera with their identities there."""
+        return iter(self._by_camera[camera].items())
+
     def around(self, cameras: tuple[str, ...]) -> list[KnownObject]:
         """Return the objects of some cameras, the oldest first."""
         found = [known for camera in cameras for known in self._by_camera[camera].values()]

@@ -92,8 +92,11 @@ class CrossCameraAssociation:
         """
         camera, now = report.camera, report.time
         if now - self._times.get(camera, now) > CAMERA_TIMEOUT:
-            for each in self._known.at(camera):
+            reported = {sighting.identity for sighting in report.sightings}
+            for own, each in self._known.items(camera):
                 each.interrupted |= not each.gone
+                if own not in reported:  # its process died, and another one has objects of its own
+                    each.lose()
         self._times[camera], self._sizes[camera] = now, report.size
         born = []
         for sighting in report.sightings:

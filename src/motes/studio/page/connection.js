@@ -54,6 +54,10 @@ export class Connection {
       return;
     }
     MESSAGES[message.type](this.store, message);
+    if (message.type === "failure" && !this.store.state.session) {
+      this.close();
+      location.hash = ""; // the session is gone, or its film cannot be read
+    }
     if (message.type === "overlay") {
       requestAnimationFrame(() => this.send("acknowledge", { number: message.number }).catch(() => {}));
     }

@@ -73,8 +73,9 @@ function paintPlaces(root, app, { session, corners, tool }) {
       value: place.name, placeholder: usual, "aria-label": `Name of ${usual}`, maxlength: "100",
       onchange: ({ target }) => change({ ...place, name: target.value }),
     });
+    const rest = kind === "lines" ? sides(place, usual, change) : stay(place, usual, change);
     const remove = button(`Remove ${usual}`, () => actions.setPlaces({ [kind]: list.filter((_, other) => other !== at) }), { picture: "trash" });
-    return element("div", { class: "row" }, name, remove);
+    return element("div", { class: "stack" }, element("div", { class: "row" }, name, remove), rest);
   };
   const tools = element("div", { class: "row even" }, ["line", "zone", "ground"].map((name) =>
     button(name, () => store.set({ tool: name, corners: [] }), {
@@ -86,6 +87,29 @@ function paintPlaces(root, app, { session, corners, tool }) {
       ? element("div", { class: "row" }, element("span", { class: "grow" }, `Ground: ${ground.length} points`),
         button("Remove the ground", () => actions.setPlaces({ ground: null }), { picture: "trash" }))
       : null);
+}
+
+/** The names of the two directions in which a line is crossed. */
+function sides(line, usual, change) {
+  const side = (at, word) => element("input", {
+    value: line.label[at], maxlength: "100", "aria-label": `Name of crossings of ${usual} to the ${word}`,
+    onchange({ target }) {
+      const label = [...line.label];
+      label[at] = target.value || word;
+      change({ ...line, label });
+    },
+  });
+  return element("div", { class: "row even" }, side(0, "left"), side(1, "right"));
+}
+
+/** The seconds after which an object stays in a zone. */
+function stay(zone, usual, change) {
+  const seconds = element("input", {
+    type: "number", min: "0", step: "any", value: zone.dwell ?? "", placeholder: "seconds of a stay",
+    "aria-label": `Seconds of a stay in ${usual}`,
+    onchange: ({ target }) => change({ ...zone, dwell: Number(target.value) > 0 ? Number(target.value) : null }),
+  });
+  return element("div", { class: "row" }, seconds);
 }
 
 /** The places in metres of the points that were clicked. */

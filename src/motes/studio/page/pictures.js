@@ -2,11 +2,12 @@
 
 import { reason } from "./api.js";
 
-const ROOM = 96;
+const ROOM = 1 << 28; // bytes of decoded pictures, four for each pixel
 const AT_ONCE = 4;
 
 export class Pictures {
   #kept = new Map(); // in the order of their last use
+  #bytes = 0;
   #running = new Map();
   #session = null;
   #width = 0;
@@ -24,6 +25,7 @@ export class Pictures {
     for (const picture of this.#kept.values()) picture.close();
     this.#running.clear();
     this.#kept.clear();
+    this.#bytes = 0;
   }
 
   /** Return the picture of a frame if it is here, else null. */
@@ -64,6 +66,7 @@ export class Pictures {
         return null;
       }
       this.#kept.set(frame, picture);
+      this.#bytes += bytes(picture);
       this.#forget();
       return picture;
     } catch (error) {
@@ -75,10 +78,13 @@ export class Pictures {
   }
 
   #forget() {
-    while (this.#kept.size > ROOM) {
+    while (this.#bytes > ROOM) {
       const [frame, picture] = this.#kept.entries().next().value;
+      this.#bytes -= bytes(picture);
       picture.close();
       this.#kept.delete(frame);
     }
   }
 }
+
+const bytes = ({ width, height }) => 4 * width * height;
