@@ -34,7 +34,7 @@ from motes.video.writer import VideoWriter
 FRAMES = 40
 BOX = (30.0, 25.0, 30.0, 40.0)
 ACTIVE = ("waiting", "running", "paused")
-PATIENCE = 30.0
+PATIENCE = 150.0
 """Seconds after which an answer is taken to be missing."""
 
 

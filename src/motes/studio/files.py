@@ -159,7 +159,7 @@ def _targets(session: Session, number: int | None) -> list[Target]:
 
 def _table(session: Session, target: Target) -> Table:
     """Return the rows of an object: the result, or what there is of it so far."""
-    final = session.jobs.final(target)
+    final = session.jobs.results.of_object(target)
     if final is not None:
         return final
     shown = session.jobs.shown(target.object)

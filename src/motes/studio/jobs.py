@@ -3,76 +3,25 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Iterable, Iterator
-from typing import Literal, Protocol
 
 import numpy as np
 from msgspec.structs import replace
 
+from motes.core.errors import MotesError
 from motes.studio.document import Document, Target
+from motes.studio.job import Audience, Job
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
 from motes.studio.pool import Pool
-from motes.studio.processes import Worker, WorkerError
-from motes.studio.protocol import JobStatus, Overlay, Progress
+from motes.studio.processes import Worker
+from motes.studio.protocol import JobStatus, Overlay
+from motes.studio.results import Results, cues_of
 from motes.studio.store import Store
 from motes.studio.tables import CUES, DISTANCE, FINAL, FRAME, SIZE, Table, pack, unpack
 from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part
 
 SHORT = 0
 """The length of a task that does not track: it comes first."""
-
-
-class Audience(Protocol):
-    """Those that see what happens."""
-
-    def rows(self, number: int, frames: Iterable[int]) -> None:
-        """Note that rows of an object have changed."""
-
-    def reset(self, number: int) -> None:
-        """Note that all rows of an object are void."""
-
-    def overlay(self, overlay: Overlay) -> None:
-        """Take what a tracker sees in a frame."""
-
-    def progress(self, progress: Progress) -> None:
-        """Take the state of a job."""
-
-    def scene(self, *, reset: bool = False) -> None:
-        """Note that many-object mode has more; with `reset`, earlier parts are void."""
-
-
-class Job:
-    """Objects that are tracked together, or a run of the many-object mode."""
-
-    def __init__(
-        self,
-        number: int,
-        objects: Iterable[int],
-        *,
-        kind: Literal["track", "watch"] = "track",
-        left: int = 0,
-    ) -> None:
-        self.number, self.objects, self._kind = number, [*objects], kind
-        self.status: JobStatus = "waiting"
-        self.error: str | None = None
-        self.done, self.left = 0, left
-        self._since = time.monotonic()
-
-    @property
-    def active(self) -> bool:
-        """Whether it has not ended."""
-        return self.status in ("waiting", "running", "paused")
-
-    def progress(self) -> Progress:
-        """Return its state."""
-        seconds = time.monotonic() - self._since
-        rate = self.done / seconds if self.done and seconds > 0 else None
-        left = self.left / rate if rate and self.active else None
-        return Progress(
-            self.number, self._kind, self.objects, self.done, self.done + self.left, rate, left,
-            self.status, self.error,
-        )  # fmt: skip
 
 
 class _Run:
@@ -89,9 +38,7 @@ class Jobs:
 
     Parameters
     ----------
-    session
-        Its name in the store.
-    store
+    session, store
         Where rows are kept.
     pool
         The workers.
@@ -113,12 +60,9 @@ class Jobs:
         audience: Audience,
     ) -> None:
         self._numbers = numbers
-        self._session, self._store, self._pool = session, store, pool
+        self.results, self._pool = Results(session, store), pool
         self._frames, self._audience = frames, audience
-        self._document = Document()
         self._plans: dict[int, tuple[Target, list[StretchNeed]]] = {}
-        self._parts: dict[str, list[Table]] = {}
-        self._finals: dict[str, Table] = {}
         self._shown: dict[int, Table] = {}
         self._displayed: dict[int, set[str]] = {}
         self._users: dict[str, list[tuple[Target, StretchNeed, int]]] = {}
@@ -167,12 +111,11 @@ class Jobs:
 
     def update(self, document: Document) -> None:
         """Take a changed document: rows that are void go, and rows that are known come."""
-        self._document = document
         numbers = {each.object for each in document.targets}
-        for number in [each for each in self._shown if each not in numbers]:
-            del self._shown[number]
+        for number in [each for each in self._plans if each not in numbers]:
+            del self._plans[number]
+            self._shown.pop(number, None)
             self._displayed.pop(number, None)
-            self._plans.pop(number, None)
         for job in self.jobs.values():
             if job.active:
                 job.objects = [each for each in job.objects if each in numbers]
@@ -194,56 +137,10 @@ class Jobs:
         """Return the rows that are shown: one for each frame of the film, NaN where none is."""
         return self._shown.get(number)
 
-    def final(self, target: Target) -> Table | None:
-        """Return the rows of all frames of an object; None unless it is tracked completely."""
-        tables = []
-        for need, first in own_frames(needs(target)):
-            table = self._final(need.key, target)
-            if table is None:
-                return None
-            tables.append(table[first - need.stretch.first :])
-        return np.concatenate(tables)
-
-    def know(self, target: Target, table: Table) -> None:
-        """Take the rows of all frames of an object, which need not be tracked then."""
-        for need in needs(target):
-            first, last = (frame - target.first for frame in need.stretch[:2])
-            self._store.forget(self._session, need.key)
-            self._store.add_part(self._session, need.key, pack(table[first : last + 1]))
-
     def complete(self, number: int) -> bool:
         """Return whether all stretches of an object are tracked."""
         target, plan = self._plans[number]
-        return all(self._final(need.key, target) is not None for need in plan)
-
-    # How it is done.
-
-    def _cues(self, target: Target) -> int:
-        return len(target.tracker.cues)
-
-    def _final(self, key: str, target: Target) -> Table | None:
-        if key not in self._finals:
-            data = self._store.parts(self._session, key)
-            if not data:
-                return None
-            self._finals[key] = unpack(data, self._cues(target))
-        return self._finals[key]
-
-    def _made(self, need: PassNeed, target: Target) -> Table:
-        """Return the rows of a pass so far, in order of the pass."""
-        cues = self._cues(target)
-        if need.key not in self._parts:
-            data = self._store.parts(self._session, need.key)
-            self._parts[need.key] = [unpack(data, cues)]
-        parts = self._parts[need.key]
-        if len(parts) != 1:
-            parts[:] = [np.concatenate(parts) if parts else np.empty((0, CUES + cues))]
-        return parts[0]
-
-    def _have(self, need: PassNeed, target: Target) -> int:
-        if need.key not in self._parts:
-            self._made(need, target)
-        return sum(map(len, self._parts[need.key]))
+        return all(self.results.of_stretch(need.key, target) is not None for need in plan)
 
     def _reconcile(self) -> None:
         """Show what is known, start what is missing, and stop what is not needed any more."""
@@ -261,9 +158,11 @@ class Jobs:
             if job is None:
                 continue
             for need in plan:
-                if self._final(need.key, target) is not None:
+                if self.results.of_stretch(need.key, target) is not None:
                     continue
-                missing = [each for each in need.passes if self._have(each, target) < each.frames]
+                missing = [
+                    each for each in need.passes if self.results.have(each, target) < each.frames
+                ]
                 for each in missing:
                     if each.key not in wanted or wanted[each.key].frames < each.frames:
                         wanted[each.key] = each
@@ -281,17 +180,8 @@ class Jobs:
         for key, pass_need in wanted.items():
             if key not in self._runs and not paused[key]:
                 self._begin(pass_need)
-        self._drop_unused(used)
+        self.results.keep({*used, *self._runs})
         self._count()
-
-    def _drop_unused(self, used: set[str]) -> None:
-        """Keep in memory only what the document needs; all else is on disk."""
-        for key in [*self._parts]:
-            if key not in used and key not in self._runs:
-                del self._parts[key]
-        for key in [*self._finals]:
-            if key not in used:
-                del self._finals[key]
 
     def _job_of(self, number: int) -> Job | None:
         for job in self.jobs.values():
@@ -309,11 +199,11 @@ class Jobs:
             for number in job.objects:
                 target, plan = self._plans[number]
                 for need in plan:
-                    if self._final(need.key, target) is not None:
+                    if self.results.of_stretch(need.key, target) is not None:
                         continue
                     joins += 1
                     for each in need.passes:
-                        more = each.frames - self._have(each, target)
+                        more = each.frames - self.results.have(each, target)
                         left[each.key] = max(left.get(each.key, 0), more)
             job.left = sum(left.values())
             if not joins:
@@ -323,8 +213,7 @@ class Jobs:
             self._audience.progress(job.progress())
 
     def _begin(self, need: PassNeed) -> None:
-        self._parts[need.key] = []  # a pass that was stopped begins anew
-        self._store.forget(self._session, need.key)
+        self.results.begin_pass(need.key)
         run = _Run(need)
         self._runs[need.key] = run
         run.task = asyncio.create_task(self._run(run))
@@ -344,7 +233,7 @@ class Jobs:
             async with self._pool.worker(run.frames) as worker:
                 run.worker = worker
                 await worker.run(run.need.task, lambda part: self._part(run, part))
-        except WorkerError as failed:
+        except MotesError as failed:  # also of the store, as on a full disk
             error = str(failed)
         finally:
             if self._runs.get(run.need.key) is run:
@@ -367,10 +256,9 @@ class Jobs:
         if not objects:
             return
         target = objects[0][0]
-        table = unpack(part.data, self._cues(target))
-        before = self._have(run.need, target)
-        self._parts[key].append(table)
-        self._store.add_part(self._session, key, part.data)
+        table = unpack(part.data, cues_of(target))
+        before = self.results.have(run.need, target)
+        self.results.add_to_pass(key, part.data, table)
         if before + len(table) >= run.frames and run.frames < run.need.frames:
             self._end(run)
         for target, need, first in objects:
@@ -392,38 +280,29 @@ class Jobs:
         begin, end = (
             None if each is None else tuple(each) for each in (need.stretch.begin, need.stretch.end)
         )
-        forward, backward = (self._over(target, need, each) for each in need[2:])
+        forward, backward = (self.results.over(target, need, each) for each in need[2:])
         task = JoinStretch(
             need.stretch.first, need.stretch.last, begin, end, absences(need.stretch),
             None if forward is None else pack(forward),
-            None if backward is None else pack(backward), self._cues(target),
+            None if backward is None else pack(backward), cues_of(target),
         )  # fmt: skip
         try:
             async with self._pool.worker(SHORT) as worker:
                 done = await worker.run(task)
-        except WorkerError as error:
+        except MotesError as error:
             del self._joins[need.key]
             self._fail(need.key, str(error))
             return
-        self._store.forget(self._session, need.key)
-        self._store.add_part(self._session, need.key, done.data)
-        self._finals[need.key] = unpack(done.data, self._cues(target))
+        self.results.set_stretch(need.key, done.data, target)
         del self._joins[need.key]
         self._reconcile()
-
-    def _over(self, target: Target, need: StretchNeed, each: PassNeed | None) -> Table | None:
-        """Return the rows of a pass over a stretch, in order of the frames."""
-        if each is None:
-            return None
-        table = self._made(each, target)[: each.frames]
-        return table[::-1] if each is need.backward else table
 
     def _show_finals(self, target: Target, plan: list[StretchNeed]) -> None:
         """Show the stretches that are known and not shown."""
         before = self._displayed.get(target.object, set())
         now = set()
         for need, first in own_frames(plan):
-            final = self._final(need.key, target)
+            final = self.results.of_stretch(need.key, target)
             if final is None:
                 self._outdate(target.object, first, need.stretch.last)
                 continue
@@ -431,7 +310,7 @@ class Jobs:
             if need.key in before:
                 continue
             table = final[first - need.stretch.first :].copy()
-            seen = self._over(target, need, need.forward or need.backward)
+            seen = self.results.over(target, need, need.forward or need.backward)
             if seen is not None and len(seen) == len(final):
                 seen = seen[first - need.stretch.first :]
                 table[:, DISTANCE : SIZE + 1] = seen[:, DISTANCE : SIZE + 1]
@@ -450,7 +329,7 @@ class Jobs:
     def _show(self, target: Target, table: Table) -> None:
         shown = self._shown.get(target.object)
         if shown is None:
-            shown = np.full((self._frames, CUES + self._cues(target)), np.nan)
+            shown = np.full((self._frames, CUES + cues_of(target)), np.nan)
             self._shown[target.object] = shown
         frames = table[:, FRAME].astype(int)
         shown[frames] = table

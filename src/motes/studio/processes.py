@@ -97,11 +97,18 @@ class Worker:
                 answer = await self._answer()
                 if isinstance(answer, Part):
                     if part is not None:
-                        part(answer)
+                        self._take(answer, part)
                 elif isinstance(answer, Done):
                     return answer
                 elif isinstance(answer, Failed):
                     raise WorkerError(answer.error)
+
+    def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
+        try:
+            part(answer)
+        except MotesError:  # nobody takes the rest of the answers
+            self._kill()
+            raise
 
     def wish(self, value: int) -> None:
         """Let the worker run, pause or stop."""

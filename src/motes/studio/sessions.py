@@ -17,7 +17,8 @@ from motes.core.errors import ConfigError, MotesError
 from motes.studio import protocol
 from motes.studio.clients import Client
 from motes.studio.document import Document, Target, changed
-from motes.studio.jobs import Job, Jobs
+from motes.studio.job import Job
+from motes.studio.jobs import Jobs
 from motes.studio.plan import pass_to
 from motes.studio.pool import Pool
 from motes.studio.processes import Worker, WorkerError
@@ -283,7 +284,7 @@ class Session:
     def take_rows(self, document: Document, tables: dict[int, Table]) -> None:
         """Take objects whose rows are known, by their numbers, as from a file."""
         for number, table in tables.items():
-            self.jobs.know(document.target(number), table)
+            self.jobs.results.know(document.target(number), table)
         self._put(document)
         self._set_tracked({*self._tracked, *tables})
         self._take(document)

@@ -11,7 +11,7 @@ import msgspec
 from motes.core.config import to_dict
 from motes.output.journal import FrameRow
 from motes.studio.document import regions_of
-from motes.studio.jobs import Audience, Job
+from motes.studio.job import Audience, Job
 from motes.studio.pool import LONG, Pool
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch

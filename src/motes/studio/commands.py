@@ -1,0 +1,239 @@
+"""The commands of the protocol: what a page asks for; see `motes.studio.protocol`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import UNSET, Meta, UnsetType
+
+Region = Annotated[tuple[float, ...], Meta(min_length=4, max_length=5)]
+Name = Annotated[str, Meta(max_length=100)]
+Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}$")]
+Toml = Annotated[str, Meta(max_length=1 << 16)]
+"""The text of a configuration file; it takes the place of a preset."""
+Number = Annotated[int, Meta(ge=0, le=2**53 - 1)]
+"""A frame, an object, a job or a seed."""
+Few = Annotated[list[Number], Meta(max_length=100)]
+Layer = Literal["rho", "likelihoods", "particles", "histograms", "orientation"]
+"""`rho` is the surface around the target, figure 3 of Nummiaro et al.; `likelihoods` is the same
+for each cue; `orientation` has the histograms of figure 1 of Maggio et al."""
+
+
+class _Command(msgspec.Struct, frozen=True, tag=str.lower, forbid_unknown_fields=True):
+    """What the page asks for; `id` is repeated in the reply."""
+
+    id: Number
+
+
+class AddObject(_Command, frozen=True, tag="add_object"):
+    """Add an object that a person has drawn; the drawing is its first keyframe.
+
+    The reply has the number of the object.
+    """
+
+    name: Name
+    color: Color
+    frame: Number
+    region: Region
+    preset: Name = "default"
+    config: Toml | None = None
+    seed: Number = 0
+
+
+class ChangeObject(_Command, frozen=True, tag="change_object"):
+    """Change what is given of an object; another tracker or seed makes its rows void."""
+
+    object: Number
+    name: Name | UnsetType = UNSET
+    color: Color | UnsetType = UNSET
+    preset: Name | UnsetType = UNSET
+    config: Toml | UnsetType | None = UNSET
+    seed: Number | UnsetType = UNSET
+
+
+class RemoveObject(_Command, frozen=True, tag="remove_object"):
+    """Remove an object and what is compared with it."""
+
+    object: Number
+
+
+class SetKeyframe(_Command, frozen=True, tag="set_keyframe"):
+    """Mark the object in a frame; None marks it as absent.
+
+    If the object has been tracked, the stretch between the neighboring keyframes is tracked again.
+    """
+
+    object: Number
+    frame: Number
+    region: Region | None
+
+
+class RemoveKeyframe(_Command, frozen=True, tag="remove_keyframe"):
+    """Remove the mark of a frame: a region or an absence."""
+
+    object: Number
+    frame: Number
+
+
+class SetAbsent(_Command, frozen=True, tag="set_absent"):
+    """Mark the object as absent from one frame to another, the last one included."""
+
+    object: Number
+    first: Number
+    last: Number
+
+
+class Split(_Command, frozen=True, tag="split"):
+    """Make the frames of an object from `frame` on a new object; the reply has its number."""
+
+    object: Number
+    frame: Number
+
+
+class Join(_Command, frozen=True, tag="join"):
+    """Add the frames and keyframes of `other` to an object, and remove `other`."""
+
+    object: Number
+    other: Number
+
+
+class Track(_Command, frozen=True, tag="track"):
+    """Track objects between their keyframes; without objects, all. The reply has the job."""
+
+    objects: Few = []
+
+
+class Pause(_Command, frozen=True, tag="pause"):
+    """Let a job wait."""
+
+    job: Number
+
+
+class Resume(_Command, frozen=True, tag="resume"):
+    """Let a job that waits go on."""
+
+    job: Number
+
+
+class Stop(_Command, frozen=True, tag="stop"):
+    """End a job; the rows so far are kept."""
+
+    job: Number
+
+
+class Undo(_Command, frozen=True, tag="undo"):
+    """Take back the last change."""
+
+
+class Redo(_Command, frozen=True, tag="redo"):
+    """Make the change again that was taken back last."""
+
+
+class Doubts(_Command, frozen=True, tag="doubts"):
+    """Ask for the doubtful frames of an object, in the order of `motes check`."""
+
+    object: Number
+    count: Annotated[int, Meta(ge=1, le=100)] = 20
+
+
+class Look(_Command, frozen=True, tag="look"):
+    """Ask for layers of a frame; a `Layers` comes when they are made.
+
+    A tracker starts at the nearest keyframe before the frame, or else after it, and goes there.
+    """
+
+    object: Number
+    frame: Number
+    layers: Annotated[list[Layer], Meta(max_length=5)]
+
+
+class Watch(_Command, frozen=True, tag="watch"):
+    """Track all that moves, as `motes watch`. The reply has the job."""
+
+    detector: Literal["mog2", "knn", "gaussian", "people", "faces"] = "mog2"
+    preset: Name = "nummiaro:adaptive"
+    config: Toml | None = None
+    seed: Number = 0
+
+
+class Line(msgspec.Struct, frozen=True):
+    """A line whose crossings count: its ends, and its name."""
+
+    points: tuple[float, float, float, float]
+    name: Name = ""
+    label: tuple[Name, Name] = ("left", "right")
+
+
+class Zone(msgspec.Struct, frozen=True):
+    """A polygon whose entries and exits count: x and y of its corners, and its name."""
+
+    points: Annotated[tuple[float, ...], Meta(min_length=6, max_length=400)]
+    name: Name = ""
+    dwell: Annotated[float, Meta(gt=0)] | None = None
+
+
+GroundPoints = Annotated[
+    tuple[tuple[float, float, float, float], ...], Meta(min_length=4, max_length=100)
+]
+"""Points of the picture and their places on the ground: x, y in pixels, X, Y in metres."""
+
+
+class Places(msgspec.Struct, frozen=True):
+    """What is drawn on the picture for counting."""
+
+    lines: Annotated[tuple[Line, ...], Meta(max_length=50)] = ()
+    zones: Annotated[tuple[Zone, ...], Meta(max_length=50)] = ()
+    ground: GroundPoints | None = None
+
+
+class SetPlaces(_Command, frozen=True, tag="set_places"):
+    """Replace the lines, zones and the ground; they count from the next `Watch` on."""
+
+    places: Places
+
+
+class Compare(_Command, frozen=True, tag="compare"):
+    """Add an object with the keyframes of another one and a tracker of its own.
+
+    It follows all changes of these keyframes. The reply has its number.
+    """
+
+    object: Number
+    preset: Name = "default"
+    config: Toml | None = None
+    seed: Number = 0
+
+
+class Acknowledge(_Command, frozen=True, tag="acknowledge"):
+    """An overlay has been drawn: its number. There is no reply.
+
+    A page that does not acknowledge gets no further overlays, but all rows.
+    """
+
+    number: Number
+
+
+Command = (
+    AddObject
+    | ChangeObject
+    | RemoveObject
+    | SetKeyframe
+    | RemoveKeyframe
+    | SetAbsent
+    | Split
+    | Join
+    | Track
+    | Pause
+    | Resume
+    | Stop
+    | Undo
+    | Redo
+    | Doubts
+    | Look
+    | Watch
+    | SetPlaces
+    | Compare
+    | Acknowledge
+)
+"""From the page to the server."""

@@ -1,0 +1,381 @@
+"""The messages of the protocol: what the server sends; see `motes.studio.protocol`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from motes.studio.commands import Places, Region
+
+
+class Film(msgspec.Struct, frozen=True):
+    """A film that can be opened: its name for `POST /api/sessions`, and its size in bytes."""
+
+    name: str
+    bytes: int
+    uploaded: bool = False
+
+
+class FilmFacts(msgspec.Struct, frozen=True):
+    """A film that is open: its name, its size in pixels, its number of frames and its rate."""
+
+    name: str
+    width: int
+    height: int
+    frames: int
+    fps: float
+
+
+class Preset(msgspec.Struct, frozen=True):
+    """A tracker that can be chosen, in one line."""
+
+    name: str
+    summary: str
+
+
+class Presets(msgspec.Struct, frozen=True):
+    """The trackers of one object, and those of the many-object mode."""
+
+    track: list[Preset]
+    watch: list[Preset]
+
+
+class Open(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The body of `POST /api/sessions`: a film's name, and whether it is an upload."""
+
+    film: Annotated[str, Meta(max_length=1000)]
+    uploaded: bool = False
+
+
+class SessionCard(msgspec.Struct, frozen=True):
+    """A session in the list: its film, its number of objects, and when it changed last (UTC)."""
+
+    id: str
+    film: str
+    objects: int
+    changed: str
+
+
+class Keyframe(msgspec.Struct, frozen=True):
+    """A frame in which a person has drawn the object."""
+
+    frame: int
+    region: Region
+
+
+class Item(msgspec.Struct, frozen=True):
+    """An object.
+
+    Attributes
+    ----------
+    object
+        Its number.
+    name, color, preset, config, seed
+        As in `AddObject`.
+    first, last
+        Its frames, both included.
+    keyframes, absent
+        The drawn frames; and the first and last frames of absences.
+    corrections
+        Number of corrections so far: marks after the first one.
+    compared
+        The object whose keyframes it has; None for an object with its own.
+    cues
+        Names of the tracker's cues, in the order of the weights in its rows.
+    tracked
+        Whether it has been tracked; corrections are then followed by themselves.
+    """
+
+    object: int
+    name: str
+    color: str
+    preset: str
+    config: str | None
+    seed: int
+    first: int
+    last: int
+    keyframes: list[Keyframe]
+    absent: list[tuple[int, int]]
+    corrections: int
+    compared: int | None
+    cues: list[str]
+    tracked: bool
+
+
+JobStatus = Literal["waiting", "running", "paused", "done", "stopped", "failed"]
+
+
+class Progress(msgspec.Struct, frozen=True, tag="progress"):
+    """The state of a job.
+
+    Attributes
+    ----------
+    job, kind
+        Its number, and what it does.
+    objects
+        The objects that it tracks.
+    done, total
+        Frames; a frame that is passed forward and backward counts twice.
+    rate
+        Frames a second; None if unknown.
+    left
+        Seconds; None if unknown.
+    status
+        Its state.
+    error
+        Why it failed.
+    """
+
+    job: int
+    kind: Literal["track", "watch"]
+    objects: list[int]
+    done: int
+    total: int
+    rate: float | None
+    left: float | None
+    status: JobStatus
+    error: str | None = None
+
+
+class Session(msgspec.Struct, frozen=True):
+    """A whole session, without rows.
+
+    Attributes
+    ----------
+    id, film
+        Its name in addresses, and its film.
+    revision
+        Grows with every change.
+    objects, places
+        What a person has drawn.
+    jobs
+        The jobs of the server since it has started.
+    effort
+        Corrections for each 100 frames of objects.
+    undo, redo
+        Whether there is something to take back, or to make again.
+    """
+
+    id: str
+    film: FilmFacts
+    revision: int
+    objects: list[Item]
+    places: Places
+    jobs: list[Progress]
+    effort: float
+    undo: bool
+    redo: bool
+
+
+class State(msgspec.Struct, frozen=True, tag="state"):
+    """The session, first of all and after every change."""
+
+    session: Session
+
+
+class Row(msgspec.Struct, frozen=True, array_like=True):
+    """An object in a frame; a value that is not known is None.
+
+    Attributes
+    ----------
+    frame, time, x, y, a, b, theta, confidence, status, distance, effective_sample_size
+        As in the rows of `motes track`.
+    deviations
+        Standard deviations of x, y, a, b, theta.
+    cue_weights
+        The weight of each cue.
+    final
+        Whether it is the result, smoothed from both sides; else that of the pass so far.
+    """
+
+    frame: int
+    time: float
+    x: float | None
+    y: float | None
+    a: float | None
+    b: float | None
+    theta: float | None
+    confidence: float | None
+    status: str
+    distance: float | None
+    effective_sample_size: float | None
+    deviations: tuple[float, ...] | None
+    cue_weights: tuple[float, ...]
+    final: bool
+
+
+class Rows(msgspec.Struct, frozen=True, tag="rows"):
+    """Rows of an object, in any order; each replaces an earlier one of its frame.
+
+    With `reset`, all earlier rows of the object are void.
+    """
+
+    object: int
+    rows: list[Row]
+    reset: bool = False
+
+
+class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
+    """What a tracker sees in a frame while it runs; a slow page does not get all.
+
+    Attributes
+    ----------
+    number
+        To acknowledge.
+    ellipse
+        x, y, a, b, theta.
+    covariance
+        Of x and y: xx, xy, yy.
+    particles, weights
+        At most 200 of the particles x, y, a, b, theta, and their weights; the heaviest is 1.
+    milliseconds
+        The time that the tracker took, figure 7 of Nummiaro et al.
+    supporting
+        The number of particles that fulfill the appearance rule, their figure 12; None without one.
+    """
+
+    number: int
+    object: int
+    frame: int
+    ellipse: tuple[float, float, float, float, float]
+    covariance: tuple[float, float, float]
+    particles: list[tuple[float, float, float, float, float]]
+    weights: list[float]
+    cue_weights: dict[str, float]
+    milliseconds: float
+    supporting: int | None
+
+
+class Doubt(msgspec.Struct, frozen=True):
+    """A doubtful frame: see `motes.correction.suspects.Doubt`."""
+
+    frame: int
+    gain: float
+    reasons: list[str]
+
+
+class DoubtList(msgspec.Struct, frozen=True, tag="doubts"):
+    """The doubtful frames of an object, the first to correct first."""
+
+    object: int
+    items: list[Doubt]
+
+
+class Surface(msgspec.Struct, frozen=True):
+    """Heights over a grid: `values[i][j]` belongs to `y[i]` and `x[j]`."""
+
+    x: list[float]
+    y: list[float]
+    values: list[list[float]]
+
+
+class Histograms(msgspec.Struct, frozen=True):
+    """Shares of the bins of a cue: of the target model, and of the estimate's region."""
+
+    model: list[float]
+    estimate: list[float]
+
+
+class Layers(msgspec.Struct, frozen=True, tag="layers"):
+    """Layers of a frame; one that the tracker does not have is empty.
+
+    Attributes
+    ----------
+    likelihoods
+        A surface for each cue.
+    particles, weights
+        As in `Overlay`.
+    histograms
+        For each cue that has histograms.
+    orientation
+        The histograms of edge orientations: `rotated`, `fourier` and `model`.
+    """
+
+    object: int
+    frame: int
+    ellipse: tuple[float, float, float, float, float]
+    rho: Surface | None = None
+    likelihoods: dict[str, Surface] = {}
+    particles: list[tuple[float, float, float, float, float]] = []
+    weights: list[float] = []
+    histograms: dict[str, Histograms] = {}
+    orientation: dict[str, list[float]] = {}
+
+
+class SceneObject(msgspec.Struct, frozen=True, array_like=True):
+    """An object of the many-object mode in a frame: its box and its state."""
+
+    identity: int
+    x: float
+    y: float
+    width: float
+    height: float
+    confidence: float
+    status: str
+    occluded_by: int | None
+    label: str | None
+
+
+class SceneFrame(msgspec.Struct, frozen=True, array_like=True):
+    """The objects of the many-object mode in a frame."""
+
+    frame: int
+    time: float
+    objects: list[SceneObject]
+
+
+class SceneRows(msgspec.Struct, frozen=True, tag="scene_rows"):
+    """Frames of the many-object mode; with `reset`, earlier ones are void."""
+
+    frames: list[SceneFrame]
+    reset: bool = False
+
+
+class SceneEvents(msgspec.Struct, frozen=True, tag="scene_events"):
+    """Events as in `motes watch --events`; with `reset`, earlier ones are void."""
+
+    events: list[dict[str, Any]]
+    reset: bool = False
+
+
+class Counts(msgspec.Struct, frozen=True, tag="counts"):
+    """How often each event has happened, by its name, as `line 1 left`; and objects now."""
+
+    objects: int
+    totals: dict[str, int]
+
+
+class Reply(msgspec.Struct, frozen=True, tag="reply"):
+    """The answer to a command: an error in one line, or None; and a new object's or job's number.
+
+    A message that is no command is answered with id -1.
+    """
+
+    id: int
+    error: str | None = None
+    object: int | None = None
+    job: int | None = None
+
+
+class Failure(msgspec.Struct, frozen=True, tag="failure"):
+    """Something has failed: the film has ended its worker, or a file is refused; one line."""
+
+    error: str
+
+
+Message = (
+    State
+    | Rows
+    | Overlay
+    | Progress
+    | DoubtList
+    | Layers
+    | SceneRows
+    | SceneEvents
+    | Counts
+    | Reply
+    | Failure
+)
+"""From the server to the page."""
