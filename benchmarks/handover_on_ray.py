@@ -116,22 +116,23 @@ def measure(building: Building, largest: int, people: float) -> None:
         actors = [make.remote(rig, parts, n) for n in range(len(parts))]
         ray.get([actor.start.remote(dict(enumerate(actors))) for actor in actors])
         meetings = {name: actors[n] for n, part in enumerate(parts) for name in part}
-        seconds = max(1.0, 800 / len(cameras))  # 10 reports of a camera in each
+        seconds = max(1.5, 1200 / len(cameras))  # 10 reports of a camera in each
         sending = ray.remote(Sender).options(num_cpus=0, max_concurrency=1000)
         senders = [
             sending.remote(building, seconds, people, cameras[n::SENDERS], meetings)
             for n in range(SENDERS)
         ]
-        half = min(ray.get([sender.open.remote() for sender in senders])) // 2
+        third = min(ray.get([sender.open.remote() for sender in senders])) // 3
         taking = ray.remote(_take).options(num_cpus=0).remote(actors)
+        ray.get([sender.send.remote(third, None) for sender in senders])  # imports, connections
         before = sum(ray.get([actor.busy.remote() for actor in actors]))
         begun = time.perf_counter()
-        ray.get([sender.send.remote(half, None) for sender in senders])
+        ray.get([sender.send.remote(third, None) for sender in senders])
         wall = time.perf_counter() - begun
         busy = sum(ray.get([actor.busy.remote() for actor in actors])) - before
-        total = SENDERS * half
+        total = SENDERS * third
         rate = total / wall
-        answers = ray.get([sender.send.remote(half, rate / 2 / SENDERS) for sender in senders])
+        answers = ray.get([sender.send.remote(third, rate / 2 / SENDERS) for sender in senders])
         latency: Floats = 1e3 * np.concatenate(answers)
         ray.get([sender.close.remote() for sender in senders])
         rows = ray.get(taking)

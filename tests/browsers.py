@@ -25,7 +25,7 @@ FRAMES = 60
 CORNERS = (135, 79), (195, 159)
 """Corners of the target in the first frame."""
 MIDDLE = 165.0, 119.0
-PATIENCE = 30_000
+PATIENCE = 120_000
 """Milliseconds after which something on the page is taken to be missing."""
 START = "import('/static/main.js').then(({ app }) => "
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import loops
-from motes.cluster import handover_actor
+from motes.cluster import handover_actor, rig_on_ray
 from motes.cluster.camera_actor import OPEN, ActorLine
 from motes.cluster.handover_actor import HandoverActor
 from motes.cluster.remote_camera import RemoteCamera, reason
@@ -228,6 +228,44 @@ def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
         ("one", {1: 1}),
     ]
     assert rig.handover.handed == 3
+
+
+class Batches:
+    """Stands for Ray and for an actor whose news come in batches."""
+
+    exceptions = types.SimpleNamespace(RayError=OSError)
+
+    def __init__(self, *batches: list[Any]) -> None:
+        self._batches, self.taken, self.take = [*batches], 0, self
+
+    def remote(self) -> Batches:
+        """Take a batch."""
+        return self
+
+    def wait(self, calls: list[Batches], timeout: float) -> tuple[list[Batches], None]:
+        """Find one call answered: this actor is the fastest."""
+        return sorted(calls, key=lambda call: call is not self)[:1], None
+
+    def get(self, call: Batches) -> bytes:
+        """Return the news of a call."""
+        call.taken += 1
+        return msgspec.msgpack.encode(call._batches.pop(0))
+
+
+def test_a_recording_that_is_ahead_waits_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rig_on_ray, "ROOM", 10)
+    rig = object.__new__(ClusterRig)
+    rig._order, rig._numbers, rig.handover = {"one": 0, "two": 1}, None, Handover()
+    rig._streams = [_Stream(recorded=True), _Stream(recorded=True)]
+    fast = [[Associated(seen("one", n, n / 10), {1: 1}, 1, False)] for n in range(50)]
+    ahead = Batches(*fast, [PartEnded(0, {})])
+    late = Batches([Associated(seen("two", 0, 2.05), {1: 2}, 2, False)], [PartEnded(0, {})])
+    rig._actors, rig._ray = [ahead, late], ahead
+    order = []
+    for news in rig:
+        order.append(_name(news))
+        assert ahead.taken <= len(order) + 12
+    assert order == ["one"] * 21 + ["two"] + ["one"] * 29
 
 
 def _name(news: Any) -> str:

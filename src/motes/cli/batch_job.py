@@ -14,7 +14,8 @@ from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
-from motes.cli.track import TrackOutputs, track
+from motes.cli.track import track
+from motes.cli.track_options import TrackOutputs
 from motes.cli.track_target import TargetOptions
 from motes.cli.watch import PRESET, ObjectOptions, WatchOutputs, watch
 from motes.cli.watch_counting import CountingOptions

@@ -12,7 +12,7 @@ import msgspec
 from msgspec.structs import replace
 
 from motes.cluster.camera_actor import OPEN
-from motes.cluster.handover_actor import HandoverActor
+from motes.cluster.handover_actor import ROOM, HandoverActor
 from motes.cluster.remote_camera import SHARE, reason
 from motes.cluster.rig_messages import Associated, PartEnded, PartNews
 from motes.core.errors import ConfigError, MotesError
@@ -24,8 +24,8 @@ from motes.sot.known_target import Target
 from motes.video.sources import is_recorded
 
 CAMERAS = 40
-"""Largest number of live cameras of a handover actor: with 25 frames a second each, they take half of
-the 2,000 reports a second that one core receives through Ray."""
+"""Largest number of live cameras of a handover actor: with 25 frames a second each, they send half
+of the 2,000 reports a second that one core receives through Ray."""
 HANDOVER = "handover"
 """The resource of the nodes on which reports meet; without such nodes, they meet where the program
 runs, which then has one node on which it depends."""
@@ -82,8 +82,11 @@ class ClusterRig:
     def __iter__(
         self,
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
-        calls = {actor.take.remote(): n for n, actor in enumerate(self._actors)}
-        while calls:
+        calls: dict[Any, int] = {}
+        while not all(stream.over for stream in self._streams):
+            for part, stream in enumerate(self._streams):
+                if stream.wants_news and part not in calls.values():
+                    calls[self._actors[part].take.remote()] = part
             for call in self._ray.wait([*calls], timeout=LISTEN)[0]:
                 part = calls.pop(call)
                 try:
@@ -92,8 +95,6 @@ class ClusterRig:
                     raise MotesError(f"A handover actor is lost: {reason(error)}.") from None
                 stream = self._streams[part]
                 stream.news += msgspec.msgpack.decode(data, type=list[PartNews])
-                if not isinstance(stream.news[-1], PartEnded):
-                    calls[self._actors[part].take.remote()] = part
             yield from self._ready()
 
     def _ready(
@@ -145,6 +146,12 @@ class _Stream:
     def __init__(self, recorded: bool) -> None:
         self.news: deque[Any] = deque()
         self.recorded, self.over = recorded, False
+
+    @property
+    def wants_news(self) -> bool:
+        """Whether more may come: recordings that are ahead of others wait with their news."""
+        ended = self.over or (bool(self.news) and isinstance(self.news[-1], PartEnded))
+        return not ended and len(self.news) <= ROOM
 
     @property
     def blocks(self) -> bool:

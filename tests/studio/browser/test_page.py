@@ -209,11 +209,13 @@ def test_axe_finds_nothing(visit: Callable[..., Shown], colors: str) -> None:
     check("films")
     shown.open()
     shown.draw()
+    page.get_by_role("tab", name="Count").click()
     check("an object")
-    for tab in ("Doubts", "Count"):
-        page.get_by_role("tab", name=tab).click()
-        check(tab)
+    if colors == "light":
+        return
     shown.track()
+    page.get_by_role("tab", name="Doubts").click()
+    check("doubts")
     for key in ("?", "x", "c"):
         page.keyboard.press(key)
         page.locator("dialog[open]").wait_for()

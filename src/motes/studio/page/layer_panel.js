@@ -76,10 +76,12 @@ function look(app) {
   const wanted = ASKED.filter((layer) => state.shown.has(layer));
   if ([...state.shown].some((layer) => layer.startsWith("cue:"))) wanted.push("likelihoods");
   if (state.tab === "layers") wanted.push("histograms", "orientation");
-  const { looked, asked, session } = state;
-  const key = [item.object, state.pictured, session.revision, ...wanted].join();
-  if (!wanted.length || key === asked || (looked && looked.key === key)) return;
-  store.set({ asked: key });
+  const { asked, session } = state;
+  const about = [item.object, state.pictured, session.revision].join();
+  const key = [about, ...wanted].join();
+  if (!wanted.length || key === asked?.key) return;
+  if (about !== asked?.about) store.set({ looked: null }); // the rows may be others now
+  store.set({ asked: { about, key } });
   actions.send("look", { object: item.object, frame: state.pictured, layers: wanted });
 }
 

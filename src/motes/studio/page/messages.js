@@ -47,7 +47,9 @@ export const MESSAGES = {
   },
 
   layers(store, layers) {
-    store.set({ looked: layers });
+    const { looked } = store.state;
+    const same = looked?.object === layers.object && looked.frame === layers.frame;
+    store.set({ looked: same ? together(looked, layers) : layers });
   },
 
   scene_rows(store, { frames, reset }) {
@@ -74,6 +76,16 @@ export const MESSAGES = {
     announce(error, "error");
   },
 };
+
+/** Return the layers of two answers about the same frame, which may come in any order. */
+const together = (old, now) => ({
+  ...now,
+  rho: now.rho ?? old.rho,
+  likelihoods: { ...old.likelihoods, ...now.likelihoods },
+  histograms: { ...old.histograms, ...now.histograms },
+  orientation: { ...old.orientation, ...now.orientation },
+  ...(now.particles.length ? {} : { particles: old.particles, weights: old.weights }),
+});
 
 /** Keep the known film if it is the same: views of the film need not be drawn again. */
 const sameFilm = (old, film) => (JSON.stringify(old) === JSON.stringify(film) ? old : film);
