@@ -3,8 +3,9 @@
     python benchmarks/cluster_speed.py workers           one worker, two, and two on Ray; 24 films
     python benchmarks/cluster_speed.py overhead          2,000 jobs of 10 frames
     python benchmarks/cluster_speed.py overhead --ray    the same on Ray
+    python benchmarks/cluster_speed.py tasks             empty tasks, local and on Ray
     python benchmarks/cluster_speed.py memory            the driver's, with 100,000 jobs that wait
-    python benchmarks/cluster_speed.py growth --plot docs/images/batch-growth.svg
+    python benchmarks/cluster_speed.py growth --plot growth.png
 
 Rounds are interleaved, so that a busy machine hits all sides. Processor time is that of the driver
 and of its processes; it is steadier than the clock, but those of Ray are no children of the driver.
@@ -26,6 +27,10 @@ from pathlib import Path
 
 from cluster_common import film, finish, ray_cluster, results, start, table
 from motes.cli.batch_job import make
+from motes.cluster.local import LocalPool
+from motes.cluster.on_ray import RayPool
+from motes.cluster.pool import Task, run
+from motes.cluster.ray_connection import connected
 from motes.cluster.table import JobTable
 
 
@@ -104,6 +109,21 @@ def overhead(folder: Path, count: int, workers: int, ray: bool) -> None:
     print(f"  {whole[0]:.1f} s in all, a batch of one job {alone[0]:.1f} s")
 
 
+def tasks(count: int) -> None:
+    """Print how long the driver has for a task that does nothing, after some that warm it up."""
+    with LocalPool(2) as local, ray_cluster(2) as cluster, connected(cluster.address) as ray:
+        remote = RayPool(ray)
+        for name, pool in (("local", local), ("Ray", remote), ("local", local), ("Ray", remote)):
+            begun, before = time.perf_counter(), time.process_time()
+            for _ in run(pool, (Task(f"{n}", abs, n) for n in range(count))):
+                pass
+            wall, used = time.perf_counter() - begun, time.process_time() - before
+            ms = 1000 / count
+            print(f"{name}: {count} empty tasks, {wall * ms:.1f} ms each by the clock, "
+                  f"{used * ms:.2f} ms of the driver's processor time", flush=True)  # fmt: skip
+        remote.close()
+
+
 def memory(folder: Path, counts: Sequence[int], seconds: float) -> None:
     """Print the largest memory of the driver while so many jobs wait."""
     source = film(folder / "film.mp4", 200)
@@ -175,7 +195,7 @@ def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequ
 def main() -> int:
     """Measure one of these."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["workers", "overhead", "memory", "growth"])
+    parser.add_argument("what", choices=["workers", "overhead", "tasks", "memory", "growth"])
     parser.add_argument("--ray", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--jobs", type=int, nargs="+", help="their number, or their numbers")
@@ -189,6 +209,8 @@ def main() -> int:
             compare_workers(folder, options.rounds)
         elif options.what == "overhead":
             overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
+        elif options.what == "tasks":
+            tasks((options.jobs or [500])[0])
         elif options.what == "memory":
             memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
         else:
