@@ -82,7 +82,7 @@ def test_figures_of_the_motion(go: Go) -> None:
     [
         ("--scale 20 --ground g.toml", 2, "Give either --scale or --ground"),
         ("--lens g.toml", 2, "Give either --scale or --ground; --lens needs one"),
-        ("--scale 0", 2, "--scale: "),
+        ("--scale 0", 2, "--scale is 0; give pixels per metre, above 0"),
         ("--ground none.toml", 3, "none.toml cannot be read"),
         ("--ground g.toml", 2, "g.toml: it has no [ground]"),
         ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),

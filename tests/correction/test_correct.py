@@ -27,7 +27,7 @@ FRAMES = 48
 
 @pytest.fixture(scope="module")
 def clip() -> Clip:
-    return occluded((160, 120), frames=FRAMES)
+    return occluded((192, 144), frames=FRAMES)
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,8 @@ def wrapped(angles: Floats) -> Floats:
 
 
 def test_a_turn_is_followed_without_steps() -> None:
-    clip, tracker, found, truth = turning((160, 120)), Tracker(), [], []
+    clip, tracker = turning((160, 120)), Tracker()
+    found, truth = list[float](), list[float]()
     for index in range(10, 70):  # in frame 0 it is upright
         frame, (true, *_) = clip[index]
         track = tracker.update(frame) if found else tracker.init(frame, true.ellipse)
@@ -77,7 +78,7 @@ def test_a_turned_picture_is_turned_by_as_much() -> None:
 def test_jitter_at_rest() -> None:
     """A target at rest under noise jitters by less than 0.3 pixels."""
     frame, (true, *_) = still((160, 120), target=(30, 40), frames=1)[0]
-    rng, tracker, found = np.random.default_rng(0), Tracker(), []
+    rng, tracker, found = np.random.default_rng(0), Tracker(), list[Ellipse]()
     for index in range(40):
         noisy = np.clip(frame.pixels + rng.normal(0, 8, frame.pixels.shape), 0, 255)
         seen = Frame(index, index / 25, noisy.astype(np.uint8))

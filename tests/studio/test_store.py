@@ -113,6 +113,29 @@ def test_changes_behind_an_undo_are_forgotten(tmp_path: Path) -> None:
     store.close()
 
 
+def test_a_full_disk_ends_a_job_with_a_message(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "films").mkdir()
+    film(tmp_path / "films" / "film.mkv")
+
+    def full(*_: object) -> None:
+        raise FormatError("there is no room")
+
+    with (
+        running(tmp_path / "films", tmp_path / "data") as client,
+        looking(client, begin(client)) as page,
+    ):
+        number = page.drawn()
+        with monkeypatch.context() as patched:
+            patched.setattr(Store, "add_part", full)
+            job = page.do("track").job
+            assert job is not None
+            page.until(lambda: page.jobs[job].status == "failed")
+        assert page.jobs[job].error == "there is no room"
+        page.tracked(number)
+
+
 def test_a_store_that_cannot_be_used_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "studio.sqlite").write_bytes(b"this is no base of data" * 100)
     with pytest.raises(FormatError, match="cannot be used"):

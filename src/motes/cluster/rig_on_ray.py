@@ -24,8 +24,8 @@ from motes.sot.known_target import Target
 from motes.video.sources import is_recorded
 
 CAMERAS = 40
-"""Largest number of live cameras of a handover actor: with 25 frames a second each, they send half
-of the 2,000 reports a second that one core receives through Ray."""
+"""Largest number of live cameras of a handover actor: with 25 frames a second each, they send the
+1,000 reports a second that one busy core receives through Ray and tells its neighbors."""
 HANDOVER = "handover"
 """The resource of the nodes on which reports meet; without such nodes, they meet where the program
 runs, which then has one node on which it depends."""

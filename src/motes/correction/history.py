@@ -129,7 +129,9 @@ class History(msgspec.Struct, frozen=True):
         try:
             write_whole(path, msgspec.json.format(msgspec.json.encode(self), indent=1) + b"\n")
         except OSError as error:
-            raise FormatError(f"{path} cannot be written: {error.strerror}.") from None
+            raise FormatError(
+                f"{path} cannot be written: {error.strerror}; make room, or choose another place."
+            ) from None
 
     @property
     def tracker(self) -> TrackerConfig:

@@ -40,8 +40,8 @@ from motes.studio.tasks import (
 )
 from motes.video.film import Film
 
-EVERY = 0.033
-"""Seconds between parts: the page draws about 30 overlays a second."""
+EVERY = 0.025
+"""Seconds between parts: there are up to 40 overlays a second."""
 
 
 class Work:

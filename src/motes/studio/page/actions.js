@@ -2,7 +2,7 @@
 
 import { announce, read } from "./announce.js";
 import { nextColor } from "./colors.js";
-import { isAbsent, itemOf, keyframeOf, nearestRegion, runningJobs, selectedItem } from "./derived.js";
+import { isAbsent, itemOf, keyframeOf, nearestRegion, selectedItem } from "./derived.js";
 import { rounded } from "./geometry.js";
 
 const DOUBTS = 20;
@@ -162,10 +162,6 @@ export class Actions {
     if (!reply) return;
     this.store.set({ beside: reply.object });
     await this.track(item.tracked ? [reply.object] : [item.object, reply.object]);
-  }
-
-  stopAll() {
-    return Promise.all(runningJobs(this.state).map(({ job }) => this.job("stop", job)));
   }
 
   /** The object that corrections go to: a compared one has no keyframes of its own. */

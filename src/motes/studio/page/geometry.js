@@ -62,7 +62,7 @@ export function contains(region, point) {
 }
 
 /** Return a point given in the axes of a region, in pixels of the film. */
-export function pointOf(region, u, v) {
+function pointOf(region, u, v) {
   const [x, y, a, b, theta] = asEllipse(region);
   const [cos, sin] = [Math.cos(theta), Math.sin(theta)];
   return [x + u * a * cos - v * b * sin, y + u * a * sin + v * b * cos];

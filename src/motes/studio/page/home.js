@@ -38,7 +38,7 @@ export async function refreshHome({ store }) {
 }
 
 /** Open a new session on a film. */
-export async function openFilm(app, film, uploaded = false) {
+async function openFilm(app, film, uploaded = false) {
   try {
     const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
     location.hash = `#${session.id}`;

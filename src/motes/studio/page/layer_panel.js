@@ -22,8 +22,8 @@ export function mountLayerPanel(app) {
   const boxes = element("div", { class: "checks" });
   const surface = element("select", { onchange: ({ target }) => chooseSurface(store, target.value) });
   const plots = element("div", { class: "plots" });
-  const lanes = element("div", { class: "checks" }, LANES.map(({ name, label }) =>
-    check(label, store.state.lanes.has(name), (on) => store.set({ lanes: changed(store.state.lanes, name, on) }))));
+  const lanes = element("div", { class: "checks" }, LANES.map(({ name, label, unit }) =>
+    check(unit ? `${label}, ${unit}` : label, store.state.lanes.has(name), (on) => store.set({ lanes: changed(store.state.lanes, name, on) }))));
   const panel = element("div", { class: "tabpanel" },
     element("section", { class: "panel" }, element("h2", {}, "Over the film"), boxes, field("Surface around the target", surface)),
     element("section", { class: "panel" }, element("h2", {}, "Target model and estimate"), plots),

@@ -23,7 +23,6 @@ import { Store } from "./store.js";
 import { startTheme, switchTheme } from "./theme.js";
 import { isToured, startTour } from "./tour.js";
 import { freshSession, initialState } from "./state.js";
-import { Viewport } from "./viewport.js";
 
 const part = (name) => document.getElementById(name);
 

@@ -22,7 +22,7 @@ export function mountObjects(root, app) {
 }
 
 function entries(app) {
-  const { store, actions } = app;
+  const { store } = app;
   const { session, selected, hidden } = store.state;
   if (!session.objects.length) {
     return [element("li", { class: "empty muted" }, "Draw a box or an ellipse around an object.")];
@@ -33,7 +33,7 @@ function entries(app) {
       "button",
       {
         type: "button", class: "object grow", "aria-pressed": String(item.object === selected),
-        onclick: () => choose_(app, item),
+        onclick: () => pick(app, item),
       },
       swatch(item.color, dashes(place)),
       element("span", { class: "grow name" }, item.name),
@@ -50,7 +50,7 @@ function entries(app) {
 }
 
 /** Choose an object; one that is compared is shown beside the other one. */
-function choose_({ store, player }, item) {
+function pick({ store, player }, item) {
   const { frame } = store.state;
   store.set({ selected: item.object });
   if (item.compared !== null) store.set({ beside: item.object });

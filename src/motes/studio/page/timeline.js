@@ -57,7 +57,7 @@ export function mountTimeline(root, { store, player }) {
 }
 
 /** Return the frames that the timeline shows: first and last. */
-export const shownRange = ({ film, range }) => range ?? [0, film.frames - 1];
+const shownRange = ({ film, range }) => range ?? [0, film.frames - 1];
 
 function frameAt(canvas, state, x) {
   const [first, last] = shownRange(state);
