@@ -75,3 +75,12 @@ def test_the_parts_of_the_default_tracker_are_timed(monkeypatch: pytest.MonkeyPa
     monkeypatch.syspath_prepend(SCRIPTS)
     script: Any = importlib.import_module("default_breakdown")
     assert all(callable(getattr(owner, name)) for owner, name in script.PARTS.values())
+
+
+@pytest.mark.slow
+def test_the_studio_answers_a_page() -> None:
+    pytest.importorskip("starlette")
+    line = [sys.executable, str(SCRIPTS / "studio.py"), "--quick", "--only", "seek,track"]
+    done = subprocess.run(line, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert [what for what, _ in cells(done.stdout)][-1].startswith("correction")

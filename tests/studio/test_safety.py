@@ -24,6 +24,8 @@ from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.tasks import Picture
 from studios import begin, film, looking, running
 
+pytestmark = pytest.mark.slow
+
 PIXELS = 200 * 200
 
 

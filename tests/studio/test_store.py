@@ -19,6 +19,8 @@ from motes.studio.document import Document
 from motes.studio.store import Store
 from studios import BOX, begin, film, looking, running
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def program(folder: Path, data: Path) -> Iterator[tuple[httpx.Client, subprocess.Popen[str]]]:

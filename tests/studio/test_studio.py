@@ -13,6 +13,8 @@ from motes.cli import main
 from motes.studio import protocol
 from studios import BOX, FRAMES, Page, begin, film, looking, running
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -20,6 +20,7 @@ OPTIONAL = {
     "onnxruntime": "onnx",
     "paho.mqtt": "mqtt",
     "matplotlib": "report",
+    "starlette": "studio",
     "trackers": "peers",
 }
 """Optional modules, and the extras that install them."""

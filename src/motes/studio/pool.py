@@ -68,11 +68,6 @@ class Pool:
         for *_, waiter in self._waiting:
             waiter.cancel()
 
-    @property
-    def pids(self) -> list[int]:
-        """The numbers of the processes."""
-        return [worker.pid for worker in self._all]
-
     def _started(self) -> Worker:
         self._count += 1
         worker = Worker(self._path, self._limits, pictures=False)

@@ -114,11 +114,6 @@ class Session:
         if self._pictures is not None:
             self._pictures.close()
 
-    @property
-    def pids(self) -> list[int]:
-        """The numbers of its processes."""
-        return [*self._pool.pids, *([self._pictures.pid] if self._pictures else [])]
-
     # Pictures.
 
     def _picture_worker(self) -> Worker:
