@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+# Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
+needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
+collect_ignore_glob = [] if all(map(find_spec, needed)) else ["studio/*"]
 
 # A busy machine is no failure.
 settings.register_profile("motes", deadline=None, derandomize=True)

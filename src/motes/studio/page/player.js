@@ -77,12 +77,10 @@ export class Player {
     }
   }
 
-  /** Fetch the neighbors of a frame that stands still. */
+  /** Fetch the frame after one that stands still; the one before costs as much as any other. */
   #ahead(frame) {
-    for (const near of [frame + 1, frame - 1]) {
-      if (near >= 0 && near < this.store.state.film.frames) {
-        this.pictures.want(near, { urgent: false }).catch(() => {});
-      }
+    if (frame + 1 < this.store.state.film.frames) {
+      this.pictures.want(frame + 1, { urgent: false }).catch(() => {});
     }
   }
 }
