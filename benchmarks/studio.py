@@ -84,7 +84,7 @@ def render(path: Path, frames: int, size: tuple[int, int]) -> None:
 def studio(folder: Path, data: Path) -> Iterator[tuple[str, int]]:
     """Run a studio, and give its address and its process."""
     words = [sys.executable, "-m", "motes", "studio", str(folder), "--data", str(data)]
-    words += ["--port", "0", "--no-browser"]
+    words += ["--port", "0", "--headless"]
     with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as running:
         try:
             assert running.stderr is not None

@@ -44,7 +44,7 @@ class Program:
     def __init__(self, folder: Path, data: Path, port: int = 0) -> None:
         command = [sys.executable, "-m", "motes", "studio", str(folder), "--port", str(port)]
         self.process = subprocess.Popen(
-            [*command, "--data", str(data), "--no-browser"], stderr=subprocess.PIPE, text=True
+            [*command, "--data", str(data), "--headless"], stderr=subprocess.PIPE, text=True
         )
         assert self.process.stderr is not None
         assert select.select([self.process.stderr], [], [], PATIENCE / 1000)[0]

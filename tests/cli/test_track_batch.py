@@ -91,8 +91,8 @@ def test_documents(go: Go, boxes: str) -> None:
     ("line", "code", "said"),
     [
         (f"FILM {TWO} --ellipse 1,2,3,4,5", 2, "--init and --ellipse contradict each other"),
-        (f"FILM {TWO} --figures f", 2, "are for one --init"),
-        (f"FILM {TWO} --fps-target 20", 2, "are for one --init"),
+        (f"FILM {TWO} --figures f", 2, "for one --init"),
+        (f"FILM {TWO} --fps-target 20", 2, "for one --init"),
         (f"FILM {TWO} --init 1,2,3 -o r.csv", 2, "--init takes x,y,width,height"),
         (f"FILM {TWO} --init 1,2,-3,4 -o r.csv", 2, "has no area"),
         (f"FILM {TWO} --init 900,2,3,4 -o r.xml", 2, "outside"),

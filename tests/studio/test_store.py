@@ -27,7 +27,7 @@ def program(folder: Path, data: Path) -> Iterator[tuple[httpx.Client, subprocess
     """Run `motes studio`, and give a client of it and its process."""
     words = [sys.executable, "-m", "motes", "studio", str(folder), "--data", str(data)]
     with subprocess.Popen(
-        [*words, "--port", "0", "--no-browser"], stderr=subprocess.PIPE, text=True
+        [*words, "--port", "0", "--headless"], stderr=subprocess.PIPE, text=True
     ) as running:
         assert running.stderr is not None
         line = running.stderr.readline()

@@ -30,7 +30,7 @@ def studio(
         Parameter(help="Folder of sessions and uploads. [default: the user's folder for data]"),
     ] = None,
     browser: Annotated[
-        bool, FLAG, Parameter(name="--no-browser", help="Do not open a browser.")
+        bool, FLAG, Parameter(name="--headless", help="Do not open a browser.")
     ] = False,
 ) -> int:
     """Open a page in which tracks are made, seen and corrected, until Ctrl-C.
