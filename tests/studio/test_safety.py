@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import multiprocessing
 import os
 import signal
@@ -16,6 +15,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+import loops
 from clips import clip
 from motes.core.errors import SourceError
 from motes.studio import protocol
@@ -266,4 +266,4 @@ def test_a_silent_worker_is_ended(folder: Path) -> None:
         worker.close()
         return str(failed.value)
 
-    assert "0.1 s without a result" in asyncio.run(wait())
+    assert "0.1 s without a result" in loops.run(wait(), 60)

@@ -1,4 +1,7 @@
-"""One browser and one studio for all tests of the page."""
+"""One browser and one studio for all tests of the page; both end with these tests.
+
+Playwright keeps a loop and a greenlet in the thread of the tests, in which others cannot run.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from playwright.sync_api import Browser
 from browsers import CHROMIUM, Program, Shown, browsing, film
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
     if CHROMIUM is None:
         pytest.skip("there is no chromium; install it to test the studio's page")
@@ -20,14 +23,14 @@ def browser() -> Iterator[Browser]:
         yield found
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def films(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("films")
     film(folder / "film.mp4")
     return folder
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def studio(
     browser: Browser, films: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Program]:

@@ -125,7 +125,7 @@ def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
     assert "mean_shift" in captions.nth(1).inner_text()
     assert "default" in captions.nth(0).inner_text()
     shown.page.get_by_role("button", name="End side by side").click()
-    assert shown.page.locator(".stage").count() == 1
+    shown.page.locator(".stage").nth(1).wait_for(state="detached")
 
 
 def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
