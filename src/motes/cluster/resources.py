@@ -56,7 +56,7 @@ def _words(path: Path) -> list[str]:
 
 
 def thread_limits(threads: int = 1) -> dict[str, str]:
-    """Return the environment of a worker whose libraries may start so many threads."""
+    """Return the environment of a worker, with a limit for the threads of its libraries."""
     return dict.fromkeys(THREADS, str(threads))
 
 

@@ -103,7 +103,7 @@ class Client:
     def _batch(self) -> Iterator[Message]:
         """Yield all that waits now; what comes meanwhile is of the next batch.
 
-        Rows come before the progress and the reply that tell of them.
+        Rows come before the progress and the reply that follow from them.
         """
         messages, resets, rows = self._messages, self._resets, self._rows
         progress, replies, more = self._progress, self._replies, self._more

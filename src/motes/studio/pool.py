@@ -45,7 +45,7 @@ class Pool:
 
     @contextlib.asynccontextmanager
     async def worker(self, frames: int) -> AsyncIterator[Worker]:
-        """Give a worker for a task of so many frames; the shortest task comes first."""
+        """Return a worker for a task; the task with the fewest frames comes first."""
         mine: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
         heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
         self._serve()

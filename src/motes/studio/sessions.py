@@ -139,7 +139,7 @@ class Session:
             raise
 
     async def ask(self, task: Task, frames: int = 0) -> Done:
-        """Let a tracking worker do a task over so many frames, none for a short one."""
+        """Let a tracking worker do a task; `frames` is its length, 0 for a short one."""
         async with self._pool.worker(frames) as worker:
             return await worker.run(task)
 

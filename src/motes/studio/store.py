@@ -156,7 +156,7 @@ class Store:
             return b"".join(row[0] for row in self._base.execute(query, (session, key)))
 
     def parts_from(self, session: str, key: str, first: int, most: int) -> list[bytes]:
-        """Return at most so many parts of a key, from number `first` on."""
+        """Return parts of a key from number `first` on, up to a limit."""
         query = """
             SELECT content FROM part WHERE session = ? AND key = ? AND number >= ?
             ORDER BY number LIMIT ?"""

@@ -89,7 +89,7 @@ def give_back() -> None:
 
 
 def limit_memory(most: int) -> None:
-    """Let this process have at most so many bytes of memory, where the system can."""
+    """Limit the memory of this process, in bytes, where the system can."""
     try:
         import resource
     except ImportError:  # Windows has no such limit
