@@ -64,10 +64,10 @@ def startup(jobs: Path, folder: Path, options: Sequence[str]) -> tuple[float, fl
     return clocked(one, Path(tempfile.mkdtemp(dir=folder)) / "out", *options)
 
 
-def compare_workers(folder: Path, rounds: int) -> None:
+def compare_workers(folder: Path, rounds: int, preset: str) -> None:
     """Print the ratios of one worker to two, and of the local pool to Ray."""
     films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(24)]
-    jobs = table(folder / "jobs.csv", films, 24)
+    jobs = table(folder / "jobs.csv", films, 24, preset)
     ratios: dict[str, list[float]] = {"two against one": [], "Ray against local": []}
     with ray_cluster(2) as cluster:
         sides = {
@@ -198,6 +198,7 @@ def main() -> int:
     parser.add_argument("what", choices=["workers", "overhead", "tasks", "memory", "growth"])
     parser.add_argument("--ray", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--preset", default="nummiaro", help="of the films that workers share")
     parser.add_argument("--jobs", type=int, nargs="+", help="their number, or their numbers")
     parser.add_argument("--workers", type=int, nargs="+", default=[2])
     parser.add_argument("--seconds", type=float, default=60.0)
@@ -206,7 +207,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="speed-") as scratch:
         folder = Path(scratch)
         if options.what == "workers":
-            compare_workers(folder, options.rounds)
+            compare_workers(folder, options.rounds, options.preset)
         elif options.what == "overhead":
             overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
         elif options.what == "tasks":

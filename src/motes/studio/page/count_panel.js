@@ -22,7 +22,6 @@ export function mountCountPanel(app) {
     detector: detector.value, preset: preset.value, config: null, seed: Math.max(0, Math.round(Number(seed.value))),
   }), { class: "main grow", picture: "play", text: "Track all that moves" });
   const counts = element("div", { "aria-live": "polite" });
-  const places = element("div", { class: "places" });
   const slit = element("div", { class: "slit" });
   const events = element("ol", { class: "events" });
   const panel = element("div", { class: "tabpanel" },
@@ -30,7 +29,7 @@ export function mountCountPanel(app) {
       field("Detector", detector),
       element("div", { class: "row tracker" }, field("Tracker", preset, { class: "field grow" }), field("Seed", seed, { class: "field seed" })),
       element("div", { class: "row" }, start)),
-    element("section", { class: "panel" }, element("h2", {}, "Lines, zones and ground"), places),
+    element("section", { class: "panel" }, element("h2", {}, "Lines, zones and ground"), mountPlaces(app)),
     element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events),
     element("section", { class: "panel" }, element("h2", {}, "Slit scan"), slit));
   store.on(["presets"], ({ presets }) => {
@@ -39,7 +38,6 @@ export function mountCountPanel(app) {
   });
   store.on(["counts"], (state) => fill(counts, countRows(state)));
   store.on(["events", "film"], (state) => fill(events, eventRows(app, state)));
-  store.on(["session", "corners", "tool"], (state) => state.session && paintPlaces(places, app, state));
   store.on(["scene", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
   return panel;
 }
@@ -62,9 +60,32 @@ function eventRows({ store, player }, { events }) {
   });
 }
 
-function paintPlaces(root, app, { session, corners, tool }) {
+/** The buttons of the tools, what each line and zone is called, and the ground. */
+function mountPlaces(app) {
   const { store, actions } = app;
-  const { lines, zones, ground } = session.places;
+  const tools = element("div", { class: "row even" });
+  const entries = element("div", { class: "stack" });
+  const ground = element("div", { class: "row" });
+  store.on(["tool"], ({ tool }) => fill(tools, ["line", "zone", "ground"].map((name) =>
+    button(name, () => store.set({ tool: name, corners: [] }), {
+      picture: name, text: name[0].toUpperCase() + name.slice(1), class: "plain", "aria-pressed": String(tool === name),
+    }))));
+  store.on(["session"], ({ session }) => session && paintEntries(entries, actions, session.places));
+  store.on(["session", "corners"], ({ session, corners }) => {
+    const points = session?.places.ground;
+    fill(ground, points && !corners.length
+      ? [element("span", { class: "grow" }, `Ground: ${points.length} points`),
+        button("Remove the ground", () => actions.setPlaces({ ground: null }), { picture: "trash" })]
+      : []);
+  });
+  return element("div", { class: "places" }, tools, entries, mountGroundForm(app), ground);
+}
+
+/** The lines and zones, drawn anew only when they have changed: a name that is half typed stays. */
+function paintEntries(root, actions, { lines, zones }) {
+  const key = JSON.stringify([lines, zones]);
+  if (root.dataset.key === key) return;
+  root.dataset.key = key;
   const entry = (kind, list, at) => {
     const place = list[at];
     const change = (next) => actions.setPlaces({ [kind]: list.map((old, other) => (other === at ? next : old)) });
@@ -77,16 +98,7 @@ function paintPlaces(root, app, { session, corners, tool }) {
     const remove = button(`Remove ${usual}`, () => actions.setPlaces({ [kind]: list.filter((_, other) => other !== at) }), { picture: "trash" });
     return element("div", { class: "stack" }, element("div", { class: "row" }, name, remove), rest);
   };
-  const tools = element("div", { class: "row even" }, ["line", "zone", "ground"].map((name) =>
-    button(name, () => store.set({ tool: name, corners: [] }), {
-      picture: name, text: name[0].toUpperCase() + name.slice(1), class: "plain", "aria-pressed": String(tool === name),
-    })));
-  fill(root, tools, lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at)),
-    tool === "ground" && corners.length ? groundForm(app, corners) : null,
-    ground && !corners.length
-      ? element("div", { class: "row" }, element("span", { class: "grow" }, `Ground: ${ground.length} points`),
-        button("Remove the ground", () => actions.setPlaces({ ground: null }), { picture: "trash" }))
-      : null);
+  fill(root, lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at)));
 }
 
 /** The names of the two directions in which a line is crossed. */
@@ -112,17 +124,29 @@ function stay(zone, usual, change) {
   return element("div", { class: "row" }, seconds);
 }
 
-/** The places in metres of the points that were clicked. */
-function groundForm(app, corners) {
-  const input = (label, value) => element("input", { type: "number", step: "any", required: true, "aria-label": label, value });
-  const usual = [[0, 0], [1, 0], [1, 1], [0, 1]];
-  const rows = corners.map((_, at) => [input(`X of point ${at + 1}`, usual[at][0]), input(`Y of point ${at + 1}`, usual[at][1])]);
-  const set = button("Set the ground", () => endGround(app, rows.map((pair) => pair.map(({ value }) => Number(value)))), {
-    class: "main", text: "Set the ground", disabled: corners.length < 4,
+/** The places in metres of the points that were clicked: what was typed stays when points are added. */
+function mountGroundForm(app) {
+  const rows = element("div", { class: "stack" });
+  const metres = () => [...rows.children].map((row) => [...row.querySelectorAll("input")].map(({ value }) => Number(value)));
+  const set = button("Set the ground", () => endGround(app, metres()), { class: "main", text: "Set the ground" });
+  const form = element("fieldset", { class: "ground" },
+    element("legend", { class: "muted" }, "Metres of each point: X, Y"), rows, set);
+  app.store.on(["corners", "tool"], ({ corners, tool }) => {
+    const count = tool === "ground" ? corners.length : 0;
+    while (rows.children.length > count) rows.lastChild.remove();
+    while (rows.children.length < count) rows.append(groundPoint(rows.children.length));
+    form.hidden = count === 0;
+    set.disabled = count < 4;
   });
-  return element("fieldset", { class: "ground" },
-    element("legend", { class: "muted" }, "Metres of each point: X, Y"),
-    rows.map(([x, y], at) => element("div", { class: "row even" }, element("span", {}, `Point ${at + 1}`), x, y)), set);
+  return form;
+}
+
+/** The place in metres of one point; the four usual ones are a square's. */
+function groundPoint(at) {
+  const [x, y] = [[0, 0], [1, 0], [1, 1], [0, 1]][at];
+  const input = (label, value) => element("input", { type: "number", step: "any", required: true, "aria-label": label, value });
+  return element("div", { class: "row even" },
+    element("span", {}, `Point ${at + 1}`), input(`X of point ${at + 1}`, x), input(`Y of point ${at + 1}`, y));
 }
 
 /** The slit scan of each line, drawn anew when a run has ended. */
