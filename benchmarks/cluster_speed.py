@@ -163,19 +163,30 @@ def power(sizes: Sequence[float], values: Sequence[float]) -> float:
     )
 
 
-def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequence[int]) -> None:
-    """Print how the time grows with jobs and workers, with the power; draw it."""
+def growth(
+    folder: Path,
+    plot: Path | None,
+    counts: Sequence[int],
+    workers: Sequence[int],
+    preset: str,
+    longer: int,
+) -> None:
+    """Print how the time grows with jobs and workers, with the power; draw it.
+
+    So many workers have as many cores.
+    """
     source = film(folder / "film.mp4", 10)
     by_jobs = []
     for count in counts:
         jobs = table(folder / f"{count}.csv", [source], count)
         by_jobs.append(clocked(jobs, folder / f"jobs-{count}", "--workers", "2")[1])
         print(f"{count} jobs: {by_jobs[-1]:.1f} s of the processor", flush=True)
-    films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(12)]
-    jobs = table(folder / "jobs.csv", films, 12)
+    films = [film(folder / f"{n}.mp4", longer * (60 + 45 * n)) for n in range(12)]
+    jobs = table(folder / "jobs.csv", films, 12, preset)
     by_workers = []
     for number in workers:
-        by_workers.append(clocked(jobs, folder / f"w-{number}", "--workers", str(number))[0])
+        out = folder / f"w-{number}"
+        by_workers.append(clocked(jobs, out, "--workers", str(number), cores=number)[0])
         print(f"{number} workers: {by_workers[-1]:.1f} s", flush=True)
     powers = power(counts, by_jobs), power(workers, by_workers)
     print(f"power with jobs {powers[0]:.2f}, with workers {powers[1]:.2f}")
@@ -194,6 +205,7 @@ def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequ
     ):
         axes.loglog(sizes, values, "o-")
         axes.set_xticks(sizes, [f"{size:,}" for size in sizes])
+        axes.set_yticks(values, [f"{value:.1f}" for value in values])
         axes.minorticks_off()
         axes.set(xlabel=names[0], ylabel=names[1], title=f"power {exponent:.2f}")
     figure.savefig(plot, metadata={"Date": None})
@@ -224,7 +236,8 @@ def main() -> int:
             memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
         else:
             workers = options.workers if len(options.workers) > 1 else [1, 2]
-            growth(folder, options.plot, options.jobs or [125, 250, 500, 1000, 2000], workers)
+            counts = options.jobs or [125, 250, 500, 1000, 2000]
+            growth(folder, options.plot, counts, workers, options.preset, options.longer)
     return 0
 
 

@@ -12,7 +12,8 @@ from scipy import ndimage
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.prediction import Prediction, camera_shift, small_spectrum
+from motes.sot.discriminative.prediction import Prediction, camera_shift, spectrum_of
+from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.tracker import Tracker
 
 HEIGHT, WIDTH = 240, 320
@@ -38,14 +39,15 @@ def seen(scene: NDArray[np.uint8], left: float, top: float, index: int = 0) -> F
 @pytest.mark.parametrize(("dx", "dy"), [(0, 0), (7, 0), (-12, 5), (30, -21), (2, 3)])
 def test_the_shift_of_the_scene_is_measured(scene: NDArray[np.uint8], dx: int, dy: int) -> None:
     before, after = seen(scene, 100, 100), seen(scene, 100 - dx, 100 - dy)
-    shift = camera_shift(small_spectrum(before), small_spectrum(after), after)
+    shift = camera_shift(*(spectrum_of(small_picture(each)) for each in (before, after)), after)
     np.testing.assert_allclose(shift, (dx, dy), atol=1.0)
 
 
 def test_a_picture_without_texture_does_not_move(scene: NDArray[np.uint8]) -> None:
     flat = Frame(0, 0.0, np.full((HEIGHT, WIDTH, 3), 80, np.uint8))
     np.testing.assert_array_equal(
-        camera_shift(small_spectrum(flat), small_spectrum(flat), flat), (0, 0)
+        camera_shift(spectrum_of(small_picture(flat)), spectrum_of(small_picture(flat)), flat),
+        (0, 0),
     )
 
 
