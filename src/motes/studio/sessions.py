@@ -75,7 +75,7 @@ class Session:
         self._pool.warm()
         parts = self.name, self._store, self._pool
         numbers = itertools.count(1)
-        self.jobs = Jobs(*parts, self.facts.frames, numbers, self)
+        self.jobs = Jobs(*parts, self.facts, numbers, self)
         self.watching = Watching(*parts, numbers, self)
         self.jobs.update(self.document)
         left = [each for each in self._tracked if self._unfinished(each)]
