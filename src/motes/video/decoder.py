@@ -113,6 +113,7 @@ class Decoder:
         self._failures_in_row = 0
         self._reached = 0.0
         self.keys: list[float] = []
+        self._goal = 0.0
         self._turned: tuple[int, NDArray[np.int32]] | None = None
 
         kind = self._container.format.name
@@ -214,19 +215,31 @@ class Decoder:
             return None
         return sorted(found)
 
+    def use_threads(self) -> None:
+        """Decode with several threads, before anything is decoded.
+
+        This is quicker, but a damaged file would be decoded differently each time.
+        """
+        self._stream.thread_type = "AUTO"
+
     def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
         """Yield the pictures from a time stamp on, after `seek`, quickly.
 
         Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
-        may differ from those of `pictures`.
+        may differ from those of `pictures`. `skip_to` moves the stamp on.
         """
+        self._goal = stamp
         for packet in self._container.demux(self._stream):
             if packet.pts is not None and packet.time_base is not None:
-                early = float(packet.pts * packet.time_base) < stamp
+                early = float(packet.pts * packet.time_base) < self._goal
                 self._stream.codec_context.skip_frame = "NONREF" if early else "DEFAULT"
             for found, load in self._decoded(packet if packet.size else None, Report()):
-                if found is not None and found >= stamp:
+                if found is not None and found >= self._goal:
                     yield found, load
+
+    def skip_to(self, stamp: float) -> None:
+        """Let `pictures_from` go on with a later time stamp."""
+        self._goal = stamp
 
     @property
     def recorded(self) -> bool:
