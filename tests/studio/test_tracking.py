@@ -14,7 +14,7 @@ import pytest
 from motes.core.config import to_dict
 from motes.sot.presets import preset
 from motes.studio.document import Document, Target
-from motes.studio.job import Audience
+from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
 from motes.studio.line import Line
 from motes.studio.pool import Pool
@@ -111,9 +111,8 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
         session = store.begin("film.mkv", uploaded=False)
         facts = FilmFacts("film.mkv", width, 80, 101, 25.0)
-        jobs = Jobs(
-            session, store, cast(Pool, pool), facts, itertools.count(1), cast(Audience, Nobody())
-        )
+        nobody = cast(Audience, Nobody())
+        jobs = Jobs(Desk(session, store, facts, cast(Pool, pool), itertools.count(1), nobody))
         keys = {0: BOX, 40: MOVED, 100: BOX}
         target = Target(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import MotesError
 from motes.studio.document import Document, Target
-from motes.studio.job import Audience, Job
+from motes.studio.job import Desk, Job
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
-from motes.studio.pool import LONG, Pool
+from motes.studio.pool import LONG
 from motes.studio.processes import Worker
-from motes.studio.protocol import FilmFacts, JobStatus, Overlay
+from motes.studio.protocol import JobStatus, Overlay
 from motes.studio.results import Results, cues_of
-from motes.studio.store import Store
 from motes.studio.tables import CUES, DISTANCE, FINAL, FRAME, SIZE, Table, pack, unpack
 from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part, RunPasses
 from motes.video.shared import fits
@@ -36,34 +35,12 @@ class _Run:
 
 
 class Jobs:
-    """Tracks the objects of a session, and keeps their rows.
+    """Tracks the objects of a session, and keeps their rows."""
 
-    Parameters
-    ----------
-    session, store
-        Where rows are kept.
-    pool
-        The workers.
-    film
-        The film.
-    numbers
-        Of jobs.
-    audience
-        Those that see what happens.
-    """
-
-    def __init__(
-        self,
-        session: str,
-        store: Store,
-        pool: Pool,
-        film: FilmFacts,
-        numbers: Iterator[int],
-        audience: Audience,
-    ) -> None:
-        self._numbers = numbers
-        self.results, self._pool = Results(session, store), pool
-        self._film, self._audience = film, audience
+    def __init__(self, desk: Desk) -> None:
+        self.results = Results(desk.session, desk.store)
+        self._pool, self._film = desk.pool, desk.film
+        self._numbers, self._audience = desk.numbers, desk.audience
         self._plans: dict[int, tuple[Target, list[StretchNeed]]] = {}
         self._shown: dict[int, Table] = {}
         self._displayed: dict[int, set[str]] = {}
