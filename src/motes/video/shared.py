@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator
 from typing import Protocol
 
 from motes.core.frame import Frame
 from motes.core.interrupts import check
-from motes.video.decoder import Load
+from motes.core.types import Bytes
 from motes.video.film import Film
 
 HELD = 1 << 29
-"""Bytes of the pictures that are held, as pixels of three bytes. Most decoders give half of that."""
+"""Bytes of pixels that are held at most: 86 frames of 1920x1080."""
 
 
 class FrameReader(Protocol):
@@ -26,35 +25,32 @@ class FrameReader(Protocol):
 
 
 class Shared:
-    """The frames of a film from `first` to `last`, decoded when the first one of them is read.
+    """The frames of a film from `first` to `last`, decoded when one of them is first read.
 
-    What is held is what the decoder gave; each reader gets pixels of its own.
+    Each reader gets frames of its own, with the same pixels.
     """
 
     def __init__(self, film: Film, first: int, last: int) -> None:
         self._film, self._first, self._last = film, first, last
-        self._loads: list[Load] = []
+        self._pixels: list[Bytes] = []
 
     def forward(self, first: int, last: int) -> Iterator[Frame]:
         """Yield the frames from `first` to `last`."""
-        return (self._frame(index) for index in range(first, last + 1))
+        return map(self._frame, range(first, last + 1))
 
     def backward(self, last: int, first: int) -> Iterator[Frame]:
         """Yield the frames from `last` down to `first`."""
-        return (self._frame(index) for index in range(last, first - 1, -1))
+        return map(self._frame, range(last, first - 1, -1))
 
     def _frame(self, index: int) -> Frame:
-        if not self._loads:
-            self._loads = [*self._decoded()]
-        return self._film.loaded(index, self._loads[index - self._first])
+        if not self._pixels:
+            self._pixels = [*self._decoded()]
+        return Frame(index, self._film.times[index], self._pixels[index - self._first])
 
-    def _decoded(self) -> Iterator[Load]:
-        with contextlib.closing(self._film.loads(self._first)) as loads:
-            for index, load in loads:
-                yield load
-                check()
-                if index >= self._last:
-                    return
+    def _decoded(self) -> Iterator[Bytes]:
+        for frame in self._film.forward(self._first, self._last):
+            yield frame.pixels
+            check()
 
 
 def fits(frames: int, width: int, height: int) -> bool:
