@@ -36,6 +36,7 @@ class Sent:
         self.parts: list[Part] = []
 
     def send(self, answer: Answer) -> None:
+        """Keep rows."""
         if isinstance(answer, Part):
             self.parts.append(answer)
 
@@ -83,12 +84,14 @@ class Waiting:
 
     @asynccontextmanager
     async def worker(self, frames: int) -> AsyncIterator[Waiting]:
+        """Give itself."""
         yield self
 
     def wish(self, value: int) -> None:
         """Take a wish."""
 
     async def run(self, task: Task, part: Callable[[Part], None]) -> Done:
+        """Note a task, and wait."""
         self.tasks.append(task)
         await asyncio.Event().wait()
         return Done()

@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import av
-import numpy as np
 import pytest
 from PIL import Image
 
+from coded import KINDS, video
 from motes.core.errors import ConfigError, SourceError
 from motes.video import film as film_module
 from motes.video.decoder import Decoder, Stamped
 from motes.video.film import Film
 from motes.video.report import Report
 from motes.video.sources import open_source
-from coded import KINDS, video
 from oracles import mosaic
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_any_order_gives_the_frames_of_the_source(

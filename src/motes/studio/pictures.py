@@ -109,6 +109,7 @@ class Pictures:
             out.paste(picture.resize((width, height)), (place * width, 0))
         return _encoded(out)
 
+
 def jpeg(pixels: NDArray[np.uint8], width: int) -> bytes:
     """Return a picture as JPEG, of this width."""
     picture = Image.fromarray(pixels)

@@ -14,8 +14,8 @@ class Seeker:
     """Reads single frames of a film; its file stays open, at the place that was read last.
 
     What is decoded on the way begins at the last key picture before a frame, or at that place if it
-    is nearer. It has only pictures that others need, and several threads. The pixels are those of
-    `Film.frame`, except where the file is damaged.
+    is nearer: only pictures that others need. The pixels are those of `Film.frame`, except where
+    the file is damaged.
     """
 
     def __init__(self, film: Film) -> None:
@@ -42,7 +42,9 @@ class Seeker:
 
     def _sought(self, goal: float, key: float) -> Load | None:
         """Return what loads the picture of a time stamp; None if a seek ends behind it."""
-        decoder = self._opened()
+        if self._decoder is None:
+            self._decoder = self._film.decoder()
+        decoder = self._decoder
         if self._pictures is not None and key <= self._reached < goal:
             decoder.skip_to(goal)
         else:
@@ -55,12 +57,6 @@ class Seeker:
             return None
         self._reached = goal
         return load
-
-    def _opened(self) -> Decoder:
-        if self._decoder is None:
-            self._decoder = self._film.decoder()
-            self._decoder.use_threads()
-        return self._decoder
 
     def _leave(self) -> None:
         if self._pictures is not None:
