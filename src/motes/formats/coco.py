@@ -126,8 +126,7 @@ def _annotations(
 def _segmentation(each: ObjectRow, head: Header) -> dict[str, object]:
     if each.mask is not None:
         mask = {"size": [head.height, head.width], "counts": each.mask}
-        pixels = int(runs.decode(each.mask, head.height, head.width).sum())
-        return {"segmentation": mask, "area": pixels}
+        return {"segmentation": mask, "area": runs.area(each.mask, head.height, head.width)}
     outline = visible_outline(each, head)
     return {"segmentation": [outline.ravel().round(2).tolist()], "area": round(area(outline), 2)}
 
@@ -207,9 +206,7 @@ def _check_once(what: str, ids: Sequence[int]) -> None:
 
 
 def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) -> ObjectRow:
-    mask = runs.mask_runs(each.segmentation)
-    if mask is not None:
-        runs.decode(mask, image.height, image.width)
+    mask = runs.mask_runs(each.segmentation, image.height, image.width)
     row = ObjectRow(
         _identity(each),
         _ellipse(each, image),

@@ -130,6 +130,8 @@ def _parse_row(row: str) -> Region:
         return _region_of_runs(values)
     if len(values) == 4:
         box = Box(*values)
+        if min(box.width, box.height) < 0:
+            raise ValueError(f"a box of {box.width:g}x{box.height:g} pixels has a negative side")
         present = box.width > 0 and box.height > 0
         return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:

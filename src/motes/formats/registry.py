@@ -225,7 +225,7 @@ def _of_numbers(line: str, name: str) -> str | None:
         return "vot"
     if count in (5, 6) or fields[1:] == ["absent"]:
         return "keyframes"
-    if count in (7, 9, 10):
+    if count in (7, 9, 10) and fields[0].replace(".", "", 1).isdigit():
         kinds = {"9": "mot-truth"}
         return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
     return None
