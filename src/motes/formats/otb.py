@@ -49,7 +49,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 def read_frames(path: Path, facts: FilmFacts, first_pixel: int) -> Recording:
     """Return the target of a text for `read_regions` in which pixels count from a number."""
-    regions = read_regions(read_text(path))
+    regions = read_regions(read_text(path), strict=True)
     objects = []
     for frame, region in enumerate(regions):
         if region is not ABSENT:
