@@ -21,7 +21,7 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.core.types import Floats
-from motes.correction.correct import FrameReader, correct_stretch
+from motes.correction.correct import correct_stretch
 from motes.correction.join import Stretch, enclosing
 from motes.correction.passes import run_pass
 from motes.evaluation import synthetic
@@ -30,6 +30,7 @@ from motes.evaluation.metrics.sot import CHI_SQUARE_95
 from motes.evaluation.synthetic.clips import Clip
 from motes.sot.presets import preset
 from motes.video.film import Film
+from motes.video.shared import FrameReader
 
 RENDERED = ("turning", "growing", "occluded", "rolling", "jumping")
 

@@ -47,72 +47,89 @@ def moved(dx: float) -> tuple[float, ...]:
     return (BOX[0] + dx, *BOX[1:])
 
 
-def exported(client: httpx.Client, session: str, **options: str | int) -> bytes:
-    answer = client.get(f"/api/sessions/{session}/export", params=dict(options))
-    assert answer.status_code == 200, answer.text
-    return answer.content
+class Both:
+    """A session, and the command line beside it: in the folder of the films.
+
+    Attributes
+    ----------
+    at
+        Where files go.
+    """
+
+    def __init__(self, client: httpx.Client, session: str, page: Page, at: Path) -> None:
+        self.page, self.at = page, at
+        self._client, self._address = client, f"/api/sessions/{session}"
+
+    def get(self, what: str, **options: str | int) -> httpx.Response:
+        """Ask for something of the session."""
+        answer = self._client.get(f"{self._address}/{what}", params=dict(options))
+        assert answer.status_code == 200, answer.text
+        return answer
+
+    def exported(self, number: int, form: str = "csv") -> bytes:
+        """Return the rows of an object."""
+        return self.get("export", format=form, object=number).content
+
+    def taken(self, number: int) -> Path:
+        """Write the rows of an object and their history."""
+        rows = self.at / "rows.csv"
+        rows.write_bytes(self.exported(number))
+        history = self.exported(number, "corrections")
+        rows.with_name("rows.csv.corrections.json").write_bytes(history)
+        return rows
+
+    def repeated(self, number: int, output: str) -> bytes:
+        """Run the command line that the studio shows, and return its rows."""
+        found = self.get("command", object=number).json()
+        for name, text in found["files"].items():
+            (self.at / name).write_text(text)
+        words = found["command"].split()
+        assert words[:3] == ["motes", "track", "film.mkv"]
+        assert main([*words[1:-1], str(self.at / output)]) == 0
+        return (self.at / output).read_bytes()
 
 
-def repeated(
-    client: httpx.Client, session: str, number: int, output: str, folder: Path, at: Path
-) -> bytes:
-    """Run the command line that the studio shows, and return its rows."""
-    found = client.get(f"/api/sessions/{session}/command", params={"object": number}).json()
-    for name, text in found["files"].items():
-        (at / name).write_text(text)
-    words = found["command"].split()
-    assert words[:3] == ["motes", "track", "film.mkv"]
-    assert main([*words[1:-1], str(at / output)]) == 0
-    return (at / output).read_bytes()
+@pytest.fixture
+def both(
+    client: httpx.Client,
+    session: str,
+    page: Page,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Both:
+    monkeypatch.chdir(folder)
+    return Both(client, session, page, tmp_path)
 
 
 FORMS = {"csv": "rows.csv", "jsonl": "rows.jsonl", "coco": "rows.json", "mot": "rows.txt",
          "cvat": "rows.xml", "vot": "rows.vot.txt"}  # fmt: skip
 
 
-def test_rows_are_those_of_the_command_line(
-    client: httpx.Client,
-    session: str,
-    page: Page,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(folder)
+def test_rows_are_those_of_the_command_line(both: Both) -> None:
+    page = both.page
     number = page.drawn(frame=10, preset="nummiaro", seed=3)
     page.tracked(number)
     page.settle()
     for form, name in FORMS.items():
-        ours = exported(client, session, format=form, object=number)
-        assert ours == repeated(client, session, number, name, folder, tmp_path), form
+        assert both.exported(number, form) == both.repeated(number, name), form
     page.do("set_keyframe", object=number, frame=25, region=moved(2))
     page.do("set_absent", object=number, first=30, last=33)
     page.settle()
-    ours = exported(client, session, format="csv", object=number)
-    assert ours == repeated(client, session, number, "corrected.csv", folder, tmp_path)
-    history = exported(client, session, format="corrections", object=number)
-    assert history == (tmp_path / "corrected.csv.corrections.json").read_bytes()
+    assert both.exported(number) == both.repeated(number, "corrected.csv")
+    history = both.exported(number, "corrections")
+    assert history == (both.at / "corrected.csv.corrections.json").read_bytes()
 
 
-def test_refined_rows_are_those_of_the_command_line(
-    client: httpx.Client,
-    session: str,
-    page: Page,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(folder)
+def test_refined_rows_are_those_of_the_command_line(both: Both) -> None:
+    page = both.page
     number = page.drawn()
     page.tracked(number)
-    rows = tmp_path / "rows.csv"
-    rows.write_bytes(exported(client, session, format="csv", object=number))
-    history = exported(client, session, format="corrections", object=number)
-    rows.with_name("rows.csv.corrections.json").write_bytes(history)
+    rows = both.taken(number)
     assert main(["refine", "film.mkv", str(rows), "--at", f"20={','.join(map(str, BOX))}"]) == 0
     page.do("set_keyframe", object=number, frame=20, region=BOX)
     page.settle()
-    assert rows.read_bytes() == exported(client, session, format="csv", object=number)
+    assert rows.read_bytes() == both.exported(number)
 
 
 def test_a_correction_changes_only_its_stretch(page: Page) -> None:
@@ -195,64 +212,51 @@ def test_layers_and_doubts(page: Page) -> None:
     assert page.of(protocol.DoubtList)[0].object == number
 
 
-def test_doubts_are_those_of_motes_check(
-    client: httpx.Client, session: str, page: Page, folder: Path, tmp_path: Path
-) -> None:
+def test_doubts_are_those_of_motes_check(both: Both) -> None:
+    page = both.page
     number = page.drawn(preset="nummiaro")
     page.tracked(number)
-    rows = tmp_path / "rows.csv"
-    rows.write_bytes(exported(client, session, format="csv", object=number))
-    history = exported(client, session, format="corrections", object=number)
-    rows.with_name("rows.csv.corrections.json").write_bytes(history)
-    table = tmp_path / "doubts.csv"
-    assert main(["check", str(folder / "film.mkv"), str(rows), "-o", str(table)]) == 0
+    table = both.at / "doubts.csv"
+    assert main(["check", "film.mkv", str(both.taken(number)), "-o", str(table)]) == 0
     theirs = [int(line.split(",")[1]) for line in table.read_text().splitlines()[1:]]
     page.do("doubts", object=number)
     page.until(lambda: page.of(protocol.DoubtList))
     assert [each.frame for each in page.of(protocol.DoubtList)[0].items] == theirs
 
 
-def test_watched_objects_are_those_of_the_command_line(
-    client: httpx.Client,
-    session: str,
-    page: Page,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(folder)
+def test_watched_objects_are_those_of_the_command_line(both: Both) -> None:
+    page, at = both.page, both.at
     places = {"lines": [{"points": [48, 0, 48, 80], "name": "door"}], "zones": [], "ground": None}
     page.do("set_places", places=places)
     page.do("watch", seed=2)
     page.settle()
     page.until(lambda: sum(len(each.frames) for each in page.of(protocol.SceneRows)) == FRAMES)
-    found = client.get(f"/api/sessions/{session}/command").json()
+    found = both.get("command").json()
     for name, text in found["files"].items():
-        (tmp_path / name).write_text(text)
+        (at / name).write_text(text)
     words = [
-        str(tmp_path / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
+        str(at / word) if word.endswith((".toml", ".csv", ".jsonl")) else word
         for word in found["command"].split()
     ]
     assert main(words[1:]) in (0, 4)
-    rows = client.get(f"/api/sessions/{session}/export?scene=1&format=csv").content
-    assert rows == (tmp_path / "rows.csv").read_bytes()
-    events = client.get(f"/api/sessions/{session}/export?scene=1&format=events").content
-    lines = (tmp_path / "events.jsonl").read_bytes().splitlines()
+    assert both.get("export", scene=1, format="csv").content == (at / "rows.csv").read_bytes()
+    events = both.get("export", scene=1, format="events").content
+    lines = (at / "events.jsonl").read_bytes().splitlines()
     assert [*map(msgspec.json.decode, events.splitlines())] == [*map(msgspec.json.decode, lines)]
-    slit = client.get(f"/api/sessions/{session}/slit?line=door")
-    assert slit.content.startswith(b"\x89PNG")
+    assert both.get("slit", line="door").content.startswith(b"\x89PNG")
 
 
-def test_rows_come_back_from_a_file(client: httpx.Client, session: str, page: Page) -> None:
+def test_rows_come_back_from_a_file(client: httpx.Client, session: str, both: Both) -> None:
+    page = both.page
     number = page.drawn(preset="nummiaro")
     page.tracked(number)
-    data = exported(client, session, format="csv", object=number)
+    data = both.exported(number)
     answer = client.post(f"/api/sessions/{session}/import?name=mine.csv", content=data)
     assert answer.status_code == 201, answer.text
     (new,) = answer.json()
     page.until(lambda: any(each.object == new for each in page.session.objects))
     page.settle()
-    assert exported(client, session, format="csv", object=new) == data
+    assert both.exported(new) == data
     page.do("set_keyframe", object=new, frame=20, region=BOX)
     page.settle()
     bad = client.post(f"/api/sessions/{session}/import?name=x.csv", content=b"\x00nothing")
@@ -260,20 +264,18 @@ def test_rows_come_back_from_a_file(client: httpx.Client, session: str, page: Pa
     assert "format" in bad.json()["error"]
 
 
-def test_films_and_figures_are_made(client: httpx.Client, session: str, page: Page) -> None:
+def test_films_and_figures_are_made(both: Both) -> None:
+    page = both.page
     number = page.drawn(preset="nummiaro")
     page.tracked(number)
-    one = client.get(f"/api/sessions/{session}/film?object={number}")
-    assert one.content[4:8] == b"ftyp"
+    assert both.get("film", object=number).content[4:8] == b"ftyp"
     page.drawn(name="other")
     page.tracked()
-    assert client.get(f"/api/sessions/{session}/film").content[4:8] == b"ftyp"
-    both = exported(client, session, format="csv").decode().splitlines()
-    assert len(both) == 1 + 2 * FRAMES
-    figures = client.get(f"/api/sessions/{session}/figures?object={number}")
-    assert figures.content.startswith(b"PK"), figures.text[:200]
-    labels = exported(client, session, format="yolo")
-    assert labels.startswith(b"PK")
+    assert both.get("film").content[4:8] == b"ftyp"
+    rows = both.get("export", format="csv").content.decode().splitlines()
+    assert len(rows) == 1 + 2 * FRAMES
+    assert both.get("figures", object=number).content.startswith(b"PK")
+    assert both.get("export", format="yolo").content.startswith(b"PK")
 
 
 def test_pictures(client: httpx.Client, session: str) -> None:

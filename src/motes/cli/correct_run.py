@@ -10,16 +10,17 @@ from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
 from motes.core.track import Track
-from motes.correction.correct import correct_stretch, partial, tracks_of
+from motes.correction.correct import correct_stretch, partial, reader_of, tracks_of
 from motes.correction.join import Stretch
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
+from motes.video.shared import FrameReader
 
 
 class _Counted:
     """A film that counts the frames that it gives."""
 
-    def __init__(self, film: Film, count: Callable[[], None]) -> None:
+    def __init__(self, film: FrameReader, count: Callable[[], None]) -> None:
         self._film, self._count = film, count
 
     def forward(self, first: int, last: int) -> Iterator[Frame]:
@@ -79,7 +80,10 @@ def run_stretches(
         with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
-                counted = _Counted(film, lambda state=state: progress.count(state))  # type: ignore[misc]
+                counted = _Counted(
+                    reader_of(film, each),
+                    lambda state=state: progress.count(state),  # type: ignore[misc]
+                )
                 so_far.clear()
                 joined = correct_stretch(counted, each, config, seed, so_far)
                 tracks = tracks_of(each, joined, film.times)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -17,16 +16,7 @@ from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
 from motes.correction.passes import as_pass, run_pass
 from motes.sot.presets import TrackerConfig, preset
 from motes.video.film import Film
-
-
-class FrameReader(Protocol):
-    """Frames in any order; `motes.video.film.Film` is one."""
-
-    def forward(self, first: int, last: int) -> Iterator[Frame]:
-        """Yield the frames from `first` to `last`."""
-
-    def backward(self, last: int, first: int) -> Iterator[Frame]:
-        """Yield the frames from `last` down to `first`."""
+from motes.video.shared import FrameReader, shared
 
 
 def correct(
@@ -65,7 +55,7 @@ def correct(
     tracker = preset(config) if isinstance(config, str) else config
     found: dict[int, Track] = {}
     for stretch in stretches(film.frames, keys):
-        joined = correct_stretch(film, stretch, tracker, seed)
+        joined = correct_stretch(reader_of(film, stretch), stretch, tracker, seed)
         found |= {track.frame: track for track in tracks_of(stretch, joined, film.times)}
     return [found[frame] for frame in film.frames]
 
@@ -105,6 +95,12 @@ def stretches(frames: range, keys: Keyframes) -> list[Stretch]:
         absent = frozenset(t for t in range(first, last + 1) if t in keys and keys[t] is None)
         found.append(Stretch(first, last, marked.get(first), marked.get(last), absent))
     return found
+
+
+def reader_of(film: Film, stretch: Stretch) -> FrameReader:
+    """Return the reader of the frames of a stretch: two passes share what is decoded."""
+    both = stretch.begin is not None and stretch.end is not None
+    return shared(film, stretch.first, stretch.last) if both else film
 
 
 def correct_stretch(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError
 from motes.core.track import Track
-from motes.correction.correct import correct_stretch, stretches, tracks_of
+from motes.correction.correct import correct_stretch, reader_of, stretches, tracks_of
 from motes.correction.join import Stretch
 from motes.correction.keyframes import Keyframes, check_keyframes, keyframes
 from motes.sot.presets import TrackerConfig, preset
@@ -61,7 +61,7 @@ def refine(
     tracker = preset(config) if isinstance(config, str) else config
     found = {track.frame: track for track in tracks}
     for stretch in changed(film.frames, old, new):
-        joined = correct_stretch(film, stretch, tracker, seed)
+        joined = correct_stretch(reader_of(film, stretch), stretch, tracker, seed)
         same = kept(stretch, old)
         made = tracks_of(stretch, joined, film.times)
         found |= {track.frame: track for track in made if track.frame not in same}

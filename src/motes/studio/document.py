@@ -20,27 +20,19 @@ from motes.studio.protocol import FilmFacts, Places, Region
 MAX_OBJECTS = 50
 
 
-class Target(msgspec.Struct, frozen=True):
+class Target(protocol.Subject, frozen=True):
     """An object.
 
     Attributes
     ----------
-    object, name, color, preset, config, seed, first, last, corrections, compared
-        As in `protocol.Item`.
     keys
         The drawn regions, by frame.
     absent
         First and last frames of absences, in order, apart from each other.
+    corrections, compared
+        As in `protocol.Item`.
     """
 
-    object: int
-    name: str
-    color: str
-    preset: str
-    config: str | None
-    seed: int
-    first: int
-    last: int
     keys: dict[int, Region]
     absent: tuple[tuple[int, int], ...] = ()
     corrections: int = 0

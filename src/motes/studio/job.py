@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
-from typing import Literal, Protocol
+from collections.abc import Iterable, Iterator
+from typing import Literal, NamedTuple, Protocol
 
-from motes.studio.protocol import JobStatus, Overlay, Progress
+from motes.studio.pool import Pool
+from motes.studio.protocol import FilmFacts, JobStatus, Overlay, Progress
+from motes.studio.store import Store
 
 
 class Audience(Protocol):
@@ -26,6 +28,31 @@ class Audience(Protocol):
 
     def scene(self, *, reset: bool = False) -> None:
         """Note that many-object mode has more; with `reset`, earlier parts are void."""
+
+
+class Desk(NamedTuple):
+    """What all jobs of a session share.
+
+    Attributes
+    ----------
+    session, store
+        Where rows are kept.
+    film
+        The film.
+    pool
+        The workers.
+    numbers
+        Of jobs.
+    audience
+        Those that see what happens.
+    """
+
+    session: str
+    store: Store
+    film: FilmFacts
+    pool: Pool
+    numbers: Iterator[int]
+    audience: Audience
 
 
 class Job:

@@ -3,65 +3,44 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 from msgspec.structs import replace
 
 from motes.core.errors import MotesError
 from motes.studio.document import Document, Target
-from motes.studio.job import Audience, Job
+from motes.studio.job import Desk, Job
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
-from motes.studio.pool import Pool
+from motes.studio.pool import LONG
 from motes.studio.processes import Worker
 from motes.studio.protocol import JobStatus, Overlay
 from motes.studio.results import Results, cues_of
-from motes.studio.store import Store
 from motes.studio.tables import CUES, DISTANCE, FINAL, FRAME, SIZE, Table, pack, unpack
-from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part
+from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part, RunPasses
+from motes.video.shared import fits
 
 SHORT = 0
 """The length of a task that does not track: it comes first."""
 
 
 class _Run:
-    """A pass that runs or waits for a worker."""
+    """Passes that run, or wait for a worker."""
 
-    def __init__(self, need: PassNeed) -> None:
-        self.need, self.frames = need, need.frames
+    def __init__(self, needs: list[PassNeed]) -> None:
+        self.needs = needs
+        self.wanted = {need.key: need.frames for need in needs}
         self.worker: Worker | None = None
         self.task: asyncio.Task[None] | None = None
 
 
 class Jobs:
-    """Tracks the objects of a session, and keeps their rows.
+    """Tracks the objects of a session, and keeps their rows."""
 
-    Parameters
-    ----------
-    session, store
-        Where rows are kept.
-    pool
-        The workers.
-    frames
-        Number of frames of the film.
-    numbers
-        Of jobs.
-    audience
-        Those that see what happens.
-    """
-
-    def __init__(
-        self,
-        session: str,
-        store: Store,
-        pool: Pool,
-        frames: int,
-        numbers: Iterator[int],
-        audience: Audience,
-    ) -> None:
-        self._numbers = numbers
-        self.results, self._pool = Results(session, store), pool
-        self._frames, self._audience = frames, audience
+    def __init__(self, desk: Desk) -> None:
+        self.results = Results(desk.session, desk.store)
+        self._pool, self._film = desk.pool, desk.film
+        self._numbers, self._audience = desk.numbers, desk.audience
         self._plans: dict[int, tuple[Target, list[StretchNeed]]] = {}
         self._shown: dict[int, Table] = {}
         self._displayed: dict[int, set[str]] = {}
@@ -145,6 +124,7 @@ class Jobs:
     def _reconcile(self) -> None:
         """Show what is known, start what is missing, and stop what is not needed any more."""
         wanted: dict[str, PassNeed] = {}
+        groups: list[list[PassNeed]] = []
         paused: dict[str, bool] = {}
         used: set[str] = set()
         self._users.clear()
@@ -163,6 +143,7 @@ class Jobs:
                 missing = [
                     each for each in need.passes if self.results.have(each, target) < each.frames
                 ]
+                groups += [missing] if self._share(need) else [[each] for each in missing]
                 for each in missing:
                     if each.key not in wanted or wanted[each.key].frames < each.frames:
                         wanted[each.key] = each
@@ -170,18 +151,26 @@ class Jobs:
                     paused[each.key] = paused.get(each.key, True) and waits
                 if not missing and need.key not in self._joins:
                     self._joins[need.key] = asyncio.create_task(self._join(target, need))
-        for key, run in [*self._runs.items()]:
-            if key not in wanted:
+        for run in {*self._runs.values()}:
+            left = [key for key in run.wanted if key in wanted]
+            if not left:
                 self._end(run)
-            else:
-                run.frames = wanted[key].frames
-                if run.worker is not None:
-                    run.worker.wish(PAUSE if paused[key] else RUN)
-        for key, pass_need in wanted.items():
-            if key not in self._runs and not paused[key]:
-                self._begin(pass_need)
+                continue
+            run.wanted |= {key: wanted[key].frames for key in left}
+            if run.worker is not None:
+                run.worker.wish(PAUSE if all(paused[key] for key in left) else RUN)
+        for group in groups:
+            new = {each.key: wanted[each.key] for each in group if not paused[each.key]}
+            begun = [need for key, need in new.items() if key not in self._runs]
+            if begun:
+                self._begin(begun)
         self.results.keep({*used, *self._runs})
         self._count()
+
+    def _share(self, need: StretchNeed) -> bool:
+        """Return whether the passes over a stretch run together, and share what is decoded."""
+        frames = need.stretch.last - need.stretch.first + 1
+        return frames < LONG and fits(frames, self._film.width, self._film.height)
 
     def _job_of(self, number: int) -> Job | None:
         for job in self.jobs.values():
@@ -212,10 +201,11 @@ class Jobs:
                 job.status = "running"
             self._audience.progress(job.progress())
 
-    def _begin(self, need: PassNeed) -> None:
-        self.results.begin_pass(need.key)
-        run = _Run(need)
-        self._runs[need.key] = run
+    def _begin(self, needs: list[PassNeed]) -> None:
+        run = _Run(needs)
+        for need in needs:
+            self.results.begin_pass(need.key)
+            self._runs[need.key] = run
         run.task = asyncio.create_task(self._run(run))
 
     def _end(self, run: _Run) -> None:
@@ -224,22 +214,28 @@ class Jobs:
             run.worker.wish(STOP)
         elif run.task is not None:
             run.task.cancel()
-            self._runs.pop(run.need.key, None)
+            self._forget(run)
+
+    def _forget(self, run: _Run) -> None:
+        for need in run.needs:
+            if self._runs.get(need.key) is run:
+                del self._runs[need.key]
 
     async def _run(self, run: _Run) -> None:
-        """Make a pass."""
+        """Make passes."""
         error = None
         try:
-            async with self._pool.worker(run.frames) as worker:
+            async with self._pool.worker(sum(run.wanted.values())) as worker:
                 run.worker = worker
-                await worker.run(run.need.task, lambda part: self._part(run, part))
+                task = RunPasses([need.task for need in run.needs])
+                await worker.run(task, lambda part: self._part(run, part))
         except MotesError as failed:  # also of the store, as on a full disk
             error = str(failed)
         finally:
-            if self._runs.get(run.need.key) is run:
-                del self._runs[run.need.key]
+            self._forget(run)
         if error is not None:
-            self._fail(run.need.key, error)
+            for need in run.needs:
+                self._fail(need.key, error)
         self._reconcile()
 
     def _fail(self, key: str, error: str) -> None:
@@ -251,15 +247,16 @@ class Jobs:
 
     def _part(self, run: _Run, part: Part) -> None:
         """Take rows of a pass."""
-        key = run.need.key
+        pass_need = run.needs[part.run]
+        key = pass_need.key
         objects = self._users.get(key, [])
         if not objects:
             return
         target = objects[0][0]
         table = unpack(part.data, cues_of(target))
-        before = self.results.have(run.need, target)
+        before = self.results.have(pass_need, target)
         self.results.add_to_pass(key, part.data, table)
-        if before + len(table) >= run.frames and run.frames < run.need.frames:
+        if before + len(table) >= run.wanted[key] < pass_need.frames:
             self._end(run)
         for target, need, first in objects:
             job = self._job_of(target.object)
@@ -329,7 +326,7 @@ class Jobs:
     def _show(self, target: Target, table: Table) -> None:
         shown = self._shown.get(target.object)
         if shown is None:
-            shown = np.full((self._frames, CUES + cues_of(target)), np.nan)
+            shown = np.full((self._film.frames, CUES + cues_of(target)), np.nan)
             self._shown[target.object] = shown
         frames = table[:, FRAME].astype(int)
         shown[frames] = table

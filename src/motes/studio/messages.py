@@ -65,8 +65,8 @@ class Keyframe(msgspec.Struct, frozen=True):
     region: Region
 
 
-class Item(msgspec.Struct, frozen=True):
-    """An object.
+class Subject(msgspec.Struct, frozen=True):
+    """What is given of an object.
 
     Attributes
     ----------
@@ -76,6 +76,23 @@ class Item(msgspec.Struct, frozen=True):
         As in `AddObject`.
     first, last
         Its frames, both included.
+    """
+
+    object: int
+    name: str
+    color: str
+    preset: str
+    config: str | None
+    seed: int
+    first: int
+    last: int
+
+
+class Item(Subject, frozen=True):
+    """An object.
+
+    Attributes
+    ----------
     keyframes, absent
         The drawn frames; and the first and last frames of absences.
     corrections
@@ -88,14 +105,6 @@ class Item(msgspec.Struct, frozen=True):
         Whether it has been tracked; corrections are then followed by themselves.
     """
 
-    object: int
-    name: str
-    color: str
-    preset: str
-    config: str | None
-    seed: int
-    first: int
-    last: int
     keyframes: list[Keyframe]
     absent: list[tuple[int, int]]
     corrections: int

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 from collections import OrderedDict
-from collections.abc import Generator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,24 +14,20 @@ from motes.core.frame import FRAME_INTERVAL
 from motes.studio.containers import check_container
 from motes.studio.protocol import FilmFacts
 from motes.studio.safety import Limits
-from motes.video.decoder import Load
 from motes.video.film import Film
+from motes.video.seeker import Seeker
 
 QUALITY = 85
 """Of JPEGs."""
 HELD = 64 << 20
 """Bytes of JPEGs that are kept."""
-NEAR = 12
-"""Frames that are decoded on the way rather than to seek again."""
 WIDEST = 3840
 THUMBNAILS = 200
 """Most thumbnails of a strip."""
 
-Opened = Generator[tuple[int, Load], None, None]
-
 
 class Pictures:
-    """JPEGs of the frames of a film. The place that was read last stays open.
+    """JPEGs of the frames of a film.
 
     Parameters
     ----------
@@ -63,8 +57,7 @@ class Pictures:
                 f"{film.name} has {len(film.times)} frames, more than {limits.frames:,}; cut it."
             )
         self._held: OrderedDict[tuple[int, int], bytes] = OrderedDict()
-        self._size, self._next = 0, -1
-        self._opened: Opened | None = None
+        self._size, self._seeker = 0, Seeker(film)
 
     @property
     def facts(self) -> FilmFacts:
@@ -97,7 +90,7 @@ class Pictures:
         if key in self._held:
             self._held.move_to_end(key)
             return self._held[key]
-        data = jpeg(self._pixels(index), width)
+        data = jpeg(self._seeker.pixels(index), width)
         self._held[key] = data
         self._size += len(data)
         while self._size > HELD:
@@ -112,28 +105,9 @@ class Pictures:
         out = Image.new("RGB", (width * count, height))
         for place, wanted in enumerate(np.linspace(0, last, count)):
             index = int(keys[np.abs(keys - wanted).argmin()])
-            out.paste(
-                Image.fromarray(self._pixels(index)).resize((width, height)), (place * width, 0)
-            )
+            picture = Image.fromarray(self._seeker.pixels(index))
+            out.paste(picture.resize((width, height)), (place * width, 0))
         return _encoded(out)
-
-    def _pixels(self, index: int) -> NDArray[np.uint8]:
-        if self._opened is None or not self._next <= index < self._next + NEAR:
-            if self._opened is not None:
-                self._opened.close()
-            self._opened = self._film.loads(index)
-        for found, load in self._opened:
-            self._next = found + 1
-            if found == index:
-                return load()
-        self._opened, self._next = None, -1
-        return self._film.frame(index).pixels
-
-    def close(self) -> None:
-        """Close the film."""
-        if self._opened is not None:
-            with contextlib.suppress(Exception):
-                self._opened.close()
 
 
 def jpeg(pixels: NDArray[np.uint8], width: int) -> bytes:

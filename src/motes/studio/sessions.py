@@ -17,7 +17,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.studio import protocol
 from motes.studio.clients import Client
 from motes.studio.document import Document, Target, changed
-from motes.studio.job import Job
+from motes.studio.job import Desk, Job
 from motes.studio.jobs import Jobs
 from motes.studio.plan import pass_to
 from motes.studio.pool import Pool
@@ -73,10 +73,9 @@ class Session:
         self.facts = msgspec.structs.replace(ready.facts, name=self._film)
         self.times = ready.times
         self._pool.warm()
-        parts = self.name, self._store, self._pool
         numbers = itertools.count(1)
-        self.jobs = Jobs(*parts, self.facts.frames, numbers, self)
-        self.watching = Watching(*parts, numbers, self)
+        desk = Desk(self.name, self._store, self.facts, self._pool, numbers, self)
+        self.jobs, self.watching = Jobs(desk), Watching(desk)
         self.jobs.update(self.document)
         left = [each for each in self._tracked if self._unfinished(each)]
         if left:
@@ -325,7 +324,7 @@ class Session:
         return job
 
     def _watch(self, command: protocol.Watch) -> Job:
-        job = self.watching.begin(command, self.document.places, self.facts.frames)
+        job = self.watching.begin(command, self.document.places)
         self.send(protocol.State(self.state()))
         return job
 

@@ -27,11 +27,11 @@ class Strip(_Task, frozen=True):
     height: int
 
 
-class RunPass(_Task, frozen=True):
-    """Follow a target from its region in frame `start` to frame `stop`, both included.
+class RunPass(msgspec.Struct, frozen=True):
+    """A target is followed from its region in frame `start` to frame `stop`, both included.
 
     `stop` before `start` is a pass backward. The models also learn from `other`, the frame and the
-    region of the keyframe at the other end. `Part`s have the rows.
+    region of the keyframe at the other end.
     """
 
     config: dict[str, Any]
@@ -40,6 +40,12 @@ class RunPass(_Task, frozen=True):
     region: tuple[float, ...]
     stop: int
     other: tuple[int, tuple[float, ...]] | None = None
+
+
+class RunPasses(_Task, frozen=True):
+    """Run passes over the same frames, which are decoded once for all. `Part`s have the rows."""
+
+    passes: list[RunPass]
 
 
 class JoinStretch(_Task, frozen=True):
@@ -122,7 +128,7 @@ class DrawForeground(_Task, frozen=True):
 Task = (
     Picture
     | Strip
-    | RunPass
+    | RunPasses
     | JoinStretch
     | FindDoubts
     | LookAt
@@ -142,9 +148,13 @@ class Ready(msgspec.Struct, frozen=True, tag=True):
 
 
 class Part(msgspec.Struct, frozen=True, tag=True):
-    """Some rows, in order of the run, and what the tracker saw in the last of them."""
+    """Some rows, in order of the run, and what the tracker saw in the last of them.
+
+    `run` is the place of their pass among the `RunPasses`.
+    """
 
     data: bytes
+    run: int = 0
     overlay: Overlay | None = None
 
 

@@ -35,10 +35,12 @@ from motes.studio.tasks import (
     LookAt,
     Part,
     RunPass,
+    RunPasses,
     Task,
     WatchFilm,
 )
 from motes.video.film import Film
+from motes.video.shared import FrameReader, shared
 
 EVERY = 0.025
 """Seconds between parts: there are up to 40 overlays a second."""
@@ -59,7 +61,7 @@ class Work:
         self._path, self._line = path, line
         self._film = Film(path, quick=True)
         self._tasks: dict[type, Callable[[Any], Done]] = {
-            RunPass: self._pass,
+            RunPasses: self._passes,
             JoinStretch: self._join,
             FindDoubts: self._doubts,
             LookAt: self._look,
@@ -81,14 +83,22 @@ class Work:
         """Do a task."""
         return self._tasks[type(task)](task)
 
-    def _pass(self, task: RunPass) -> Done:
+    def _passes(self, task: RunPasses) -> Done:
+        ends = [frame for each in task.passes for frame in (each.start, each.stop)]
+        several = len(task.passes) > 1
+        film = shared(self._film, min(ends), max(ends)) if several else self._film
+        for place, each in enumerate(task.passes):
+            self._pass(each, place, film)
+        return Done()
+
+    def _pass(self, task: RunPass, place: int, film: FrameReader) -> None:
         config, cues = _config(task.config), 0
         lines: list[list[float]] = []
         sent, count, begun = time.monotonic(), 0, 0.0
 
         def frames() -> Iterator[Frame]:
             nonlocal begun
-            for frame in self._frames(task.start, task.stop):
+            for frame in _between(film, task.start, task.stop):
                 begun = time.perf_counter()
                 yield frame
 
@@ -100,41 +110,15 @@ class Work:
             lines.append(line(info.track, weights, final=False))
             count += 1
             if time.monotonic() - sent > EVERY or count == 1:
-                self._line.send(Part(pack(table_of(lines, cues)), overlay_of(info, took)))
+                found = pack(table_of(lines, cues))
+                self._line.send(Part(found, place, overlay_of(info, took)))
                 lines.clear()
                 sent = time.monotonic()
             self._line.check()
 
-        self._run(task, config, frames(), observe)
+        _run(task, config, film, frames(), observe)
         if lines:
-            self._line.send(Part(pack(table_of(lines, cues))))
-        return Done()
-
-    def _run(
-        self,
-        task: RunPass,
-        config: TrackerConfig,
-        frames: Iterable[Frame],
-        observe: Callable[[StepInfo], None],
-    ) -> None:
-        other = None
-        if task.other is not None:
-            index, region = task.other
-            (frame,) = self._film.forward(index, index)
-            other = frame, Ellipse(*region)
-        run_pass(
-            config,
-            task.seed,
-            frames,
-            Ellipse(*task.region),
-            backward=task.stop < task.start,
-            other=other,
-            observe=observe,
-        )
-
-    def _frames(self, start: int, stop: int) -> Iterator[Frame]:
-        film = self._film
-        return film.backward(start, stop) if stop < start else film.forward(start, stop)
+            self._line.send(Part(pack(table_of(lines, cues)), place))
 
     def _join(self, task: JoinStretch) -> Done:
         absent = frozenset(t for first, last in task.absent for t in range(first, last + 1))
@@ -173,12 +157,12 @@ class Work:
             self._line.check()
 
         def frames() -> Iterator[Frame]:
-            for frame in self._frames(task.run.start, task.run.stop):
+            for frame in _between(self._film, task.run.start, task.run.stop):
                 kept[:] = [frame]
                 yield frame
 
         config = _config(task.run.config)
-        self._run(task.run, config, frames(), observe)
+        _run(task.run, config, self._film, frames(), observe)
         found = layers_of(task.object, config, kept[0], seen[0], task.layers)
         return Done(msgspec.json.encode(found))
 
@@ -224,6 +208,33 @@ class Work:
         from motes.studio.drawing import slit
 
         return Done(slit(self._film, task, self._line.check))
+
+
+def _run(
+    task: RunPass,
+    config: TrackerConfig,
+    film: FrameReader,
+    frames: Iterable[Frame],
+    observe: Callable[[StepInfo], None],
+) -> None:
+    other = None
+    if task.other is not None:
+        index, region = task.other
+        (frame,) = film.forward(index, index)
+        other = frame, Ellipse(*region)
+    run_pass(
+        config,
+        task.seed,
+        frames,
+        Ellipse(*task.region),
+        backward=task.stop < task.start,
+        other=other,
+        observe=observe,
+    )
+
+
+def _between(film: FrameReader, start: int, stop: int) -> Iterator[Frame]:
+    return film.backward(start, stop) if stop < start else film.forward(start, stop)
 
 
 def _config(values: dict[str, Any]) -> TrackerConfig:

@@ -11,12 +11,11 @@ import msgspec
 from motes.core.config import to_dict
 from motes.output.journal import FrameRow
 from motes.studio.document import regions_of
-from motes.studio.job import Audience, Job
-from motes.studio.pool import LONG, Pool
+from motes.studio.job import Desk, Job
+from motes.studio.pool import LONG
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
-from motes.studio.store import Store
 from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
 
 PARTS, RUN_OF = "scene", "scene run"
@@ -31,38 +30,19 @@ class Asked(msgspec.Struct, frozen=True):
 
 
 class Watching:
-    """Tracks all that moves in a session's film.
+    """Tracks all that moves in a session's film."""
 
-    Parameters
-    ----------
-    session, store
-        Where the parts are kept.
-    pool
-        The workers.
-    numbers
-        Of jobs.
-    audience
-        Those that see what happens.
-    """
-
-    def __init__(
-        self,
-        session: str,
-        store: Store,
-        pool: Pool,
-        numbers: Iterator[int],
-        audience: Audience,
-    ) -> None:
-        self._session, self._store, self._pool = session, store, pool
-        self._numbers, self._audience = numbers, audience
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._session, self._store = desk.session, desk.store
+        self._audience = desk.audience
         self.job: Job | None = None
         self._worker: Worker | None = None
         self._task: asyncio.Task[None] | None = None
-        data = store.parts(session, RUN_OF)
+        data = self._store.parts(self._session, RUN_OF)
         self.asked = msgspec.json.decode(data, type=Asked) if data else None
-        self.count = store.count(session, PARTS)
 
-    def begin(self, watch: Watch, places: Places, frames: int) -> Job:
+    def begin(self, watch: Watch, places: Places) -> Job:
         """Begin a run; an earlier one ends, and its objects go."""
         config = to_dict(watch_config(watch))
         regions_of(places)
@@ -71,9 +51,8 @@ class Watching:
         for key in (PARTS, RUN_OF):
             self._store.forget(self._session, key)
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
-        self.count = 0
         self._audience.scene(reset=True)
-        job = Job(next(self._numbers), [], kind="watch", left=frames)
+        job = Job(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
         self.job = job
         task = WatchFilm(config, places, watch.seed)
         self._task = asyncio.create_task(self._run(job, task))
@@ -108,14 +87,13 @@ class Watching:
             if self.job is not job or not job.active:
                 return
             self._store.add_part(self._session, PARTS, part.data)
-            self.count += 1
             frames = len(msgspec.json.decode(part.data, type=ScenePart).frames)
             job.done, job.left = job.done + frames, max(job.left - frames, 0)
             self._audience.scene()
             self._audience.progress(job.progress())
 
         try:
-            async with self._pool.worker(LONG) as worker:
+            async with self._desk.pool.worker(LONG) as worker:
                 self._worker = worker
                 job.status = "running"
                 done = await worker.run(task, part)

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import math
 import platform
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import av
 import numpy as np
-from av.sidedata.sidedata import Type as SideData
 from av.stream import Disposition
 from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
@@ -27,6 +25,7 @@ from motes.core.frame import FRAME_INTERVAL, as_rgb
 from motes.video.pace import Pace
 from motes.video.prefetch import prefetch
 from motes.video.report import Report
+from motes.video.upright import display_matrix, upright
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -113,6 +112,7 @@ class Decoder:
         self._failures_in_row = 0
         self._reached = 0.0
         self.keys: list[float] = []
+        self._goal = 0.0
         self._turned: tuple[int, NDArray[np.int32]] | None = None
 
         kind = self._container.format.name
@@ -218,15 +218,20 @@ class Decoder:
         """Yield the pictures from a time stamp on, after `seek`, quickly.
 
         Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
-        may differ from those of `pictures`.
+        may differ from those of `pictures`. `skip_to` moves the stamp on.
         """
+        self._goal = stamp
         for packet in self._container.demux(self._stream):
             if packet.pts is not None and packet.time_base is not None:
-                early = float(packet.pts * packet.time_base) < stamp
+                early = float(packet.pts * packet.time_base) < self._goal
                 self._stream.codec_context.skip_frame = "NONREF" if early else "DEFAULT"
             for found, load in self._decoded(packet if packet.size else None, Report()):
-                if found is not None and found >= stamp:
+                if found is not None and found >= self._goal:
                     yield found, load
+
+    def skip_to(self, stamp: float) -> None:
+        """Let `pictures_from` go on with a later time stamp."""
+        self._goal = stamp
 
     @property
     def recorded(self) -> bool:
@@ -337,7 +342,7 @@ class Decoder:
         pixels = converted.to_ndarray()
         if converted is frame:  # the decoder owns this memory and may still need it
             pixels = pixels.copy()
-        return as_rgb(_upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
+        return as_rgb(upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
 
     def _matrix(self, frame: VideoFrame) -> NDArray[np.int32]:
         """Return the display matrix of a picture, which is read anew when its angle changes.
@@ -346,7 +351,7 @@ class Decoder:
         picture until Python's next search for such cycles: hundreds of megabytes.
         """
         if self._turned is None or self._turned[0] != frame.rotation:
-            self._turned = frame.rotation, _display_matrix(frame)
+            self._turned = frame.rotation, display_matrix(frame)
         return self._turned[1]
 
 
@@ -372,29 +377,6 @@ def camera(number: int) -> Decoder:
         format_name, address = "v4l2", f"/dev/video{number}"
     advice = "connect it, or choose another number."
     return Decoder(address, name, advice, format_name=format_name, options=options, remote=True)
-
-
-def _display_matrix(frame: VideoFrame) -> NDArray[np.int32]:
-    """Return the display matrix, (2, 2): the pixel at (x, y) is shown at (x, y) @ matrix."""
-    try:
-        side_data: Mapping[Any, Any] = frame.side_data
-    except ValueError:  # side data of a kind that PyAV does not know; only the angle is given
-        cos, sin = round(math.cos(angle := math.radians(-frame.rotation))), round(math.sin(angle))
-        return np.array([[cos, sin], [-sin, cos]], np.int32)
-    found = side_data.get(SideData.DISPLAYMATRIX)
-    if found is None:
-        return np.eye(2, dtype=np.int32)
-    return np.frombuffer(bytes(found), np.int32).reshape(3, 3)[:2, :2]
-
-
-def _upright(pixels: NDArray[np.uint8], matrix: NDArray[np.int32]) -> NDArray[np.uint8]:
-    """Return a picture rotated and mirrored by a display matrix, to the nearest 90 degrees."""
-    across, along = matrix.diagonal().tolist(), matrix[::-1].diagonal().tolist()
-    if abs(along[1]) > abs(across[0]):
-        pixels, across = pixels.swapaxes(0, 1), along
-    if across[0] < 0:
-        pixels = pixels[:, ::-1]
-    return pixels[::-1] if across[1] < 0 else pixels
 
 
 def _rate(stream: VideoStream) -> float | None:

@@ -130,6 +130,19 @@ class Film:
         places = {stamp: i for i, stamp in enumerate(self._stamps)}
         return [places[key] for key in self._keys if key in places]
 
+    def stamps_to(self, index: int) -> tuple[float, float] | None:
+        """Return the time stamps of a frame and of the key picture before it; None if unknown."""
+        goal = self._stamps[index]
+        if goal is None or not (before := bisect.bisect_right(self._keys, goal)):
+            return None
+        return goal, self._keys[before - 1]
+
+    def decoder(self) -> Decoder:
+        """Open the file of a video once more."""
+        _, reader = find_reader(self._source)
+        assert isinstance(reader, Decoder)  # images have no key pictures
+        return reader
+
     def part(self, start: int, end: int) -> Film:
         """Return the same film with other frames: from `start` on, before `end`."""
         if not 0 <= start < end <= len(self.times):
@@ -146,7 +159,7 @@ class Film:
         """Yield the frames from `first` to `last`."""
         with contextlib.closing(self.loads(first)) as loads:
             for index, load in loads:
-                yield self._frame(index, load)
+                yield self.loaded(index, load)
                 if index >= last:
                     return
 
@@ -162,7 +175,7 @@ class Film:
                     if index >= last:
                         break
                 while part:
-                    yield self._frame(*part.pop())
+                    yield self.loaded(*part.pop())
             last = low - 1
 
     def frame(self, index: int) -> Frame:
@@ -170,7 +183,8 @@ class Film:
         with contextlib.closing(self.forward(index, index)) as frames:
             return next(frames)
 
-    def _frame(self, index: int, load: Load) -> Frame:
+    def loaded(self, index: int, load: Load) -> Frame:
+        """Return the frame of this index, given the function that loads its pixels."""
         pixels = load()
         if pixels.shape[1::-1] != (self.width, self.height):
             raise SourceError(

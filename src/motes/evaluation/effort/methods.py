@@ -11,11 +11,12 @@ import numpy as np
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
 from motes.correction.coordinates import Coordinates
-from motes.correction.correct import FrameReader, correct_stretch, stretches
+from motes.correction.correct import correct_stretch, stretches
 from motes.correction.join import DRIFT, Joined, Stretch, shared_variance
 from motes.correction.keyframes import Keyframes
 from motes.correction.passes import Pass, as_pass, run_pass
 from motes.sot.presets import TrackerConfig
+from motes.video.shared import FrameReader
 
 UNSEEN_STEP = (0.1, 0.1, 0.02, 0.02)
 """Standard deviation of the motion in a frame, in sides and logarithms of sizes, that interpolation

@@ -1,0 +1,132 @@
+"""Passes over a stretch: they run together, and what they share is decoded once."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from motes.core.config import to_dict
+from motes.sot.presets import preset
+from motes.studio.document import Document, Target
+from motes.studio.job import Audience, Desk
+from motes.studio.jobs import Jobs
+from motes.studio.line import Line
+from motes.studio.pool import Pool
+from motes.studio.protocol import FilmFacts
+from motes.studio.store import Store
+from motes.studio.tables import unpack
+from motes.studio.tasks import Answer, Done, Part, RunPass, RunPasses, Task
+from motes.studio.tracking import Work
+from motes.video.film import Film
+from studios import BOX, film
+
+MOVED = (32.0, *BOX[1:])
+
+
+class Sent:
+    """A line that keeps what is sent."""
+
+    def __init__(self) -> None:
+        self.parts: list[Part] = []
+
+    def send(self, answer: Answer) -> None:
+        """Keep rows."""
+        if isinstance(answer, Part):
+            self.parts.append(answer)
+
+    def check(self) -> None:
+        """Nothing is wanted."""
+
+
+def test_passes_together_have_the_rows_of_each_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent = Sent()
+    work = Work(str(film(tmp_path / "film.mkv", frames=12)), cast(Line, sent))
+    config = to_dict(preset("nummiaro"))
+    ellipses = (45.0, 45.0, 15.0, 20.0, 0.0), (46.0, 45.0, 15.0, 20.0, 0.0)
+    forward = RunPass(config, 0, 2, ellipses[0], 9, (9, ellipses[1]))
+    backward = RunPass(config, 0, 9, ellipses[1], 2, (2, ellipses[0]))
+
+    def rows(*passes: RunPass) -> list[list[list[float]]]:
+        sent.parts.clear()
+        work.do(RunPasses([*passes]))
+        tables = [(part.run, unpack(part.data, 1).tolist()) for part in sent.parts]
+        return [
+            [row for run, table in tables if run == place for row in table]
+            for place in range(len(passes))
+        ]
+
+    alone = rows(forward) + rows(backward)
+    loads, begun = Film.loads, list[int]()
+
+    def counted(self: Film, first: int) -> Iterator[object]:
+        begun.append(first)
+        return loads(self, first)
+
+    monkeypatch.setattr(Film, "loads", counted)
+    assert repr(rows(forward, backward)) == repr(alone)
+    assert [row[0] for row in alone[1]] == [*range(9, 1, -1)]
+    assert begun == [2]
+
+
+class Waiting:
+    """Workers that note their tasks, and never end."""
+
+    def __init__(self) -> None:
+        self.tasks: list[Task] = []
+
+    @asynccontextmanager
+    async def worker(self, frames: int) -> AsyncIterator[Waiting]:
+        """Give itself."""
+        yield self
+
+    def wish(self, value: int) -> None:
+        """Take a wish."""
+
+    async def run(self, task: Task, part: Callable[[Part], None]) -> Done:
+        """Note a task, and wait."""
+        self.tasks.append(task)
+        await asyncio.Event().wait()
+        return Done()
+
+
+class Nobody:
+    """An audience that does not look."""
+
+    def __getattr__(self, name: str) -> Callable[..., None]:
+        return lambda *_, **__: None
+
+
+@pytest.mark.parametrize(("width", "together"), [(96, 2), (60_000, 1)])
+def test_a_correction_runs_the_passes_of_a_stretch_together(
+    tmp_path: Path, width: int, together: int
+) -> None:
+    """Where their frames fit into memory."""
+
+    async def tasks() -> list[Any]:
+        store, pool = Store(tmp_path / "studio.sqlite"), Waiting()
+        session = store.begin("film.mkv", uploaded=False)
+        facts = FilmFacts("film.mkv", width, 80, 101, 25.0)
+        nobody = cast(Audience, Nobody())
+        jobs = Jobs(Desk(session, store, facts, cast(Pool, pool), itertools.count(1), nobody))
+        keys = {0: BOX, 40: MOVED, 100: BOX}
+        target = Target(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
+        jobs.update(Document((target,)))
+        jobs.track([1])
+        await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        jobs.close()
+        store.close()
+        return pool.tasks
+
+    found = asyncio.run(tasks())
+    assert [len(task.passes) for task in found] == [together] * (4 // together)
+    ends = {(each.start, each.stop) for task in found for each in task.passes}
+    assert ends == {(0, 40), (40, 0), (40, 100), (100, 40)}
