@@ -16,6 +16,9 @@ from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.tracker import Tracker
 from textured import HEIGHT, WIDTH, seen, textured
 
+NOTHING = np.zeros((1, 1), np.float32), np.zeros((1, 1), np.complex64)
+"""A small picture, and its transform."""
+
 
 @pytest.fixture(scope="module")
 def scene() -> NDArray[np.uint8]:
@@ -48,17 +51,15 @@ def test_the_model_with_the_least_error_is_followed(
     camera: tuple[float, float], target: tuple[float, float], model: int
 ) -> None:
     rng = np.random.default_rng(1)
-    spectrum = np.zeros((1, 1), np.complex64)
-    history = prediction.MotionHistory(spectrum, np.zeros(2), np.zeros(2), np.zeros(4))
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.zeros(2), np.zeros(4))
     place = Ellipse(50.0, 50.0, 10.0, 10.0)
     for _ in range(12):
         sway = rng.choice([-1.0, 1.0])  # of the camera: no model of steady motion foresees it
         moved = sway * np.array(camera)
         velocity = sway * np.array(target) if model == 1 else np.array(target)
         steady = history.velocity
-        sight = Prediction(
-            spectrum, np.array([np.zeros(2), moved, steady, moved + steady - history.camera])
-        )
+        shifts = np.array([np.zeros(2), moved, steady, moved + steady - history.camera])
+        sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
         after = place._replace(x=place.x + velocity[0], y=place.y + velocity[1])
         history = sight.update(history, place, after)
         place = after
@@ -67,13 +68,29 @@ def test_the_model_with_the_least_error_is_followed(
 
 
 def test_a_target_that_is_not_seen_rests_in_the_scene() -> None:
-    spectrum = np.zeros((1, 1), np.complex64)
-    history = prediction.MotionHistory(spectrum, np.zeros(2), np.ones(2), np.arange(4.0))
-    sight = Prediction(spectrum, np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [4.0, 5.0]]))
+    history = prediction.MotionHistory(*NOTHING, np.zeros(2), np.ones(2), np.arange(4.0))
+    shifts = np.array([[0.0, 0.0], [3.0, 4.0], [1.0, 1.0], [4.0, 5.0]])
+    sight = Prediction(*NOTHING, shifts, (NOTHING[0], NOTHING[0]))
     after = sight.update(history, Ellipse(5.0, 5.0, 2.0, 2.0), None)
     np.testing.assert_array_equal(after.velocity, (3, 4))
     np.testing.assert_array_equal(after.camera, (3, 4))
     np.testing.assert_array_equal(after.errors, history.errors)
+
+
+def test_a_shift_counts_only_if_it_makes_the_pictures_more_alike(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    history, after = prediction.started(small_picture(seen(scene, 100, 100))), seen(scene, 110, 94)
+    picture = small_picture(after)
+    sight = prediction.predictions(history, picture, after)
+    np.testing.assert_allclose(sight.shifts[1], (-10, 6), atol=1)
+    assert sight.shared[1].shape < picture.shape
+    monkeypatch.setattr(prediction, "camera_shift", lambda *_: np.array((60.0, 0.0)))
+    sight = prediction.predictions(history, picture, after)
+    np.testing.assert_array_equal(sight.shifts[1], (0, 0))
+    assert sight.shared == (history.picture, picture)
+    monkeypatch.setattr(prediction, "camera_shift", lambda *_: np.array((float(WIDTH), 0.0)))
+    np.testing.assert_array_equal(prediction.predictions(history, picture, after).shifts[1], (0, 0))
 
 
 def shaken(scene: NDArray[np.uint8]) -> tuple[list[Frame], list[Ellipse]]:

@@ -16,8 +16,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.frame import Frame
-from motes.core.saved_state import NotNegativeSingles
-from motes.core.types import Floats, Singles
+from motes.core.types import Singles
 
 DARK, BRIGHT = 15, 245
 """Gray levels between which the light of a point is known: the camera cuts off what is beyond."""
@@ -29,45 +28,33 @@ UNNOTICED = 0.03
 """A smaller difference of the light is left: it moves a gray of 128 by half of a color's bin."""
 
 
-class Light(msgspec.Struct, frozen=True, eq=False):
+class Light(msgspec.Struct, frozen=True):
     """The light after a frame.
 
     Attributes
     ----------
-    picture
-        (h, w), the small picture of the frame.
     level
         Logarithm of the light, relative to that in which the models learned.
     """
 
-    picture: NotNegativeSingles
     level: float = 0.0
 
-    def followed(self, picture: Singles, shift: Floats, frame: Frame) -> Light:
+    def followed(self, before: Singles, now: Singles) -> Light:
         """Return the light of the next frame.
 
         Parameters
         ----------
-        picture
-            The small picture of that frame.
-        shift
-            (2,), by how much the scene has moved since the last frame, in its pixels.
-        frame
-            That frame.
+        before, now
+            (h, w), what the small pictures of the last and of the next frame both show
+            (`small_picture.overlap`).
         """
-        rows, columns = picture.shape
-        across = round(float(shift[0]) * columns / frame.width)
-        down = round(float(shift[1]) * rows / frame.height)
-        # A blurred or sudden pan gives a wrong shift now and then, so that at rest, more is alike.
-        pairs = [_overlap(self.picture, picture, *moved) for moved in ((across, down), (0, 0))]
-        before, now = min(pairs, key=_difference)
         least, most = 3 * DARK, 3 * BRIGHT  # pictures are sums of three colors
         known = (least < now) & (now < most) & (least < before) & (before < most)
         if np.count_nonzero(known) < LEAST_POINTS:
-            return Light(picture, self.level)
+            return self
         change = math.log(float(np.median(now[known] / before[known])))
         change = min(max(change, -LARGEST_CHANGE), LARGEST_CHANGE)
-        return Light(picture, self.level + change)
+        return Light(self.level + change)
 
     def taken_off(self, frame: Frame) -> Frame:
         """Return a frame in the light in which the models learned."""
@@ -83,21 +70,4 @@ class Light(msgspec.Struct, frozen=True, eq=False):
         What the models follow by themselves need not be taken off for ever, and errors of single
         changes do not add up.
         """
-        return Light(self.picture, (1 - rate) * self.level)
-
-
-def _overlap(before: Singles, now: Singles, across: int, down: int) -> tuple[Singles, Singles]:
-    """Return what two pictures both show, if the scene has moved by so many columns and rows."""
-    rows, columns = now.shape
-
-    def part(picture: Singles, right: int, low: int) -> Singles:
-        left, top = max(right, 0), max(low, 0)
-        return picture[top : max(rows + min(low, 0), 0), left : max(columns + min(right, 0), 0)]
-
-    return part(before, -across, -down), part(now, across, down)
-
-
-def _difference(pair: tuple[Singles, Singles]) -> float:
-    """Return the mean difference of two pictures; it is infinite if they show nothing."""
-    before, now = pair
-    return float(np.abs(now - before).mean()) if now.size else math.inf
+        return Light((1 - rate) * self.level)

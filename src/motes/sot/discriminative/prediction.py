@@ -5,7 +5,7 @@ scene while the camera moves, it goes on as in the last frame, or it does so in 
 with the least recent error is followed, as in a filter of interacting multiple models (Blom and
 Bar-Shalom, IEEE Transactions on Automatic Control 1988) of which only the likeliest model counts.
 The camera's motion is the shift between two small pictures by phase correlation (Kuglin and Hines,
-International Conference on Cybernetics and Society 1975).
+International Conference on Cybernetics and Society 1975), if it makes them more alike.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from msgspec.structs import replace
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import NotNegative
+from motes.core.saved_state import NotNegative, NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
-from motes.sot.discriminative.small_picture import small_size
+from motes.sot.discriminative.small_picture import difference, overlap, small_size
 
 ERROR_RATE = 0.1
 """Share of the last frame's error in the running mean of a model's errors."""
@@ -37,8 +37,8 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
 
     Attributes
     ----------
-    spectrum
-        Transform of the last small picture.
+    picture, spectrum
+        The last small picture (h, w), and its transform.
     camera, velocity
         (2,), the shift of the scene and of the target from the frame before to the last, in pixels.
     errors
@@ -46,6 +46,7 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
         `Prediction.shifts`.
     """
 
+    picture: NotNegativeSingles
     spectrum: Spectra
     camera: Floats
     velocity: Floats
@@ -54,7 +55,7 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
 
 def started(picture: Singles) -> MotionHistory:
     """Return the history after the first frame, given its small picture."""
-    return MotionHistory(spectrum_of(picture), np.zeros(2), np.zeros(2), np.zeros(4))
+    return MotionHistory(picture, spectrum_of(picture), np.zeros(2), np.zeros(2), np.zeros(4))
 
 
 class Prediction(NamedTuple):
@@ -62,21 +63,20 @@ class Prediction(NamedTuple):
 
     Attributes
     ----------
-    spectrum
-        Transform of the frame's small picture.
+    picture, spectrum
+        The frame's small picture, and its transform.
     shifts
         (4, 2), the displacement of the target that each model predicts, in pixels: it stays in the
         picture, stays in the scene, goes on in the picture, goes on in the scene.
+    shared
+        What the small pictures of the last frame and of this one both show, after the camera's
+        shift.
     """
 
+    picture: Singles
     spectrum: Spectra
     shifts: Floats
-
-    @property
-    def camera(self) -> Floats:
-        """The shift (2,) of the scene since the last frame, in pixels."""
-        shift: Floats = self.shifts[1]
-        return shift
+    shared: tuple[Singles, Singles]
 
     def likeliest(self, history: MotionHistory) -> Floats:
         """Return the displacement (2,) of the model with the least recent error."""
@@ -94,22 +94,27 @@ class Prediction(NamedTuple):
             The target in the last frame and in this one; None if it was not seen. Then it counts as
             at rest in the scene.
         """
-        camera = self.camera
+        camera = self.shifts[1]
         if after is None:
-            return replace(history, spectrum=self.spectrum, camera=camera, velocity=camera)
+            seen = {"picture": self.picture, "spectrum": self.spectrum}
+            return replace(history, **seen, camera=camera, velocity=camera)
         velocity = np.subtract(after[:2], before[:2])
         errors = np.hypot(*(self.shifts - velocity).T) / before.side
         errors = history.errors + ERROR_RATE * (np.minimum(errors, LARGEST_ERROR) - history.errors)
-        return MotionHistory(self.spectrum, camera, velocity, errors)
+        return MotionHistory(self.picture, self.spectrum, camera, velocity, errors)
 
 
 def predictions(history: MotionHistory, picture: Singles, frame: Frame) -> Prediction:
     """Return what the four models predict for a frame, given its small picture."""
     spectrum = spectrum_of(picture)
     camera = camera_shift(history.spectrum, spectrum, frame)
+    shared = overlap(history.picture, picture, camera, frame)
+    if difference(*shared) > difference(history.picture, picture):
+        # A blurred or sudden pan gives a wrong shift now and then. At rest, more is alike.
+        camera, shared = np.zeros(2), (history.picture, picture)
     steady = history.velocity
     shifts = np.array([np.zeros(2), camera, steady, camera + steady - history.camera])
-    return Prediction(spectrum, shifts)
+    return Prediction(picture, spectrum, shifts, shared)
 
 
 def spectrum_of(picture: Singles) -> Spectra:

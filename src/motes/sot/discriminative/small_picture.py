@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
+
+import numpy as np
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.types import Singles
+from motes.core.types import Floats, Singles
 from motes.cues.search_window import cut
 
 COLUMNS = 96
@@ -33,3 +36,31 @@ def small_size(height: int, width: int) -> tuple[int, int]:
     shrink = min(1.0, COLUMNS / max(height, width))
     rows, columns = (max(round(side * shrink), 1) for side in (height, width))
     return int(next_fast_len(rows, real=True)), int(next_fast_len(columns, real=True))
+
+
+def overlap(before: Singles, now: Singles, shift: Floats, frame: Frame) -> tuple[Singles, Singles]:
+    """Return what two small pictures both show, if the scene has moved by a shift.
+
+    Parameters
+    ----------
+    before, now
+        (h, w), the pictures.
+    shift
+        (2,), x and y in pixels of the frames.
+    frame
+        One of the frames, which are of one size.
+    """
+    rows, columns = now.shape
+    across = round(float(shift[0]) * columns / frame.width)
+    down = round(float(shift[1]) * rows / frame.height)
+
+    def part(picture: Singles, right: int, low: int) -> Singles:
+        left, top = max(right, 0), max(low, 0)
+        return picture[top : max(rows + min(low, 0), 0), left : max(columns + min(right, 0), 0)]
+
+    return part(before, -across, -down), part(now, across, down)
+
+
+def difference(before: Singles, now: Singles) -> float:
+    """Return the mean difference of two pictures; it is infinite if they show nothing."""
+    return float(np.abs(now - before).mean()) if now.size else math.inf

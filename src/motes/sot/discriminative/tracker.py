@@ -150,7 +150,6 @@ class Discriminative(
         integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         first_contrast = contrast(integral, middle)
-        picture = small_picture(frame)
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
@@ -168,8 +167,8 @@ class Discriminative(
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
             target=TargetStatus(),
-            motion=prediction.started(picture),
-            light=Light(picture),
+            motion=prediction.started(small_picture(frame)),
+            light=Light(),
         )
         return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
@@ -179,7 +178,7 @@ class Discriminative(
         """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
         picture, before = small_picture(frame), state
         sight = prediction.predictions(state.motion, picture, frame)
-        light = state.light.followed(picture, sight.camera, frame)
+        light = state.light.followed(*sight.shared)
         frame = light.taken_off(frame)
         look = self._look(rng, state, frame, sight.likeliest(state.motion))
         state = replace(state, ellipse=look.window_pose)
