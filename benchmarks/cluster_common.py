@@ -40,20 +40,26 @@ def table(path: Path, films: Sequence[Path], jobs: int, preset: str = "nummiaro"
     return path
 
 
-def start(jobs: Path, out: str | Path, *options: str, **variables: str) -> subprocess.Popen[bytes]:
-    """Start a batch."""
+def start(
+    jobs: Path, out: str | Path, *options: str, cores: int | None = None, **variables: str
+) -> subprocess.Popen[bytes]:
+    """Start a batch, on some of the machine's cores only if their number is given."""
+    allowed = sorted(os.sched_getaffinity(0))[:cores]
     with (jobs.parent / "errors").open("ab") as errors:
         return subprocess.Popen(
             [*PROGRAM, str(jobs), "-o", str(out), *options],
             stdout=subprocess.DEVNULL,
             stderr=errors,
             env=os.environ | variables,
+            preexec_fn=lambda: os.sched_setaffinity(0, allowed),
         )
 
 
-def finish(jobs: Path, out: str | Path, *options: str, **variables: str) -> None:
+def finish(
+    jobs: Path, out: str | Path, *options: str, cores: int | None = None, **variables: str
+) -> None:
     """Run a batch to its end; raise a RuntimeError if it fails."""
-    if start(jobs, out, *options, **variables).wait() != 0:
+    if start(jobs, out, *options, cores=cores, **variables).wait() != 0:
         raise RuntimeError((jobs.parent / "errors").read_text()[-2000:])
 
 

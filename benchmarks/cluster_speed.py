@@ -34,10 +34,10 @@ from motes.cluster.ray_connection import connected
 from motes.cluster.table import JobTable
 
 
-def clocked(jobs: Path, out: Path, *options: str) -> tuple[float, float]:
+def clocked(jobs: Path, out: Path, *options: str, cores: int | None = None) -> tuple[float, float]:
     """Return the seconds and the processor seconds of a batch."""
     before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    finish(jobs, out, *options)
+    finish(jobs, out, *options, cores=cores)
     after, seconds = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - begun
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return seconds, used
@@ -64,29 +64,36 @@ def startup(jobs: Path, folder: Path, options: Sequence[str]) -> tuple[float, fl
     return clocked(one, Path(tempfile.mkdtemp(dir=folder)) / "out", *options)
 
 
-def compare_workers(folder: Path, rounds: int, preset: str) -> None:
-    """Print the ratios of one worker to two, and of the local pool to Ray."""
-    films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(24)]
+def compare_workers(folder: Path, rounds: int, preset: str, longer: int) -> None:
+    """Print the ratios of one worker to two, and of the local pool to Ray.
+
+    A worker whose film is decoded by a thread uses more than one core where it has them. So there
+    are two baselines: one worker on one core, and one worker on the whole machine.
+    """
+    films = [film(folder / f"{n}.mp4", longer * (60 + 45 * n)) for n in range(24)]
     jobs = table(folder / "jobs.csv", films, 24, preset)
-    ratios: dict[str, list[float]] = {"two against one": [], "Ray against local": []}
     with ray_cluster(2) as cluster:
-        sides = {
-            "one": ("--workers", "1"),
-            "two": ("--workers", "2"),
-            "ray": ("--cluster", cluster.address),
+        sides: dict[str, tuple[tuple[str, ...], int | None]] = {
+            "one worker, one core": (("--workers", "1"), 1),
+            "one worker": (("--workers", "1"), None),
+            "two workers": (("--workers", "2"), None),
+            "Ray": (("--cluster", cluster.address), None),
         }
+        taken: dict[str, list[float]] = {name: [] for name in sides}
         for number in range(rounds):
-            taken = {}
-            for name, options in sides.items():
-                out = folder / f"{name}-{number}"
-                taken[name], _ = clocked(jobs, out, *options)
-            ratios["two against one"].append(taken["one"] / taken["two"])
-            ratios["Ray against local"].append(taken["two"] / taken["ray"])
-            print({name: round(seconds, 2) for name, seconds in taken.items()}, flush=True)
-        assert results(folder / "one-0") == results(folder / "ray-0")
-    for name, found in ratios.items():
-        print(f"{name}: {statistics.median(found):.2f} times as fast ({min(found):.2f} to "
-              f"{max(found):.2f}, {rounds} rounds)")  # fmt: skip
+            for name, (options, cores) in sides.items():
+                seconds, used = clocked(jobs, folder / f"{name}-{number}", *options, cores=cores)
+                taken[name].append(seconds)
+                print(f"{name}: {seconds:.1f} s, {used:.1f} s of processors", flush=True)
+        assert results(folder / "one worker-0") == results(folder / "Ray-0")
+    for slow, fast in (
+        ("one worker, one core", "two workers"),
+        ("one worker", "two workers"),
+        ("two workers", "Ray"),
+    ):
+        ratios = [a / b for a, b in zip(taken[slow], taken[fast], strict=True)]
+        print(f"{fast} against {slow}: {statistics.median(ratios):.2f} times as fast "
+              f"({min(ratios):.2f} to {max(ratios):.2f}, {rounds} rounds)")  # fmt: skip
 
 
 def overhead(folder: Path, count: int, workers: int, ray: bool) -> None:
@@ -156,19 +163,30 @@ def power(sizes: Sequence[float], values: Sequence[float]) -> float:
     )
 
 
-def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequence[int]) -> None:
-    """Print how the time grows with jobs and workers, with the power; draw it."""
+def growth(
+    folder: Path,
+    plot: Path | None,
+    counts: Sequence[int],
+    workers: Sequence[int],
+    preset: str,
+    longer: int,
+) -> None:
+    """Print how the time grows with jobs and workers, with the power; draw it.
+
+    So many workers have as many cores.
+    """
     source = film(folder / "film.mp4", 10)
     by_jobs = []
     for count in counts:
         jobs = table(folder / f"{count}.csv", [source], count)
         by_jobs.append(clocked(jobs, folder / f"jobs-{count}", "--workers", "2")[1])
         print(f"{count} jobs: {by_jobs[-1]:.1f} s of the processor", flush=True)
-    films = [film(folder / f"{n}.mp4", 60 + 45 * n) for n in range(12)]
-    jobs = table(folder / "jobs.csv", films, 12)
+    films = [film(folder / f"{n}.mp4", longer * (60 + 45 * n)) for n in range(12)]
+    jobs = table(folder / "jobs.csv", films, 12, preset)
     by_workers = []
     for number in workers:
-        by_workers.append(clocked(jobs, folder / f"w-{number}", "--workers", str(number))[0])
+        out = folder / f"w-{number}"
+        by_workers.append(clocked(jobs, out, "--workers", str(number), cores=number)[0])
         print(f"{number} workers: {by_workers[-1]:.1f} s", flush=True)
     powers = power(counts, by_jobs), power(workers, by_workers)
     print(f"power with jobs {powers[0]:.2f}, with workers {powers[1]:.2f}")
@@ -187,6 +205,7 @@ def growth(folder: Path, plot: Path | None, counts: Sequence[int], workers: Sequ
     ):
         axes.loglog(sizes, values, "o-")
         axes.set_xticks(sizes, [f"{size:,}" for size in sizes])
+        axes.set_yticks(values, [f"{value:.1f}" for value in values])
         axes.minorticks_off()
         axes.set(xlabel=names[0], ylabel=names[1], title=f"power {exponent:.2f}")
     figure.savefig(plot, metadata={"Date": None})
@@ -199,6 +218,7 @@ def main() -> int:
     parser.add_argument("--ray", action="store_true")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--preset", default="nummiaro", help="of the films that workers share")
+    parser.add_argument("--longer", type=int, default=1, help="how much longer these films are")
     parser.add_argument("--jobs", type=int, nargs="+", help="their number, or their numbers")
     parser.add_argument("--workers", type=int, nargs="+", default=[2])
     parser.add_argument("--seconds", type=float, default=60.0)
@@ -207,7 +227,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="speed-") as scratch:
         folder = Path(scratch)
         if options.what == "workers":
-            compare_workers(folder, options.rounds, options.preset)
+            compare_workers(folder, options.rounds, options.preset, options.longer)
         elif options.what == "overhead":
             overhead(folder, (options.jobs or [2000])[0], options.workers[0], options.ray)
         elif options.what == "tasks":
@@ -216,7 +236,8 @@ def main() -> int:
             memory(folder, options.jobs or [1000, 10_000, 100_000], options.seconds)
         else:
             workers = options.workers if len(options.workers) > 1 else [1, 2]
-            growth(folder, options.plot, options.jobs or [125, 250, 500, 1000, 2000], workers)
+            counts = options.jobs or [125, 250, 500, 1000, 2000]
+            growth(folder, options.plot, counts, workers, options.preset, options.longer)
     return 0
 
 

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw
 from motes import Detection, Scene, Tracker
 from motes.evaluation import synthetic
 from motes.evaluation.synthetic import Clip, Target, Truth
-from motes.mot.analytics.events import Line, Regions, Zone
+from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.output.overlay import draw, font
 from motes.output.scene_overlay import draw_scene
 

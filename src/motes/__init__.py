@@ -38,14 +38,9 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     from motes.correction.keyframes import read_keyframes as read_keyframes
     from motes.correction.refine import refine as refine
     from motes.correction.suspects import Doubt as Doubt, doubts as doubts
-    from motes.mot.analytics.events import (
-        Event as Event,
-        EventCounter as EventCounter,
-        Line as Line,
-        Regions as Regions,
-        Zone as Zone,
-    )
+    from motes.mot.analytics.events import Event as Event, EventCounter as EventCounter
     from motes.mot.analytics.ground_plane import Ground as Ground
+    from motes.mot.analytics.regions import Line as Line, Regions as Regions, Zone as Zone
     from motes.mot.detection.adapters import (
         as_detections as as_detections,
         from_supervision as from_supervision,
@@ -115,8 +110,9 @@ _NAMES = {
     "correction.keyframes": "read_keyframes",
     "correction.refine": "refine",
     "correction.suspects": "Doubt doubts",
-    "mot.analytics.events": "Event EventCounter Line Regions Zone",
+    "mot.analytics.events": "Event EventCounter",
     "mot.analytics.ground_plane": "Ground",
+    "mot.analytics.regions": "Line Regions Zone",
     "mot.detection.adapters": "as_detections from_supervision",
     "mot.detection.background": "BackgroundConfig BackgroundDetector",
     "mot.detection.lookalike": "LookalikeConfig LookalikeDetector",

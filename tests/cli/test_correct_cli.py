@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -69,6 +70,15 @@ def test_rows_between_keyframes(go: Go) -> None:
     assert go(line)[0] == 5
     assert go(f"{line} --overwrite --format jsonl")[0] == 0
     assert json.loads(Path("rows.csv").read_text().splitlines()[10])["x"] is None
+
+
+def test_a_film_under_another_name_is_named(go: Go, film: Path) -> None:
+    assert go(f"track FILM --at 0=BOX --at 23=BOX -o rows.csv {OPTIONS}")[0] == 0
+    shutil.copy(film, "other.mkv")
+    code, said = go("refine other.mkv rows.csv --at 9=BOX")
+    assert code == 0, said
+    assert "other.mkv has the size and the frames of film.mkv, and is taken for it." in said
+    assert "is taken for it" not in go("refine FILM rows.csv --at 12=BOX")[1]
 
 
 def test_backward_and_from(go: Go) -> None:

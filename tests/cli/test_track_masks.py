@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -80,6 +83,39 @@ def test_a_folder_and_a_document(go: Go) -> None:
     assert go("convert masks.json again.json")[0] == 0
     again = json.loads(Path("again.json").read_text())
     assert again["annotations"][-1]["segmentation"] == last["segmentation"]
+
+
+KILLED = """
+import os, signal, sys
+from motes.cli import main
+
+sync, calls = os.fsync, []
+
+def kill(file):
+    calls.append(file)
+    if len(calls) == int(sys.argv[1]):
+        os.kill(os.getpid(), signal.SIGKILL)
+    sync(file)
+
+os.fsync = kill  # each whole file is synchronized before it gets its name
+main(sys.argv[2:])
+"""
+
+
+@pytest.mark.parametrize(("masks", "written"), [("masks", 3), ("masks.json", 1)])
+def test_what_a_kill_leaves_is_gone_after_the_next_run(go: Go, masks: str, written: int) -> None:
+    track = f"track film --init 40,40,41,41 --preset mean_shift --masks {masks} -o rows.csv"
+    words = [sys.executable, "-c", KILLED, str(written), *track.split()]
+    assert subprocess.run(words, capture_output=True, check=False).returncode == -signal.SIGKILL
+    assert len([*Path().rglob("*.partial-*")]) == 1
+    code, said = go(f"{track} --resume")
+    assert code == 0, said
+    assert not [*Path().rglob("*.partial-*"), *Path().rglob("*.rows.jsonl")]
+    if masks == "masks":
+        assert sorted(path.name for path in Path(masks).iterdir()) == [f"{i}.png" for i in range(6)]
+    else:
+        assert len(json.loads(Path(masks).read_text())["images"]) == 6
+    assert Path("rows.csv").read_text().count("\n") == 7
 
 
 @pytest.mark.parametrize(

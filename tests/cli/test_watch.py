@@ -20,7 +20,8 @@ from motes import open_source
 from motes.cli import main
 from motes.cli.watch_counting import table
 from motes.formats.rows import OBJECT_COLUMNS as COLUMNS
-from motes.mot.analytics.events import EventCounter, Line, Regions
+from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.regions import Line, Regions
 from motes.output.scene_overlay import color_of, draw_scene
 from motes.video.writer import VideoWriter
 from sightings import seen, told

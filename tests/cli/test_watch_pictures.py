@@ -11,7 +11,8 @@ from PIL import Image
 from motes.cli import main
 from motes.cli.watch_outputs import FrameResult, Overlay
 from motes.core.frame import Frame
-from motes.mot.analytics.events import EventCounter, Line, Regions
+from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.regions import Line, Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.scene_overlay import color_of
 from motes.output.slit_scan import LONGEST, MARGIN, SCALE, SlitScan

@@ -7,8 +7,9 @@ import numpy as np
 from motes.core.frame import Frame
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status, Track
-from motes.mot.analytics.events import EventCounter, Regions
+from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
+from motes.mot.analytics.regions import Regions
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.reidentification import CrossCameraAssociation
 from motes.mot.cameras.rig_config import Rig

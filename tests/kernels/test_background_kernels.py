@@ -46,6 +46,18 @@ def test_a_picture_is_exposed_in_any_order_of_its_bytes() -> None:
     np.testing.assert_array_equal(planes_of(gray), np.moveaxis(gray, 2, 0))
 
 
+@pytest.mark.parametrize("factor", [0.3, 1.0, 2.7])
+def test_another_light_in_any_order_of_the_bytes(factor: float) -> None:
+    rgb = mosaic(0, 9, 11)
+    bgr = rgb[:, :, ::-1].copy()[:, :, ::-1]
+    gray = np.broadcast_to(rgb[:, :, :1], rgb.shape)
+    for picture in (rgb, bgr, gray, np.dstack([rgb, rgb])[:, :, :3], rgb[2:7, 1:9]):
+        out = np.empty(picture.shape, np.uint8)
+        kernels.planes.relight(picture, factor, out)
+        expected = np.minimum(np.floor(factor * picture.astype(float) + 0.5), 255)
+        assert np.abs(out - expected).max() <= (factor != 1)
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_window_sums(size: tuple[int, int]) -> None:
     planes = random_planes(size)

@@ -82,6 +82,8 @@ def calls(compiled: Any) -> dict[str, Any]:
     compiled.fourier_ridge.teach(spectra, spectra[0], 0.3, learned, power)
     response = found["response"] = np.empty_like(spectra[0])
     compiled.fourier_ridge.correlate(learned, power, spectra, response)
+    relit = found["relit"] = np.empty(PIXELS.shape, np.uint8)
+    compiled.planes.relight(PIXELS, 1.3, relit)
     planes, sums = np.moveaxis(PIXELS, 2, 0).copy(), np.empty((3, 60, 80), np.uint16)
     compiled.planes.window_sums(planes, sums)
     parts, numbers = 3 * compiled.mixture.MODES, compiled.mixture.FIELDS * compiled.mixture.PART

@@ -19,7 +19,8 @@ from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.formats.registry import format_for
 from motes.formats.registry import write as write_format
-from motes.mot.analytics.events import EventCounter, Line, Regions
+from motes.mot.analytics.events import EventCounter
+from motes.mot.analytics.regions import Line, Regions
 from motes.mot.detection.custom import CustomConfig
 from motes.mot.detection.in_process import DetectorProcess
 from motes.mot.detection_outcome import DetectionOutcome

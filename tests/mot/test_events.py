@@ -11,7 +11,8 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.events import Event, EventCounter, Line, Regions, Zone, crossing
+from motes.mot.analytics.events import Event, EventCounter
+from motes.mot.analytics.regions import Line, Regions, Zone, crossing
 from sightings import seen, told
 
 

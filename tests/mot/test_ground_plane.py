@@ -9,8 +9,9 @@ import pytest
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.events import EventCounter, Regions
+from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.ground_plane import Ground
+from motes.mot.analytics.regions import Regions
 from sightings import seen, told
 
 

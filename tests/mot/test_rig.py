@@ -22,11 +22,12 @@ from motes.cli import main
 from motes.core.frame import Frame
 from motes.mot.cameras import camera_process, rig_camera
 from motes.mot.cameras import rig as rig_module
-from motes.mot.cameras.camera_report import CameraReport
+from motes.mot.cameras.camera_report import Arrival, CameraReport
 from motes.mot.cameras.camera_reporter import CameraReporter
-from motes.mot.cameras.messages import CameraEnded, CameraMessage
+from motes.mot.cameras.messages import CameraEnded, CameraMessage, Ready
 from motes.mot.cameras.reidentification import CrossCameraAssociation
-from motes.mot.cameras.rig import RigRunner, next_report
+from motes.mot.cameras.rig import RigRunner, announce, next_report
+from motes.mot.cameras.rig_camera import RigCamera
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.mot.detection.background import BackgroundDetector
 from motes.mot.scene import Scene
@@ -468,3 +469,38 @@ def test_half_of_somebody_is_not_told_of(films: Path) -> None:
     assert len(first.covariance) == 25
     gone = np.frombuffer(told[1].histogram or b"", np.float32)
     np.testing.assert_allclose(gone, histograms[0], atol=0.1)  # whole, not what was left of it
+
+
+class SilentCamera(RigCamera):
+    """A live camera without a process; it keeps what it is sent."""
+
+    def _start(self) -> None:
+        self.sent: list[object] = []
+
+    def _send(self, arrivals: tuple[Arrival, ...]) -> None:
+        self.sent.append(arrivals)
+
+
+class OnceAnnounced:
+    """An association in which an object is announced in each second, once."""
+
+    def __init__(self) -> None:
+        self._announced: set[float] = set()
+
+    def arrivals(self, _: str, now: float) -> tuple[object, ...]:
+        """Return the objects of all seconds that are new."""
+        new = {float(second) for second in range(int(now) + 1)} - self._announced
+        self._announced |= new
+        return tuple(sorted(new))
+
+
+def test_arrivals_wait_for_a_camera_that_works_still() -> None:
+    hall, association = SilentCamera("hall"), OnceAnnounced()
+    (*_,) = hall.receive(Ready("hall", live=True))
+    for second in range(3):
+        report = CameraReport("office", second, float(second), ())
+        announce(report, [hall], association)  # type: ignore[arg-type]
+    assert hall.sent == [(0.0,)]
+    (*_,) = hall.receive(CameraReport("hall", 0, 2.5, ()))
+    announce(CameraReport("office", 3, 3.0, ()), [hall], association)  # type: ignore[arg-type]
+    assert hall.sent == [(0.0,), (1.0, 2.0, 3.0)]

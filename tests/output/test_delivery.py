@@ -16,7 +16,8 @@ import pytest
 
 from brokers import Broker, Listener, free_port, wait_until
 from motes.core.errors import ConfigError, FormatError
-from motes.mot.analytics.events import Event, Line, Regions, Zone
+from motes.mot.analytics.events import Event
+from motes.mot.analytics.regions import Line, Regions, Zone
 from motes.output import delivery, home_assistant
 from motes.output.delivery import Delivery, DeliveryError
 from motes.output.event_queue import MessageQueue

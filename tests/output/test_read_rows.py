@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from motes.cli.options import OutputOptions
 from motes.cli.watch_outputs import FrameResult, objects_output
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 from motes.core.frame import Frame
@@ -58,7 +59,7 @@ def test_a_file_of_objects(tmp_path: Path, form: str) -> None:
     path, film = tmp_path / f"objects.{form}", Any
     frame = Frame(3, 0.12, np.zeros((4, 4, 3), np.uint8))
     objects = [SceneTrack(1, track(3)), SceneTrack(2, track(3), occluded_by=1)]
-    with objects_output(str(path), film, overwrite=False) as output:  # type: ignore[arg-type]
+    with objects_output(str(path), film, OutputOptions()) as output:  # type: ignore[arg-type]
         output.write(FrameResult(frame, objects, ()))
     rows = read_track(path)
     assert rows.dtype.names == OBJECT_COLUMNS

@@ -7,46 +7,33 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
 from motes.sot.discriminative import prediction
-from motes.sot.discriminative.prediction import Prediction, camera_shift, small_spectrum
+from motes.sot.discriminative.prediction import Prediction, camera_shift, spectrum_of
+from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.tracker import Tracker
-
-HEIGHT, WIDTH = 240, 320
+from textured import HEIGHT, WIDTH, seen, textured
 
 
 @pytest.fixture(scope="module")
 def scene() -> NDArray[np.uint8]:
-    """Return a textured picture, larger than the frames that show parts of it."""
-    noise = np.random.default_rng(5).standard_normal((3 * HEIGHT, 3 * WIDTH, 3))
-    smooth: NDArray[np.float64] = sum(
-        ndimage.gaussian_filter(noise, (s, s, 0)) * s for s in (2, 6, 15)
-    )
-    return np.clip(128 + 110 * smooth, 0, 255).astype(np.uint8)
-
-
-def seen(scene: NDArray[np.uint8], left: float, top: float, index: int = 0) -> Frame:
-    """Return the frame whose corner lies at a place of the scene."""
-    row, column = round(top), round(left)
-    part = scene[row : row + HEIGHT, column : column + WIDTH]
-    return Frame(index, index / 25, np.ascontiguousarray(part))
+    return textured()
 
 
 @pytest.mark.parametrize(("dx", "dy"), [(0, 0), (7, 0), (-12, 5), (30, -21), (2, 3)])
 def test_the_shift_of_the_scene_is_measured(scene: NDArray[np.uint8], dx: int, dy: int) -> None:
     before, after = seen(scene, 100, 100), seen(scene, 100 - dx, 100 - dy)
-    shift = camera_shift(small_spectrum(before), small_spectrum(after), after)
+    one, other = (spectrum_of(small_picture(each)) for each in (before, after))
+    shift = camera_shift(one, other, after)
     np.testing.assert_allclose(shift, (dx, dy), atol=1.0)
 
 
 def test_a_picture_without_texture_does_not_move(scene: NDArray[np.uint8]) -> None:
     flat = Frame(0, 0.0, np.full((HEIGHT, WIDTH, 3), 80, np.uint8))
-    np.testing.assert_array_equal(
-        camera_shift(small_spectrum(flat), small_spectrum(flat), flat), (0, 0)
-    )
+    spectrum = spectrum_of(small_picture(flat))
+    np.testing.assert_array_equal(camera_shift(spectrum, spectrum, flat), (0, 0))
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,9 @@ from motes.cli.refine import refine
 from motes.cli.track import track
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_target import TargetOptions
-from motes.cli.watch import PRESET, ObjectOptions, WatchOutputs, watch
+from motes.cli.watch import PRESET, watch
 from motes.cli.watch_counting import CountingOptions
+from motes.cli.watch_options import ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
 from motes.cluster.split import join_parts, marks_of, parts_of
 from motes.cluster.work import Made

@@ -10,6 +10,7 @@ from typing import Protocol, TypeVar
 from motes.cli.messages import log
 from motes.cli.progress import Progress
 from motes.core import interrupts
+from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import check, deferred
 from motes.video.film import Film
@@ -41,7 +42,6 @@ def run(
     note: Callable[[T], str],
     *,
     quiet: bool = False,
-    progress: AbstractContextManager[Progress] | None = None,
 ) -> KeyboardInterrupt | None:
     """Write the result of each frame into all outputs, and close them.
 
@@ -58,8 +58,6 @@ def run(
         Counts a result that is written; returns the state of the run, for the progress bar.
     quiet
         Whether there is no progress bar.
-    progress
-        A progress bar that several runs share; by default one of the film.
 
     Returns
     -------
@@ -76,7 +74,7 @@ def run(
             for output in outputs:
                 opened.enter_context(output)
             making = opened.enter_context(contextlib.closing(steps(iter(frames))))
-            with progress or Progress(film.frame_count, quiet=quiet) as bar:
+            with Progress(film.frame_count, quiet=quiet) as bar:
                 try:
                     for step in making:
                         with deferred():
@@ -89,6 +87,37 @@ def run(
                     interrupted = interrupt
     except KeyboardInterrupt as interrupt:
         interrupted = interrupt
+    return interrupted
+
+
+def run_and_report(
+    film: Source,
+    outputs: Sequence[Sink[T]],
+    steps: Callable[[Iterator[Frame]], Generator[T, None, None]],
+    note: Callable[[T], str],
+    report: Callable[[KeyboardInterrupt | None], None],
+    *,
+    quiet: bool = False,
+) -> KeyboardInterrupt | None:
+    """Run as `run` does, and report at the end, also where an error ends the run.
+
+    Parameters
+    ----------
+    film, outputs, steps, note, quiet
+        As in `run`.
+    report
+        Prints a summary; it takes the interrupt that ended the run, or None.
+
+    Returns
+    -------
+    The interrupt that ended the run, or None.
+    """
+    try:
+        interrupted = run(film, outputs, steps, note, quiet=quiet)
+    except MotesError:
+        report(None)
+        raise
+    report(interrupted)
     return interrupted
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from motes.cli.options import FLAG, HYPHEN, REPEATED
-from motes.core.errors import ConfigError
+from motes.core.errors import ConfigError, InputError, MotesError
 
 KEYFRAMES = Group("Keyframes", sort_key=1)
 Marks = list[tuple[int, Sequence[float] | None]]
@@ -94,7 +95,10 @@ def marks(
     """Return the keyframes of --keyframes, --at and --absent."""
     from motes.correction.keyframes import ABSENT, keyframes_of, marks_of
 
-    found: Marks = [] if file is None else [*keyframes_of(file, source).items()]
+    found: Marks = []
+    if file is not None:
+        with other_format_named(file):
+            found += keyframes_of(file, source).items()
     for text in at or []:
         frame, equals, region = text.partition("=")
         if not equals:
@@ -106,3 +110,23 @@ def marks(
     for text in absent or []:
         found += marks_of(text, ABSENT)
     return found
+
+
+@contextmanager
+def other_format_named(file: Path) -> Iterator[None]:
+    """Turn the error of a file that holds no keyframes into advice, if it has a known format."""
+    from motes.formats.registry import recognized
+
+    try:
+        yield
+    except InputError:
+        try:
+            form = recognized(file)
+        except MotesError:
+            form = "keyframes"
+        if form != "keyframes":
+            raise InputError(
+                f"{file} holds no keyframes, but has the format {form}; make them with motes "
+                f"convert {file} {file.stem}.keyframes.csv."
+            ) from None
+        raise

@@ -131,6 +131,9 @@ def known_film(source: str, history: History) -> Film:
 
     film = Film(source)
     history.check(film)
+    name = Path(film.name).name
+    if name != history.film:
+        log(f"{name} has the size and the frames of {history.film}, and is taken for it.")
     return film.part(history.start, history.end)
 
 

@@ -16,7 +16,8 @@ from motes.cli.messages import counted, log
 from motes.cli.watch_outputs import FrameResult
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError
-from motes.mot.analytics.events import Event, Regions
+from motes.mot.analytics.events import Event
+from motes.mot.analytics.regions import Regions
 from motes.output import home_assistant
 from motes.output.delivery import Delivery, Receiver
 from motes.output.event_queue import MessageQueue

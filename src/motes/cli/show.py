@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
 from motes.cli.messages import log
 from motes.cli.watch_outputs import FrameResult
-from motes.mot.analytics.events import Regions
+from motes.mot.analytics.regions import Regions
 from motes.output.live_picture import View, view
 from motes.output.overlay import Draw
 from motes.output.painters import ScenePainter, TrackPainter

@@ -206,7 +206,7 @@ def _track_several(
     from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
     from motes.cli.watch_outputs import Overlay, objects_output
-    from motes.mot.analytics.events import Regions
+    from motes.mot.analytics.regions import Regions
     from motes.sot.batch import Trackers
 
     overwrite = outputs.overwrite
@@ -218,10 +218,5 @@ def _track_several(
         if outputs.show:
             opened.append(show_scene(Regions()))
         if output is not None:
-            opened.append(
-                objects_output(
-                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
-                    keyframe_error=outputs.keyframe_error,
-                )
-            )  # fmt: skip
+            opened.append(objects_output(output, film, outputs))
         return track_several(film, Trackers(config, seed), boxes, opened)

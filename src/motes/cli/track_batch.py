@@ -6,11 +6,10 @@ import time
 from collections.abc import Generator, Iterator, Sequence
 
 from motes.cli.exit_codes import DONE
-from motes.cli.frame_loop import run, summarize
+from motes.cli.frame_loop import run_and_report, summarize
 from motes.cli.messages import counted
 from motes.cli.watch_outputs import FrameResult, Output
 from motes.core import interrupts
-from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.track import Status
 from motes.mot.tracked_object import SceneTrack
@@ -35,16 +34,11 @@ def track_several(
             each = [SceneTrack(i, track) for i, track in enumerate(tracks, start=1)]
             yield FrameResult(frame, each, ())
 
-    def finish(interrupted: KeyboardInterrupt | None = None) -> None:
+    def report(interrupted: KeyboardInterrupt | None) -> None:
         if tally.frames:
             summarize([str(tally)], film, outputs, interrupted)
 
-    try:
-        interrupted = run(film, outputs, moments, tally.add)
-    except MotesError:
-        finish()
-        raise
-    finish(interrupted)
+    interrupted = run_and_report(film, outputs, moments, tally.add, report)
     return interrupts.code(interrupted) if interrupted else DONE
 
 

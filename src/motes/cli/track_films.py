@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder, refuse
+from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
 from motes.cli.options import FrameOptions
 from motes.cli.progress import Progress
@@ -71,7 +72,8 @@ def marks_of_films(films: Sequence[str], file: Path) -> dict[str, Keyframes]:
     FormatError
         If the file cannot be read.
     """
-    given = read_keyframes(file)
+    with other_format_named(file):
+        given = read_keyframes(file)
     if "" in given:
         raise ConfigError(f"{file}: a row names no film; begin each row with the film's name.")
     marks: dict[str, Keyframes] = {}

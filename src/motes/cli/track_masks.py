@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import io
 from abc import ABC, abstractmethod
 from pathlib import Path
@@ -13,11 +14,11 @@ from msgspec.structs import replace
 from motes.cli.track_loop import Step
 from motes.cli.watch_outputs import Document
 from motes.core.errors import ConfigError, FormatError
-from motes.core.files import write_whole
+from motes.core.files import remove_leftovers, write_whole
 from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.shapes import frame_name
-from motes.output.journal import FrameRow, ObjectRow
+from motes.output.journal import FrameRow, ObjectRow, journal_of
 from motes.sot.segmentation import Mask, Segmenter
 
 if TYPE_CHECKING:
@@ -25,8 +26,19 @@ if TYPE_CHECKING:
     from motes.video.sources import Source
 
 
-def masks_output(path: Path, film: Source | Film, label: str | None, *, overwrite: bool) -> Masks:
+def masks_output(
+    path: Path, film: Source | Film, label: str | None, *, overwrite: bool, resume: bool
+) -> Masks:
     """Return the output of masks: of a document if the name ends in .json, else of a folder.
+
+    Parameters
+    ----------
+    path, film, label
+        The name, the film, and the class of the target in a document.
+    overwrite
+        Whether existing masks may be replaced.
+    resume
+        Whether the masks are those of a run that was cut off, which are made anew.
 
     Raises
     ------
@@ -36,6 +48,9 @@ def masks_output(path: Path, film: Source | Film, label: str | None, *, overwrit
         If it exists and must not be overwritten, or cannot be made.
     """
     if path.suffix.lower() == ".json":
+        if resume:  # what is left of it is made again
+            remove_leftovers(path.with_name(glob.escape(path.name)))
+            journal_of(str(path)).unlink(missing_ok=True)
         document = Document(str(path), "coco", film, label or "object", overwrite, None)
         return DocumentMasks(document)
     if path.suffix:
@@ -89,6 +104,7 @@ class FolderMasks(Masks):
             ) from None
         if not overwrite and any(folder.iterdir()):
             raise FormatError(f"{folder} has files; choose another, or overwrite it (--overwrite).")
+        remove_leftovers(folder / "*.png")
 
     def add(self, step: Step, mask: Mask) -> None:
         """Write the file of a frame."""

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.frame_loop import run, summarize
+from motes.cli.frame_loop import run_and_report, summarize
 from motes.cli.messages import log
 from motes.cli.options import FrameOptions
 from motes.cli.progress import RunStatistics
@@ -19,7 +19,7 @@ from motes.cli.track_outputs import Output
 from motes.cli.track_units import check_size, measured, motion_names
 from motes.cli.watch_outputs import format_of, row_form
 from motes.core import interrupts
-from motes.core.errors import ConfigError, MotesError
+from motes.core.errors import ConfigError
 from motes.mot.analytics.real_units import PIXELS
 from motes.output.track_rows import COLUMNS
 from motes.sot.particle_filter import ParticleFilter
@@ -71,16 +71,12 @@ def _run(
     chooses = isinstance(tracker.config, ParticleFilter) and tracker.config.budget is not None
     tally = RunStatistics(budget=chooses)
 
-    def finish(interrupted: KeyboardInterrupt | None = None) -> None:
+    def report(interrupted: KeyboardInterrupt | None) -> None:
         if tally.frames:
             summarize([str(tally)], film, outputs, interrupted)
 
-    try:
-        interrupted = run(film, outputs, steps, tally.add, quiet=quiet and sys.stdout.isatty())
-    except MotesError:
-        finish()
-        raise
-    finish(interrupted)
+    quiet = quiet and sys.stdout.isatty()
+    interrupted = run_and_report(film, outputs, steps, tally.add, report, quiet=quiet)
     if interrupted:
         return interrupts.code(interrupted)
     if not tally.found:

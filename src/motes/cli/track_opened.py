@@ -67,7 +67,10 @@ def pictures_outputs(
     if outputs.masks is not None:
         from motes.cli.track_masks import masks_output
 
-        opened.append(masks_output(outputs.masks, film, outputs.label, overwrite=anew))
+        masks = masks_output(
+            outputs.masks, film, outputs.label, overwrite=anew, resume=outputs.resume
+        )
+        opened.append(masks)
     if outputs.show:
         from motes.cli.show import show_track
 
@@ -97,15 +100,9 @@ def rows_output(
     resume
         Whether an existing file is the beginning of these rows.
     """
-    form = format_of(output, outputs.format)
-    if rows := row_form(form):
+    if rows := row_form(format_of(output, outputs.format)):
         return Rows(
             output, rows, overwrite=outputs.overwrite, resume=resume,
             columns=columns if units is None else (*columns, *GROUND),
         )  # fmt: skip
-    return AsObjects(
-        objects_output(
-            output, film, overwrite=outputs.overwrite, form=form, label=outputs.label,
-            keyframe_error=outputs.keyframe_error,
-        )
-    )  # fmt: skip
+    return AsObjects(objects_output(output, film, outputs))

@@ -8,16 +8,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
+from motes.cli.annotated_video import AnnotatedVideo
 from motes.cli.track_loop import Companion, Step
-from motes.cli.watch_outputs import ObjectsOutput, film_state
+from motes.cli.watch_outputs import ObjectsOutput
 from motes.core.errors import FormatError
-from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
 from motes.output.journal import FrameRow, ObjectRow
 from motes.output.painters import TrackPainter
-from motes.output.track_rows import COLUMNS, Form, TrackWriter, check_writable
+from motes.output.track_rows import COLUMNS, Form, TrackWriter
 from motes.sot.presets import TrackerConfig
-from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
     from motes.video.film import Film
@@ -108,33 +107,16 @@ class AsObjects:
         self._inner.__exit__(*exception)
 
 
-class Overlay:
-    """An annotated video; checks on construction that it can be written."""
+class Overlay(AnnotatedVideo):
+    """An annotated video."""
 
     def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
-        check_writable(path, overwrite)
-        self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
+        super().__init__(path, source, stride, overwrite=overwrite)
         self._painter = TrackPainter()
-        self._start: float | None = None
 
     def write(self, step: Step) -> None:
         """Add a picture."""
-        pixels = self._painter.painted(step.frame, step.info)()
-        if self._start is None:
-            self._start = step.frame.time
-        self._writer.write(pixels, step.frame.time - self._start)
-
-    @property
-    def result(self) -> str | None:
-        """The video, or the unfinished file that an error left."""
-        return film_state(self._writer)
-
-    def __enter__(self) -> Self:
-        self._writer.__enter__()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
-        self._writer.__exit__(kind, *rest)
+        self.add(self._painter.painted(step.frame, step.info)(), step.frame.time)
 
 
 class Figures:

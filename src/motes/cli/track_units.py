@@ -67,10 +67,10 @@ class UnitOptions:
         """
         if self.scale is None and self.ground is None and self.lens is None:
             return None
-        from motes.mot.analytics.events import Regions
         from motes.mot.analytics.ground_plane import Ground
         from motes.mot.analytics.lens import Lens
         from motes.mot.analytics.real_units import RealUnits
+        from motes.mot.analytics.regions import Regions
 
         if (self.scale is None) == (self.ground is None):
             raise ConfigError("Give either --scale or --ground; --lens needs one of them.")

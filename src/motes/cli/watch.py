@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, Group, Parameter
+from cyclopts import App, Parameter
 
-from motes.cli.exit_codes import DONE, NOT_FOUND
+from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import (
     check_keyframe_error,
     check_label,
@@ -19,30 +19,15 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.messages import counted, log
-from motes.cli.options import (
-    FLAG,
-    HYPHEN,
-    OUTPUT,
-    REPEATED,
-    Cluster,
-    ConfigOptions,
-    FrameOptions,
-    ObjectPreset,
-    OutputOptions,
-)
+from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset
 from motes.cli.settings import HELP, Settings
-from motes.cli.watch_counting import CountingOptions, table
-from motes.core import interrupts
-from motes.core.errors import ConfigError, MotesError
+from motes.cli.watch_counting import CountingOptions
+from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
+from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
     from motes.cli.watch_outputs import Output
     from motes.core.detection import Detector
-    from motes.core.frame import Frame
-    from motes.mot.analytics.events import EventCounter
-    from motes.mot.scene import Scene
-    from motes.video.sources import Source
 
 app = App(
     name="watch",
@@ -53,126 +38,6 @@ app = App(
     help_format="plaintext",
 )
 PRESET = "nummiaro:adaptive"
-QUEUE = "motes-events.sqlite"
-"""Default file in which events wait."""
-
-
-@Parameter(name="*", group=Group("Objects", sort_key=1))
-@dataclass(frozen=True, kw_only=True)
-class ObjectOptions:
-    """The objects that are tracked."""
-
-    detector: Annotated[
-        str | None,
-        Parameter(
-            accepts_keys=False,
-            help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
-            "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
-            "the MOTChallenge. The default is mog2.",
-        ),
-    ] = None
-    classes: Annotated[
-        str | None,
-        Parameter(help="Track only objects of these classes of the detector: person,car,..."),
-    ] = None
-    least: Annotated[
-        float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
-    ] = None
-    camera: Annotated[
-        Literal["still", "moving"] | None,
-        Parameter(
-            help="Whether the camera is still, as by default, or moves: its motion is then part of "
-            "all predictions, and the background moves along."
-        ),
-    ] = None
-    own_process: Annotated[
-        bool, FLAG, Parameter(help="Run the detector in a process of its own.")
-    ] = False
-
-    def selection(self) -> dict[str, Any]:
-        """Return the keys of the configuration that --classes, --least and --camera set."""
-        keys: dict[str, Any] = {}
-        if self.classes is not None:
-            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
-        if self.least is not None:
-            keys["least"] = self.least
-        moves = {} if self.camera is None else {"camera": self.camera}
-        return {"detections": keys, **moves} if keys else moves
-
-    like: Annotated[
-        str | None,
-        HYPHEN,
-        Parameter(
-            help="Track all that look like the target in this box of the first frame, such as the "
-            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
-            "Without --detector, the camera may move.",
-        ),
-    ] = None
-    histogram: Annotated[
-        Path | None,
-        Parameter(
-            help="For a file of several cameras: all wait for the target in this file, which motes "
-            "histogram has written, and tell each other where they saw it.",
-        ),
-    ] = None
-
-
-@Parameter(name="*", group=OUTPUT)
-@dataclass(frozen=True, kw_only=True)
-class WatchOutputs(OutputOptions):
-    """The outputs of `motes watch`."""
-
-    events: Annotated[
-        list[str] | None,
-        REPEATED,
-        HYPHEN,
-        Parameter(
-            help="Events as they happen: a file of JSON Lines, - for standard output, an https:// "
-            "address that they are posted to, or mqtt://HOST/TOPIC. An object appears, "
-            "disappears, crosses, enters, stays or leaves. May be repeated.",
-        ),
-    ] = None
-    queue: Annotated[
-        Path | None,
-        Parameter(
-            help="File in which events wait until a server or broker has confirmed them, also "
-            f"after the run. [default: {QUEUE}]"
-        ),
-    ] = None
-    home_assistant: Annotated[
-        bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
-    ] = False
-    metrics: Annotated[
-        str | None,
-        Parameter(
-            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
-        ),
-    ] = None
-    slit: Annotated[
-        Path | None,
-        Parameter(
-            help="Picture of the pixels under each line, .png: time downwards, the line across, "
-            "each counted crossing marked. With several lines, a file for each."
-        ),
-    ] = None
-    heatmap: Annotated[
-        Path | None, Parameter(help="Picture of how long feet have been at each place, .png.")
-    ] = None
-    paths: Annotated[
-        Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
-    ] = None
-
-    def destinations(self) -> tuple[list[str], list[str]]:
-        """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
-        from motes.cli.sent_events import is_sent
-
-        events = self.events or []
-        sent = [name for name in events if is_sent(name)]
-        if self.queue is not None and not sent:
-            raise ConfigError("--queue is for events that are sent; give --events an address.")
-        if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
-            raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
-        return [name for name in events if not is_sent(name)], sent
 
 
 @app.default
@@ -254,6 +119,7 @@ def watch(
     from motes.cli.metrics_page import MetricsPage, place_of
     from motes.cli.sent_events import SentEvents
     from motes.cli.show import show_scene
+    from motes.cli.watch_loop import watch_scene
     from motes.cli.watch_outputs import Events, Overlay, objects_output
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
@@ -305,13 +171,8 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
-            opened.append(
-                objects_output(
-                    output, film, overwrite=overwrite, form=outputs.format, label=outputs.label,
-                    keyframe_error=outputs.keyframe_error,
-                )
-            )  # fmt: skip
-        return _run(film, scene, counter, opened)
+            opened.append(objects_output(output, film, outputs))
+        return watch_scene(film, scene, counter, opened)
 
 
 def check_classes(detector: Detector, wanted: Sequence[str]) -> None:
@@ -349,66 +210,3 @@ def _check_no_single(
         ):
             name = option.replace("_", "-")
             raise ConfigError(f"--{name} is for one camera, not for a file of several.")
-
-
-def _run(film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Output]) -> int:
-    """Track the objects of the film, write the outputs and print a summary."""
-    from motes.cli.frame_loop import run, summarize
-    from motes.cli.watch_outputs import FrameResult
-
-    frames, printed = 0, set[str]()
-
-    def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
-        with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
-            last: FrameResult | None = None  # of a recorded film, which gets its open events
-            error: MotesError | None = None
-            try:
-                for frame, tracks in watched:
-                    if last is not None:
-                        yield last
-                    last = FrameResult(frame, tracks, counter.update(tracks))
-                    if film.live:
-                        yield last
-                        last = None
-            except MotesError as raised:  # after the frames before it
-                error = raised
-            if last is not None:
-                yield replace(last, events=[*last.events, *counter.finish()])
-            if error is not None:
-                raise error
-
-    def note(moment: FrameResult) -> str:
-        nonlocal frames
-        frames += 1
-        for kind, text in scene.warnings.items():
-            if kind not in printed:
-                printed.add(kind)
-                log(text)
-        here = scene.created - scene.terminated
-        return f"{counted(here, 'object')}, {scene.created} came, {scene.terminated} went"
-
-    def finish(interrupted: KeyboardInterrupt | None = None) -> None:
-        if not frames:
-            return
-        tracker = scene.config.tracker
-        parts = [
-            f"{counted(frames, 'frame')}, {counted(scene.created, 'object')}, "
-            f"{scene.terminated} of them gone",
-            f"each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}",
-        ]
-        summarize(parts, film, outputs, interrupted)
-        for text in table(counter.counts):
-            log(text)
-
-    try:
-        interrupted = run(film, outputs, moments, note)
-    except MotesError:
-        finish()
-        raise
-    finish(interrupted)
-    if interrupted:
-        return interrupts.code(interrupted)
-    if not scene.created:
-        log("error: No object was ever found; try another --detector.")
-        return NOT_FOUND
-    return DONE

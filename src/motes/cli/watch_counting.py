@@ -15,7 +15,7 @@ from motes.cli.options import HYPHEN, REPEATED
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
-    from motes.mot.analytics.events import Regions
+    from motes.mot.analytics.regions import Regions
 
 
 @Parameter(name="*", group=Group("Counting", sort_key=1))
@@ -69,8 +69,8 @@ class CountingOptions:
         """
         from msgspec.structs import replace
 
-        from motes.mot.analytics.events import Line, Regions, Zone
         from motes.mot.analytics.ground_plane import Ground
+        from motes.mot.analytics.regions import Line, Regions, Zone
 
         given = Regions()
         if self.places is not None:

@@ -12,15 +12,18 @@ from typing import TYPE_CHECKING, BinaryIO, Protocol, Self
 
 from msgspec.structs import replace
 
+from motes.cli.annotated_video import AnnotatedVideo
+from motes.cli.options import OutputOptions
 from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import Frame
 from motes.formats.mot import result_line
 from motes.formats.recording import visible
 from motes.formats.registry import format_for, named
 from motes.formats.registry import write as write_format
 from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
-from motes.mot.analytics.events import Event, Regions
+from motes.mot.analytics.events import Event
+from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.journal import (
     FrameRow,
@@ -33,7 +36,6 @@ from motes.output.journal import (
 from motes.output.painters import ScenePainter
 from motes.output.track_rows import Form as RowForm
 from motes.output.track_rows import check_not_deleted, check_writable
-from motes.video.writer import VideoWriter
 
 if TYPE_CHECKING:
     from motes.video.film import Film
@@ -129,16 +131,17 @@ class Lines:
             self._file.close()
 
 
-def objects_output(
-    name: str,
-    film: Source | Film,
-    *,
-    overwrite: bool,
-    form: str | None = None,
-    label: str | None = None,
-    keyframe_error: float | None = None,
-) -> ObjectsOutput:
-    """Return the output of all objects of each frame, in a format or that of the name's ending.
+def objects_output(name: str, film: Source | Film, options: OutputOptions) -> ObjectsOutput:
+    """Return the output of all objects of each frame.
+
+    Parameters
+    ----------
+    name
+        The file, or -.
+    film
+        The film.
+    options
+        The format, the class of the objects, and whether a file may be overwritten.
 
     Raises
     ------
@@ -147,10 +150,11 @@ def objects_output(
     FormatError
         If a file exists and must not be overwritten, or cannot be made.
     """
-    form = format_of(name, form)
+    form = format_of(name, options.format)
     if form in STREAMED:
-        return Rows(name, form, overwrite)
-    return Document(name, form, film, label or LABEL, overwrite, keyframe_error)
+        return Rows(name, form, options.overwrite)
+    label = options.label or LABEL
+    return Document(name, form, film, label, options.overwrite, options.keyframe_error)
 
 
 def format_of(name: str, form: str | None = None) -> str:
@@ -339,41 +343,16 @@ class Events(Lines):
         self.put([event.json() for event in moment.events])
 
 
-def film_state(writer: VideoWriter) -> str | None:
-    """Return the name of a written video, for the summary; None for nothing."""
-    if writer.result is None:
-        return None
-    return f"{writer.result}" + " (unfinished)" * (writer.result != writer.path)
-
-
-class Overlay:
+class Overlay(AnnotatedVideo):
     """An annotated video, with the time, and the crossings, entries and exits so far."""
 
     def __init__(
         self, path: Path, source: Source, stride: int, places: Regions, *, overwrite: bool
     ) -> None:
-        check_writable(path, overwrite)
-        self._writer = VideoWriter(path, (source.fps or 1 / FRAME_INTERVAL) / stride, overwrite)
+        super().__init__(path, source, stride, overwrite=overwrite)
         self._painter = ScenePainter(places)
-        self._start: float | None = None
 
     def write(self, moment: FrameResult) -> None:
         """Add a picture."""
         pixels = self._painter.painted(moment.frame, moment.tracks, moment.events)()
-        if self._start is None:
-            self._start = moment.frame.time
-        self._writer.write(pixels, moment.frame.time - self._start)
-
-    @property
-    def result(self) -> str | None:
-        """The video, or the unfinished file that an error left."""
-        return film_state(self._writer)
-
-    def __enter__(self) -> Self:
-        self._writer.__enter__()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        kind, error, trace = exception
-        # A video that Ctrl-C ended is complete up to its last frame.
-        self._writer.__exit__(kind, error, trace)  # type: ignore[arg-type]
+        self.add(pixels, moment.frame.time)

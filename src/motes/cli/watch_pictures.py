@@ -16,7 +16,8 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.track import Status
-from motes.mot.analytics.events import Regions, foot_of
+from motes.mot.analytics.events import foot_of
+from motes.mot.analytics.regions import Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.slit_scan import SlitScan
 from motes.output.track_rows import check_writable

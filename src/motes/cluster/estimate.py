@@ -1,7 +1,8 @@
-"""How much memory a job needs, from the size of its frames and its preset.
+"""How much memory a job needs, from the size of its frames and its preset; how long its film is.
 
-Measured as the largest resident memory of `motes track` and `motes watch` from 320x240 to 3840x2160
-pixels (`benchmarks/cluster_memory.py`, docs/scale.md): a constant, and bytes for each pixel.
+The memory is the largest resident memory of `motes track` and `motes watch`, measured from 320x240
+to 3840x2160 pixels (`benchmarks/cluster_memory.py`, docs/scale.md): a constant, and bytes for each
+pixel.
 """
 
 from __future__ import annotations
@@ -33,6 +34,14 @@ def memory_of(job: Job) -> int:
     base = DEFAULT if job.preset in (None, "default") else PARTICLES
     held = 0 if job.keyframes is None else PART  # frames that are read backward
     return int(MARGIN * (base + TRACK_PIXEL * pixels + held))
+
+
+def length_of(job: Job) -> int:
+    """Return the bytes of a job's film, as a measure of its length; 0 if they are not known."""
+    with contextlib.suppress(OSError):
+        if os.path.isfile(job.source):
+            return os.path.getsize(job.source)
+    return 0
 
 
 def frame_size(source: str) -> tuple[int, int] | None:

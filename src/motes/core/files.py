@@ -40,6 +40,16 @@ def leftovers(target: str | Path) -> list[Path]:
     return sorted(path.parent.glob(glob.escape(path.name) + PARTIAL + "*"))
 
 
+def remove_leftovers(*targets: Path) -> None:
+    """Remove the partial files of targets that are made anew; a name may have wildcards.
+
+    A run that is still writing one of them ends with an error.
+    """
+    for target in targets:
+        for path in target.parent.glob(target.name + PARTIAL):
+            path.unlink(missing_ok=True)
+
+
 def _followed(path: str | Path) -> Path:
     return Path(os.path.realpath(path) if os.path.islink(path) else path)
 

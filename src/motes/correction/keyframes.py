@@ -24,6 +24,10 @@ Keyframes = Mapping[int, Ellipse | None]
 """The target's region in each marked frame, in order of the frames; None where it is absent."""
 
 ABSENT = "absent"
+TITLES = (
+    ["x", "y", "width", "height"], ["x", "y", "w", "h"], ["x", "y", "a", "b", "theta"], ["region"],
+)  # fmt: skip
+"""Titles of the columns after the frame that a file may have."""
 MAX_ABSENT = 1_000_000
 """Frames that one range of absence may have; more than nine hours of film."""
 _FRAMES = re.compile(r"\d{1,9}(:\d{1,9})?")
@@ -105,9 +109,11 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
         raise InputError(f"The keyframes {path} are no text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
-        fields = [field.strip().strip('"') for field in line.split(",")]
-        titles = number == 1 and fields[0] in ("frame", "film")
-        if titles or not any(fields) or fields[0].startswith("#"):
+        fields = [field.strip().strip('"') for field in line.rstrip(", \t").split(",")]
+        if number == 1 and fields[0] in ("frame", "film"):
+            _check_titles(path, fields)
+            continue
+        if not any(fields) or fields[0].startswith("#"):
             continue
         film = "" if _FRAMES.fullmatch(fields[0]) else fields.pop(0)
         try:
@@ -122,6 +128,16 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
         return {film: keyframes(each) for film, each in marks.items()}
     except ConfigError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _check_titles(path: str | Path, titles: Sequence[str]) -> None:
+    """Check the titles of a file: the numbers of its rows have this order."""
+    columns = titles[titles[0] == "film" :]
+    if columns[:1] != ["frame"] or columns[1:] not in TITLES:
+        raise InputError(
+            f"{path}, row 1: the columns are {', '.join(titles)[:80]}; they must be frame, x, y, "
+            f"width, height, or frame, x, y, a, b, theta."
+        )
 
 
 def keyframes_of(path: str | Path, source: str) -> dict[int, Ellipse | None]:

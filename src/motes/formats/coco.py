@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,14 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse, area
 from motes.core.track import Status
 from motes.formats import runs
-from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of
+from motes.formats.recording import (
+    ANONYMOUS,
+    FilmFacts,
+    Recorded,
+    Recording,
+    recording_of,
+    sound,
+)
 from motes.formats.regions import region_of_corners
 from motes.formats.shapes import (
     Corners,
@@ -31,7 +38,7 @@ from motes.formats.shapes import (
     visible_box,
     visible_outline,
 )
-from motes.formats.text import read_json
+from motes.formats.text import at, read_json
 from motes.output.journal import FrameRow, Header, ObjectRow
 
 ROUNDING = 0.05
@@ -119,8 +126,7 @@ def _annotations(
 def _segmentation(each: ObjectRow, head: Header) -> dict[str, object]:
     if each.mask is not None:
         mask = {"size": [head.height, head.width], "counts": each.mask}
-        pixels = int(runs.decode(each.mask, head.height, head.width).sum())
-        return {"segmentation": mask, "area": pixels}
+        return {"segmentation": mask, "area": runs.area(each.mask, head.height, head.width)}
     outline = visible_outline(each, head)
     return {"segmentation": [outline.ravel().round(2).tolist()], "area": round(area(outline), 2)}
 
@@ -149,6 +155,7 @@ class _Annotation(msgspec.Struct):
     track_id: int | None = None
     instance_id: int | None = None
     attributes: dict[str, Any] = {}
+    id: int | None = None
 
 
 class _Document(msgspec.Struct):
@@ -165,23 +172,22 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     with the angle and the ratio of half-axes of its polygon if it has one.
     """
     document: _Document = read_json(path, _Document)
+    _check_once("images", [image.id for image in document.images])
+    _check_once("categories", [each.id for each in document.categories])
+    known = [each.id for each in document.annotations if each.id is not None]
+    _check_once("annotations", known)
     frames = _frames(document.images)
     images = {image.id: image for image in document.images}
     labels = {each.id: each.name for each in document.categories}
     objects = []
-    for each in document.annotations:
-        if each.image_id not in frames:
-            raise FormatError(f"an annotation is of the image {each.image_id}, which is missing")
-        status = Status.OCCLUDED if each.attributes.get("occluded") else Status.TRACKING
-        row = ObjectRow(
-            _identity(each),
-            _ellipse(each, images[each.image_id]),
-            each.score,
-            status,
-            label=label_or_none(labels.get(each.category_id), facts.label),
-            mask=runs.mask_runs(each.segmentation),
-        )
-        objects.append((frames[each.image_id], row))
+    for number, each in enumerate(document.annotations):
+        with at(f"annotations[{number}]"):
+            if each.image_id not in frames:
+                raise ValueError(f"its image {each.image_id} is missing")
+            if labels and each.category_id not in labels:
+                raise ValueError(f"its category {each.category_id} is missing")
+            row = _row(each, images[each.image_id], labels.get(each.category_id), facts)
+            objects.append((frames[each.image_id], row))
     size = max(((image.width, image.height) for image in document.images), default=(0, 0))
     times = {
         frames[image.id]: facts.time(frames[image.id]) if image.time is None else image.time
@@ -191,10 +197,32 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     return recording_of(facts, objects, times, size, files)
 
 
+def _check_once(what: str, ids: Sequence[int]) -> None:
+    """Check that numbers differ; raise a FormatError that names the first one that does not."""
+    seen = dict[int, int]()
+    for place, each in enumerate(ids):
+        if seen.setdefault(each, place) != place:
+            raise FormatError(f"{what}[{place}]: {each} is already in {what}[{seen[each]}]")
+
+
+def _row(each: _Annotation, image: _Image, label: str | None, facts: FilmFacts) -> ObjectRow:
+    mask = runs.mask_runs(each.segmentation, image.height, image.width)
+    row = ObjectRow(
+        _identity(each),
+        _ellipse(each, image),
+        each.score,
+        Status.OCCLUDED if each.attributes.get("occluded") else Status.TRACKING,
+        label=label_or_none(label, facts.label),
+        mask=mask,
+    )
+    return sound(row)
+
+
 def _frames(images: list[_Image]) -> dict[int, int]:
     """Return the frame of each image, by its id."""
     stated = {each.id: each.frame if each.frame is not None else each.frame_id for each in images}
     if None not in stated.values():
+        _check_once("images", [frame for frame in stated.values() if frame is not None])
         return {key: frame for key, frame in stated.items() if frame is not None}
     ordered = sorted(images, key=lambda each: [
         int(part) if part.isdigit() else part for part in re.split(r"(\d+)", each.file_name)
@@ -211,7 +239,7 @@ def _identity(each: _Annotation) -> int:
 def _ellipse(each: _Annotation, image: _Image) -> Ellipse:
     x, y, width, height = each.bbox
     if not (width > 0 and height > 0):
-        raise FormatError(f"an object of {width:g}x{height:g} pixels has no area")
+        raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
     box = Corners(x, y, x + width, y + height)
     polygon = each.segmentation
     # A polygon that is cut at a border of the picture has other moments than its ellipse.

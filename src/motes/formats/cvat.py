@@ -25,9 +25,10 @@ from motes.formats.recording import (
     Recording,
     frames_between,
     recording_of,
+    sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
-from motes.formats.text import read_text
+from motes.formats.text import at, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.output.journal import ObjectRow
 
@@ -155,16 +156,30 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if root.tag != "annotations":
         raise FormatError("it has no annotations of CVAT")
     objects: list[tuple[int, ObjectRow]] = []
-    for number, track in enumerate(root.iter("track")):
-        identity = int(track.get("id", number))
-        objects += _read_track(track, identity, _label(track, facts))
-    images = list(root.iter("image"))
+    tracks, images = list(root.iter("track")), list(root.iter("image"))
+    shapes = sum(1 for each in root.iter() if each.tag in SHAPES)
+    if shapes > sum(1 for part in (*tracks, *images) for each in part if each.tag in SHAPES):
+        raise FormatError("it has a shape that is in no track and in no image")
+    ids = set[int]()
+    for place, track in enumerate(tracks):
+        with at(f"track {track.get('id', place)}"):
+            identity = whole(track.get("id", str(place)))
+            if identity < 0 or identity in ids:
+                raise ValueError("its id is negative, or that of another track")
+            ids.add(identity)
+            objects += _read_track(track, identity, _label(track, facts))
+    files = dict[int, str]()
     for image in images:
-        objects += [
-            (int(image.attrib["id"]), _row(shape, ANONYMOUS, _label(shape, facts)))
-            for shape in image
-            if shape.tag in SHAPES
-        ]
+        with at(f"image {image.get('id', image.get('name', ''))}"):
+            frame = whole(image.attrib["id"])
+            if frame in files:
+                raise ValueError("its id is that of another image")
+            files[frame] = image.get("name", "")
+            objects += [
+                (frame, _row(shape, ANONYMOUS, _label(shape, facts)))
+                for shape in image
+                if shape.tag in SHAPES
+            ]
     identities = {each.identity for _, each in objects}
     if 0 in identities:  # CVAT counts tracks from 0, and identities begin with 1
         objects = [
@@ -175,9 +190,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if count > MOST_FRAMES:
         raise FormatError(f"its size of {count} frames is none of a film")
     times = {frame: facts.time(frame) for frame in range(count)}
-    return recording_of(facts, objects, times, _size(root, images), {
-        int(image.attrib["id"]): image.attrib["name"] for image in images if "name" in image.attrib
-    })  # fmt: skip
+    named = {frame: name for frame, name in files.items() if name}
+    return recording_of(facts, objects, times, _size(root, images), named)
 
 
 def _whole(text: str | None) -> int | None:
@@ -211,15 +225,15 @@ def _read_track(
     track: Element, identity: int, label: str | None
 ) -> Iterator[tuple[int, ObjectRow]]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
-    shapes.sort(key=lambda shape: int(shape.attrib["frame"]))
+    shapes.sort(key=_frame)
     for shape, following in zip(shapes, [*shapes[1:], None], strict=True):
-        if shape.get("outside") == "1":
+        if _flag(shape, "outside"):
             continue
-        frame, row = int(shape.attrib["frame"]), _row(shape, identity, label)
+        frame, row = _frame(shape), _row(shape, identity, label)
         yield frame, row
         if following is None:
             continue
-        until = int(following.attrib["frame"])
+        until = _frame(following)
         end = _row(following, identity, label).ellipse
         for between in frames_between(frame, until):
             place = _between(row.ellipse, end, (between - frame) / (until - frame))
@@ -233,25 +247,40 @@ def _between(start: Ellipse, end: Ellipse, share: float) -> Ellipse:
     return Ellipse(*sides)._replace(theta=start.theta + share * turn)
 
 
+def _frame(shape: Element) -> int:
+    return whole(shape.attrib["frame"])
+
+
+def _flag(shape: Element, name: str, usual: str = "0") -> bool:
+    """Return whether a shape has a mark; raise a ValueError if it is neither 0 nor 1."""
+    text = shape.get(name, usual)
+    if text not in ("0", "1"):
+        raise ValueError(f"{name} is {text[:20]!r}, neither 0 nor 1")
+    return text == "1"
+
+
 def _row(shape: Element, identity: int, label: str | None) -> ObjectRow:
-    status = Status.OCCLUDED if shape.get("occluded") == "1" else Status.TRACKING
-    key = shape.get("keyframe", "1") == "1"
-    return ObjectRow(identity, _ellipse(shape), 1.0, status, label=label, keyframe=key)
+    """Return the object of a shape; errors name its frame."""
+    with at(f"{shape.tag} of frame {shape.get('frame')}" if "frame" in shape.attrib else shape.tag):
+        status = Status.OCCLUDED if _flag(shape, "occluded") else Status.TRACKING
+        key = _flag(shape, "keyframe", "1")
+        row = ObjectRow(identity, _ellipse(shape), 1.0, status, label=label, keyframe=key)
+        return sound(row)
 
 
 def _ellipse(shape: Element) -> Ellipse:
     given = shape.attrib
-    theta = math.radians(float(given.get("rotation", 0)))
+    theta = math.radians(number(given.get("rotation", "0")))
     if shape.tag == "ellipse":
-        x, y, a, b = (float(given[name]) for name in ("cx", "cy", "rx", "ry"))
+        x, y, a, b = (number(given[name]) for name in ("cx", "cy", "rx", "ry"))
         return Ellipse(x - 0.5, y - 0.5, a, b, theta)
     if shape.tag == "box":
-        sides = Corners(*(float(given[name]) for name in ("xtl", "ytl", "xbr", "ybr")))
+        sides = Corners(*(number(given[name]) for name in ("xtl", "ytl", "xbr", "ybr")))
     elif shape.tag == "mask":
-        left, top, width, height = (float(given[k]) for k in ("left", "top", "width", "height"))
+        left, top, width, height = (number(given[k]) for k in ("left", "top", "width", "height"))
         sides = Corners(left, top, left + width, top + height)
     else:
         pairs = [pair.split(",") for pair in given["points"].split(";")]
-        points = np.array(pairs, np.float64)
+        points = np.array([(number(x), number(y)) for x, y in pairs])
         sides = Corners(*points.min(axis=0).tolist(), *points.max(axis=0).tolist())
     return sides.ellipse._replace(theta=theta)

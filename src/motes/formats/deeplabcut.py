@@ -22,15 +22,19 @@ from motes.formats.recording import (
     Recorded,
     Recording,
     recording_of,
+    sound,
     visible,
 )
-from motes.formats.text import read_text
+from motes.formats.text import at, number, read_text, whole
 from motes.output.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")
 NAME = "object_"
 """Before the identity, the name of an individual."""
 VALUES = ("x", "y", "likelihood")
+TITLES = ("scorer", "individuals", "bodyparts", "coords")
+UNKNOWN = ("", "nan")
+"""Fields of points that are not known."""
 
 
 def write(recorded: Recorded) -> Iterator[bytes]:
@@ -72,26 +76,44 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         If it has other points: a place alone has no size.
     """
     lines = list(csv.reader(io.StringIO(read_text(path))))
-    titles = {line[0]: line[1:] for line in lines[:4] if line and not line[0].isdigit()}
+    titles = {line[0]: line[1:] for line in lines[:4] if line and line[0] in TITLES}
     points = titles.get("bodyparts", [])
     if not set(POINTS) <= set(points):
         raise FormatError(f"it has no points {', '.join(POINTS)}, and others have no size")
     individuals = titles.get("individuals", [f"{NAME}1"] * len(points))
     names = {name: _identity(name, i) for i, name in enumerate(dict.fromkeys(individuals), 1)}
-    columns = list(zip(individuals, points, titles["coords"], strict=True))
-    objects, times = [], {}
-    for line in lines[len(titles) :]:
-        frame = int(line[0])
-        times[frame] = facts.time(frame)
-        values = dict(zip(columns, line[1:], strict=True))
-        for name, number in names.items():
-            place = [values[name, point, value] for point in POINTS for value in VALUES[:2]]
-            if "" in place:
-                continue
-            likelihood = float(values[name, POINTS[0], VALUES[2]])
-            ellipse = _ellipse([float(value) for value in place])
-            objects.append((frame, ObjectRow(number, ellipse, likelihood, Status.TRACKING)))
+    coordinates = titles.get("coords", [])
+    if not len(individuals) == len(points) == len(coordinates):
+        raise FormatError("its rows of titles have different lengths, or one is missing")
+    columns = list(zip(individuals, points, coordinates, strict=True))
+    if len(set(columns)) < len(columns):
+        raise FormatError("two of its columns have the same titles")
+    objects, times = [], dict[int, float]()
+    for place, line in enumerate(lines[len(titles) :], start=len(titles) + 1):
+        with at(f"line {place}"):
+            if len(line) != len(columns) + 1:
+                raise ValueError(f"it has {len(line)} fields in place of {len(columns) + 1}")
+            frame = whole(line[0])
+            if frame in times:
+                raise ValueError(f"frame {frame} is there twice")
+            times[frame] = facts.time(frame)
+            values = dict(zip(columns, line[1:], strict=True))
+            for name, identity in names.items():
+                row = _row(values, name, identity)
+                objects += [] if row is None else [(frame, row)]
     return recording_of(facts, objects, times)
+
+
+def _row(values: dict[tuple[str, str, str], str], name: str, identity: int) -> ObjectRow | None:
+    """Return an individual in a frame; None where none of its points is known."""
+    if any((name, point, value) not in values for point in POINTS for value in VALUES):
+        raise ValueError(f"{name} lacks a column")
+    place = [values[name, point, value] for point in POINTS for value in VALUES[:2]]
+    if all(field.lower() in UNKNOWN for field in place):
+        return None
+    likelihood = number(values[name, POINTS[0], VALUES[2]])
+    ellipse = _ellipse([number(field) for field in place])
+    return sound(ObjectRow(identity, ellipse, likelihood, Status.TRACKING))
 
 
 def _identity(name: str, place: int) -> int:

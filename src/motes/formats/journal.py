@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motes.formats.recording import FilmFacts
+from motes.formats.recording import FilmFacts, sound
+from motes.formats.text import at
 from motes.output.journal import Journal
 
 
 def read(path: Path, facts: FilmFacts) -> Journal:
     """Return the rows; they hold all that is known of their film."""
     del facts
-    return Journal(path)
+    found = Journal(path)
+    for offset, row in found.rows():
+        with at(f"byte {offset}"):
+            for each in row.objects:
+                sound(each)
+    return found

@@ -15,7 +15,15 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import FilmFacts, Recorded, Recording, only_object, recording_of
+from motes.formats.recording import (
+    FilmFacts,
+    Recorded,
+    Recording,
+    only_object,
+    recording_of,
+    sound,
+)
+from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.output.journal import ObjectRow
 
@@ -61,11 +69,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     if len(films) > 1:
         raise FormatError(f"it has keyframes of {len(films)} films; keep the rows of one")
     (marks,) = films.values()
-    objects = [
-        (frame, ObjectRow(1, region, 1.0, Status.TRACKING))
-        for frame, region in marks.items()
-        if region is not None
-    ]
+    objects = []
+    for frame, region in marks.items():
+        with at(f"frame {frame}"):
+            if region is not None:
+                objects.append((frame, sound(ObjectRow(1, region, 1.0, Status.TRACKING))))
     return recording_of(facts, objects, {frame: facts.time(frame) for frame in marks})
 
 

@@ -6,6 +6,7 @@ percent of the picture's sides, frames count from 1. https://labelstud.io/tags/v
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -15,21 +16,26 @@ import msgspec
 import numpy as np
 
 from motes import __version__
+from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
+from motes.core.types import Floats
 from motes.formats.recording import (
     FilmFacts,
     Recorded,
     Recording,
     frames_between,
     recording_of,
+    sound,
     visible,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
-from motes.formats.text import read_json
+from motes.formats.text import at, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.output.journal import ObjectRow
 
+REGION = "videorectangle"
 VIDEO, BOX = "video", "box"
 """Names of the tags in the labeling configuration, as in Label Studio's own template."""
 
@@ -69,7 +75,7 @@ def regions(
     return [
         {
             "id": f"motes-{identity}",
-            "type": "videorectangle",
+            "type": REGION,
             "from_name": names[0],
             "to_name": names[1],
             "origin": "prediction",
@@ -121,7 +127,8 @@ def _sequence(
 class Keyframe(msgspec.Struct):
     """A rectangle, in percent of the picture; frames count from 1.
 
-    Label Studio interpolates from here to the next one if `enabled`; else the object ends here.
+    It is turned around its upper left corner, by degrees. Label Studio interpolates from here to
+    the next one if `enabled`; else the object ends here.
     """
 
     frame: int
@@ -131,6 +138,7 @@ class Keyframe(msgspec.Struct):
     height: float
     time: float | None = None
     enabled: bool = True
+    rotation: float = 0.0
 
 
 class Value(msgspec.Struct):
@@ -157,42 +165,60 @@ class _Task(msgspec.Struct):
 
 
 def read(path: Path, facts: FilmFacts) -> Recording:
-    """Return the objects of the first task: of its last annotation, or else of its prediction."""
+    """Return the objects of the one task: of its last annotation, or else of its prediction."""
     tasks: list[_Task] = read_json(path, list[_Task])
-    task = tasks[0] if tasks else _Task()
+    if len(tasks) != 1:
+        raise FormatError(f"it has {len(tasks)} tasks; keep the one of this film.")
+    (task,) = tasks
     results = [*task.predictions, *task.annotations]
+    if not results:
+        raise FormatError("it has no annotation and no prediction")
     objects = []
     times: dict[int, float] = {}
-    drawn = [each for each in (results[-1].result if results else []) if each.value.sequence]
+    drawn = [each for each in results[-1].result if each.type == REGION]
     for identity, region in enumerate(drawn, start=1):
         label = label_or_none(next(iter(region.value.labels), None), facts.label)
-        for frame, time, box, key in _frames(region.value.sequence, facts):
-            row = ObjectRow(identity, box.ellipse, 1.0, Status.TRACKING, label=label, keyframe=key)
-            objects.append((frame, row))
-            if time is not None:
-                times[frame] = time
+        with at(f"region {identity}"):
+            if not region.value.sequence:
+                raise ValueError("it has no sequence of keyframes")
+            for frame, time, ellipse, key in _frames(region.value.sequence, facts):
+                row = ObjectRow(identity, ellipse, 1.0, Status.TRACKING, label=label, keyframe=key)
+                objects.append((frame, row))
+                if time is not None:
+                    times[frame] = time
     return recording_of(facts, objects, times)
 
 
 def _frames(
     sequence: list[Keyframe], facts: FilmFacts
-) -> Iterator[tuple[int, float | None, Corners, bool]]:
-    """Yield frame, time, box and whether it is a keyframe, with those that are interpolated."""
+) -> Iterator[tuple[int, float | None, Ellipse, bool]]:
+    """Yield frame, time, place and whether it is a keyframe, with those that are interpolated."""
     ordered = sorted(sequence, key=lambda each: each.frame)
     for key, after in zip(ordered, [*ordered[1:], None], strict=True):
-        start = _corners(key, facts)
-        yield key.frame - 1, key.time, Corners(*start.tolist()), True
+        start = _numbers(key)
+        with at(f"keyframe of frame {key.frame}"):
+            place = _ellipse(start, facts)
+        yield key.frame - 1, key.time, place, True
         if after is None or not key.enabled:
             continue
         between = frames_between(key.frame - 1, after.frame - 1)
-        step = (_corners(after, facts) - start) / (len(between) + 1)
+        step = (_numbers(after) - start) / (len(between) + 1)
         for frame in range(key.frame + 1, after.frame):
-            yield frame - 1, None, Corners(*(start + (frame - key.frame) * step).tolist()), False
+            yield frame - 1, None, _ellipse(start + (frame - key.frame) * step, facts), False
 
 
-def _corners(key: Keyframe, facts: FilmFacts) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    sides = np.array([key.x, key.y, key.x + key.width, key.y + key.height])
-    corners: np.ndarray[tuple[int], np.dtype[np.float64]] = (
-        sides / 100 * [facts.width, facts.height, facts.width, facts.height]
-    )
-    return corners
+def _numbers(key: Keyframe) -> Floats:
+    return np.array([key.x, key.y, key.width, key.height, key.rotation])
+
+
+def _ellipse(numbers: Floats, facts: FilmFacts) -> Ellipse:
+    """Return the ellipse in a rectangle; raise a ValueError if it has no area."""
+    x, y, width, height, degrees = numbers.tolist()
+    a, b = width / 200 * facts.width, height / 200 * facts.height
+    if not min(a, b) > 0:
+        raise ValueError(f"a rectangle of {width:g} by {height:g} percent has no area")
+    theta = math.radians(degrees)
+    cos, sin = math.cos(theta), math.sin(theta)
+    left, top = x / 100 * facts.width, y / 100 * facts.height
+    center = left + a * cos - b * sin - 0.5, top + a * sin + b * cos - 0.5
+    return sound(ObjectRow(1, Ellipse(*center, a, b, theta), 1.0, Status.TRACKING)).ellipse

@@ -103,7 +103,7 @@ def read_detections(path: Path, facts: FilmFacts) -> Recording:
 
 
 def _read(path: Path, facts: FilmFacts, kind: Kind) -> Recording:
-    rows = read_rows(path, facts.frames or MAX_FRAME, kind)
+    rows = read_rows(path, facts.frames or MAX_FRAME, kind, sized=True)
     return recording_of(facts, _objects(rows, facts.label))
 
 

@@ -12,7 +12,6 @@ MOTChallenge 2015.
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +22,9 @@ from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
-from motes.core.geometry import FARTHEST, Box
+from motes.core.geometry import Box
 from motes.core.types import Floats
-from motes.formats.text import read_text
+from motes.formats.text import number, read_text
 
 Integers = NDArray[np.int64]
 
@@ -105,7 +104,7 @@ def rows_of(lines: list[list[float]]) -> Rows:
     return Rows(frames, ids, table[:, 2:6], table[:, 6], classes, visible)
 
 
-def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
+def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> Rows:
     """Read the rows of a video.
 
     Parameters
@@ -118,6 +117,8 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
         The content of the file. In truth and results, a frame has each identity at most once.
         Truth has classes and visibilities, and so have results of motes, which end with `1,-1`.
         Objects and detections must have an area; results need not.
+    sized
+        Whether results must have an area too.
 
     Raises
     ------
@@ -129,22 +130,24 @@ def read_rows(path: Path, frames: int, kind: Kind) -> Rows:
     name = "/".join([path.parent.name, path.name]).lstrip("/")
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
-    for number, line in enumerate(read_text(path).splitlines(), 1):
+    for place, line in enumerate(read_text(path).splitlines(), 1):
         fields = re.split(r"\s*[,;\s]\s*", line.strip(" \t,;"))
         if fields == [""]:
             continue
         try:
             row = _parse_row(fields, frames, kind)
             frame, identity, _, _, width, height, *_ = row
-            first = seen.setdefault((frame, identity), number)
-            if kind != "detections" and first != number:
+            first = seen.setdefault((frame, identity), place)
+            if kind != "detections" and first != place:
                 raise ValueError(
                     f"frame {frame:.0f} already has the identity {identity:.0f}, in line {first}"
                 )
-            if kind in AREAS and not (width > 0 and height > 0):
-                raise ValueError(f"{AREAS[kind]} of {width:g}x{height:g} pixels has no area")
+            if (sized or kind in AREAS) and not (width > 0 and height > 0):
+                raise ValueError(
+                    f"{AREAS.get(kind, 'a box')} of {width:g}x{height:g} pixels has no area"
+                )
         except ValueError as error:
-            raise FormatError(f"{name}, line {number}: {error}") from None
+            raise FormatError(f"{name}, line {place}: {error}") from None
         lines.append(row)
     return rows_of(lines)
 
@@ -155,7 +158,7 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
             f"{len(fields)} numbers, but a line has {_NEEDED} or more: frame, id, x, y, width, "
             f"height, score"
         )
-    values = [_parse_number(field) for field in fields[:_NEEDED]]
+    values = [number(field) for field in fields[:_NEEDED]]
     frame, identity, *_ = values
     if not (frame.is_integer() and identity.is_integer()):
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
@@ -164,21 +167,9 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
     if not ours and (kind != "truth" or len(fields) not in (8, 9)):
         return [*values, UNKNOWN, 1]
-    if (label := _parse_number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
+    if (label := number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
         raise ValueError(f"{fields[_NEEDED]} is not a class; classes are 1 to {CLASSES[-1]}")
-    return [*values, label, _parse_number(fields[_NEEDED + 1]) if len(fields) > 8 else 1]
-
-
-def _parse_number(field: str) -> float:
-    try:
-        value = float(field)
-    except ValueError:
-        raise ValueError(f"{field[:20]!r} is not a number") from None
-    if not math.isfinite(value):
-        raise ValueError(f"{field[:20]} is not finite")
-    if abs(value) > FARTHEST:
-        raise ValueError(f"{field[:20]} is too large a number")
-    return value
+    return [*values, label, number(fields[_NEEDED + 1]) if len(fields) > 8 else 1]
 
 
 def write_rows(path: Path, rows: Rows) -> None:

@@ -10,7 +10,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, only_object, recording_of
+from motes.formats.recording import (
+    FilmFacts,
+    Recorded,
+    Recording,
+    only_object,
+    recording_of,
+    sound,
+)
 from motes.formats.regions import ABSENT, read_regions
 from motes.formats.text import read_text
 from motes.output.journal import ObjectRow
@@ -42,11 +49,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 def read_frames(path: Path, facts: FilmFacts, first_pixel: int) -> Recording:
     """Return the target of a text for `read_regions` in which pixels count from a number."""
-    regions = read_regions(read_text(path))
+    regions = read_regions(read_text(path), strict=True)
     objects = []
     for frame, region in enumerate(regions):
         if region is not ABSENT:
             ellipse = region.ellipse
             ellipse = ellipse._replace(x=ellipse.x - first_pixel, y=ellipse.y - first_pixel)
-            objects.append((frame, ObjectRow(1, ellipse, 1.0, Status.TRACKING)))
+            objects.append((frame, sound(ObjectRow(1, ellipse, 1.0, Status.TRACKING))))
     return recording_of(facts, objects, {i: facts.time(i) for i in range(len(regions))})

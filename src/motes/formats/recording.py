@@ -11,6 +11,7 @@ from typing import Protocol
 
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
+from motes.core.geometry import FARTHEST
 from motes.core.track import Status
 from motes.formats.regions import MAX_FRAME
 from motes.output.journal import FrameRow, Header, ObjectRow
@@ -122,14 +123,22 @@ def recording_of(
     Raises
     ------
     FormatError
-        If a frame is negative, or larger than any film's.
+        If a frame is negative, or larger than any film's, its time is none, or an object is there
+        twice in a frame.
     """
-    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in times or ()}
+    known = times or {}
+    frames: dict[int, list[ObjectRow]] = {frame: [] for frame in known}
+    there = set[tuple[int, int]]()
     for frame, each in objects:
+        if each.identity != ANONYMOUS and (frame, each.identity) in there:
+            raise FormatError(f"frame {frame} has the object {each.identity} twice")
+        there.add((frame, each.identity))
+        frames.setdefault(frame, []).append(each)
+    for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
             raise FormatError(f"frame {frame} is none of a film")
-        frames.setdefault(frame, []).append(each)
-    known = times or {}
+        if not abs(known.get(frame, 0.0)) <= FARTHEST:
+            raise FormatError(f"frame {frame} has the time {known[frame]:g}")
     width, height = size or (facts.width, facts.height)
     return Recording(
         Header(facts.source, width, height, facts.label),
@@ -143,6 +152,16 @@ def recording_of(
             for frame in sorted(frames)
         ],
     )
+
+
+def sound(each: ObjectRow) -> ObjectRow:
+    """Return an object of a file; raise a ValueError if it has no place, size or confidence."""
+    if not all(abs(value) <= FARTHEST for value in (*each.ellipse, each.confidence)):
+        raise ValueError("a number of the object is not finite, or too large")
+    if not min(each.ellipse.a, each.ellipse.b) > 0:
+        width, height = 2 * each.ellipse.a, 2 * each.ellipse.b
+        raise ValueError(f"an object of {width:g}x{height:g} pixels has no area")
+    return each
 
 
 def frames_between(first: int, last: int) -> range:

@@ -54,7 +54,7 @@ ABSENT = Region(Box(*[_NAN] * 4), Ellipse(*[_NAN] * 5), is_box=True)
 """The frame has no target, or its position is unknown."""
 
 
-def read_regions(text: str) -> list[Region]:
+def read_regions(text: str, *, strict: bool = False) -> list[Region]:
     """Return the regions of a text, one for each frame.
 
     Each row is a frame, in order. Its numbers are separated by commas, semicolons, tabs or spaces.
@@ -70,6 +70,13 @@ def read_regions(text: str) -> list[Region]:
     Empty lines are skipped. Tracks written by `motes.output.track_rows`, in CSV or JSON Lines, are
     recognized by their first character or column. They have a target in the frames with the status
     `tracking`.
+
+    Parameters
+    ----------
+    text
+        The rows.
+    strict
+        Whether a box with a negative side is an error, instead of no target.
 
     Raises
     ------
@@ -90,7 +97,7 @@ def read_regions(text: str) -> list[Region]:
                     raise ValueError(f"frame {frame} is repeated, or negative")
                 tracks[frame] = region
             else:
-                regions.append(_parse_row(line))
+                regions.append(_parse_row(line, strict))
         except (ValueError, msgspec.DecodeError, RecursionError) as error:
             raise FormatError(f"line {number}: {error}") from None
     if tracks:
@@ -117,7 +124,7 @@ def read_mask(path: Path) -> Region:
     return _region_of_pixels(x, y)
 
 
-def _parse_row(row: str) -> Region:
+def _parse_row(row: str, strict: bool) -> Region:
     mask = row.startswith("m")
     values = [
         _parse_number(field) for field in re.split(r"[,;\s]+", row.lstrip("m").strip(" \t,;"))
@@ -130,6 +137,8 @@ def _parse_row(row: str) -> Region:
         return _region_of_runs(values)
     if len(values) == 4:
         box = Box(*values)
+        if strict and min(box.width, box.height) < 0:
+            raise ValueError(f"a box of {box.width:g}x{box.height:g} pixels has a negative side")
         present = box.width > 0 and box.height > 0
         return Region(box, Ellipse.from_box(box), is_box=True) if present else ABSENT
     if len(values) >= 8 and len(values) % 2 == 0:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.files import write_whole
+from motes.core.files import remove_leftovers, write_whole
 from motes.formats.recording import (
     ANGLES,
     ASPECTS,
@@ -134,6 +134,9 @@ SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
 
 
+ADVICE = "correct it there, or make the file anew."
+
+
 def named(name: str) -> Format:
     """Return the format of a name; raise a ConfigError for another name."""
     if name not in FORMATS:
@@ -177,6 +180,7 @@ def recognized(path: Path) -> str:
     if path.is_dir():
         return "yolo"
     try:
+        _check_not_empty(path)
         with path.open("rb") as file:
             head = file.read(SNIFFED)
     except OSError as error:
@@ -221,7 +225,7 @@ def _of_numbers(line: str, name: str) -> str | None:
         return "vot"
     if count in (5, 6) or fields[1:] == ["absent"]:
         return "keyframes"
-    if count in (7, 9, 10):
+    if count in (7, 9, 10) and fields[0].replace(".", "", 1).isdigit():
         kinds = {"9": "mot-truth"}
         return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
     return None
@@ -248,18 +252,33 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
     form = named(name)
     if form.read is None:
         raise ConfigError(f"Files of the format {name} cannot be read here.")
+    if path.exists() and path.is_dir() != form.folder:
+        kinds = ("a file", "a folder")
+        raise SourceError(
+            f"{path} is {kinds[path.is_dir()]}, and {name} is {kinds[form.folder]}; check the name."
+        )
     if name in ("yolo", "label-studio") and not facts.width:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
+        _check_not_empty(path)
         recorded: Recorded = _function(form.read)(path, facts)
     except OSError as error:
         raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
     except FormatError as error:
         text = str(error)
-        raise SourceError(text if str(path) in text else f"{path}: {text}") from None
-    except (ValueError, KeyError, IndexError, OverflowError) as error:
-        raise SourceError(f"{path} is damaged, or not of the format {name}: {error}") from None
+        text = text if str(path) in text else f"{path}: {text}"
+        raise SourceError(text if ";" in text else f"{text}; {ADVICE}") from None
+    except (ValueError, KeyError, IndexError, TypeError, OverflowError) as error:
+        raise SourceError(
+            f"{path} is damaged, or not of the format {name}: {error}; {ADVICE}"
+        ) from None
     return recorded
+
+
+def _check_not_empty(path: Path) -> None:
+    """Raise a SourceError if a file is empty."""
+    if path.is_file() and not path.stat().st_size:
+        raise SourceError(f"{path} is empty; {ADVICE}")
 
 
 def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | None = None) -> None:
@@ -297,6 +316,7 @@ def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | Non
         write_whole(path, pieces)
         return
     path.mkdir(parents=True, exist_ok=True)
+    remove_leftovers(path / "*")
     for file, data in pieces:
         write_whole(path / file, data)
 

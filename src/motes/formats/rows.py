@@ -6,6 +6,7 @@ Rows made from other files have the ellipse if there is one object and it is tur
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -13,9 +14,17 @@ from typing import Any, Literal
 import msgspec
 
 from motes.core.errors import FormatError
-from motes.core.geometry import Ellipse
+from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
+from motes.formats.recording import (
+    SHOWN,
+    FilmFacts,
+    Recorded,
+    Recording,
+    recording_of,
+    sound,
+)
+from motes.formats.text import at, whole
 from motes.output.journal import FrameRow, ObjectRow
 from motes.output.read_rows import read_track
 from motes.output.track_rows import COLUMNS, Form, line_of
@@ -144,30 +153,46 @@ def recording_of_rows(
         raise FormatError("its rows are of several cameras; keep those of one, without the column")
     times: dict[int, float] = {}
     objects = []
-    for row in rows:
+    for place, row in enumerate(rows, start=1):
         known = {name: value for name, value in row.items() if value not in ("", None)}
         known = {name: value for name, value in known.items() if value == value}  # NaN is empty
-        frame = int(known["frame"])
-        times[frame] = float(known.get("time", facts.time(frame)))
-        if "x" in known:
-            objects.append((frame, _object(known, names)))
+        with at(f"row {place}"):
+            frame = whole(str(known["frame"]))
+            if frame in times and "identity" not in names:
+                raise ValueError(f"frame {frame} is there twice")
+            if "time" in names:
+                times[frame] = float(known["time"])
+            else:
+                times[frame] = facts.time(frame)
+            each = _object(known, names)
+            objects += [] if each is None else [(frame, each)]
     return recording_of(facts, objects, times)
 
 
-def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow:
-    if "theta" in names:
-        ellipse = Ellipse(*(row[name] for name in Ellipse._fields))
-        used: tuple[str, ...] = (*Ellipse._fields, *COLUMNS[:-2])
-    else:
-        ellipse = Ellipse.from_box([row[name] for name in ("x", "y", "width", "height")])
-        used = OBJECT_COLUMNS
+def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow | None:
+    """Return the object of a row; None where it has no place, as one that is searched for."""
+    turned = "theta" in names
+    fields = Ellipse._fields if turned else Box._fields
+    status = Status(row.get("status", Status.TRACKING))
+    if status not in SHOWN and not any(name in row for name in fields):
+        return None
+    numbers = [float(row[name]) for name in fields]
+    used = (*Ellipse._fields, *COLUMNS[:-2]) if turned else OBJECT_COLUMNS
     behind = row.get("occluded_by")
-    return ObjectRow(
-        int(row.get("identity", 1)),
-        ellipse,
-        float(row.get("confidence", 1.0)),
-        Status(row.get("status", Status.TRACKING)),
-        None if behind is None else int(behind),
+    more = {name: row[name] for name in names if name not in used and name in row}
+    for name, value in more.items():
+        if not isinstance(value, str | int | float):
+            raise ValueError(f"{name} is no number")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError(f"{name} is {value}")
+    sure = row["confidence"] if "confidence" in names and status is Status.TRACKING else 1.0
+    found = ObjectRow(
+        whole(str(row.get("identity", 1))),
+        Ellipse(*numbers) if turned else Ellipse.from_box(numbers),
+        float(row.get("confidence", sure)),
+        status,
+        None if behind is None else whole(str(behind)),
         row.get("class"),
-        more={name: row[name] for name in names if name not in used and name in row},
+        more=more,
     )
+    return sound(found)

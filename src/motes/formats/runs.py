@@ -8,6 +8,7 @@ https://github.com/cocodataset/cocoapi (common/maskApi.c, rleToString) defines t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,11 @@ def encode(mask: NDArray[np.bool_]) -> str:
     """Return the runs of a mask (height, width) as text."""
     pixels = np.concatenate([[False], mask.ravel(order="F")])
     changes = np.flatnonzero(pixels[1:] != pixels[:-1])
-    runs = np.diff(np.concatenate([[0], changes, [mask.size]])).tolist()
+    return text_of(np.diff(np.concatenate([[0], changes, [mask.size]])).tolist())
+
+
+def text_of(runs: Sequence[int]) -> str:
+    """Return the lengths of runs as text."""
     return "".join(_number(run - runs[i - 2] if i > 2 else run) for i, run in enumerate(runs))
 
 
@@ -39,8 +44,8 @@ def _number(value: int) -> str:
             return text
 
 
-def decode(text: str, height: int, width: int) -> NDArray[np.bool_]:
-    """Return the mask (height, width) of runs; raise a FormatError if they do not fit."""
+def runs_of(text: str, height: int, width: int) -> list[int]:
+    """Return the lengths of the runs in a text; raise a FormatError if they do not fit a mask."""
     runs: list[int] = []
     value = shift = 0
     for character in text:
@@ -53,22 +58,44 @@ def decode(text: str, height: int, width: int) -> NDArray[np.bool_]:
             value -= 1 << shift
         runs.append(value + (runs[-2] if len(runs) > 2 else 0))
         value = shift = 0
-    return mask_of(runs, height, width)
+    return fitting(runs, height, width)
 
 
-def mask_of(runs: list[int], height: int, width: int) -> NDArray[np.bool_]:
-    """Return the mask (height, width) of runs; raise a FormatError if they do not fit."""
+def fitting(runs: list[int], height: int, width: int) -> list[int]:
+    """Return runs; raise a FormatError if they do not fit a mask."""
     if min(runs, default=0) < 0 or sum(runs) != height * width:
         raise FormatError(f"a mask's runs do not fill its {width}x{height} pixels")
+    return runs
+
+
+def area(text: str, height: int, width: int) -> int:
+    """Return the number of pixels in a mask; raise a FormatError if its runs do not fit."""
+    return sum(runs_of(text, height, width)[1::2])
+
+
+def decode(text: str, height: int, width: int) -> NDArray[np.bool_]:
+    """Return the mask (height, width) of runs; raise a FormatError if they do not fit."""
+    runs = runs_of(text, height, width)
     inside: NDArray[np.bool_] = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
     return inside.reshape(width, height).T
 
 
-def mask_runs(segmentation: Any) -> str | None:
-    """Return the text of a COCO segmentation with `counts`; None for polygons."""
+def mask_runs(segmentation: Any, height: int, width: int) -> str | None:
+    """Return the text of a COCO segmentation with `counts`; None for polygons.
+
+    Raises
+    ------
+    KeyError
+        If a part is missing.
+    FormatError, TypeError, ValueError
+        If it is not of a picture of this size, or damaged.
+    """
     if not isinstance(segmentation, dict):
         return None
-    counts, (height, width) = segmentation["counts"], segmentation["size"]
+    counts, size = segmentation["counts"], segmentation["size"]
+    if list(size) != [height, width]:
+        raise FormatError(f"its mask's size is {size}, and that of its image [{height}, {width}]")
     if isinstance(counts, str):
+        runs_of(counts, height, width)
         return counts
-    return encode(mask_of([int(run) for run in counts], int(height), int(width)))
+    return text_of(fitting([int(run) for run in counts], height, width))

@@ -1,13 +1,17 @@
-"""Text and JSON from files."""
+"""Text, JSON and numbers from files, and where in a file an error is."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from motes.core.errors import FormatError
+from motes.core.geometry import FARTHEST
 
 
 def read_text(path: Path) -> str:
@@ -24,3 +28,35 @@ def read_json(path: Path, kind: Any) -> Any:
         return msgspec.json.decode(read_text(path), type=kind)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise FormatError(f"{path.name}: {error}") from None
+
+
+@contextmanager
+def at(where: str) -> Iterator[None]:
+    """Turn errors into FormatErrors that name their place in a file: a line, an annotation."""
+    try:
+        yield
+    except KeyError as error:
+        raise FormatError(f"{where}: it has no {error.args[0]}") from None
+    except (ValueError, TypeError, OverflowError, FormatError) as error:
+        raise FormatError(f"{where}: {error}") from None
+
+
+def number(field: str) -> float:
+    """Return the number that a text holds; raise a ValueError if it is none, or of no picture."""
+    try:
+        value = float(field)
+    except ValueError:
+        raise ValueError(f"{field[:20]!r} is not a number") from None
+    if not math.isfinite(value):
+        raise ValueError(f"{field[:20]} is not finite")
+    if abs(value) > FARTHEST:
+        raise ValueError(f"{field[:20]} is too large a number")
+    return value
+
+
+def whole(field: str) -> int:
+    """Return the whole number that a text holds, as `number` does."""
+    value = number(field)
+    if not value.is_integer():
+        raise ValueError(f"{field[:20]!r} is not a whole number")
+    return int(value)

@@ -20,10 +20,11 @@ from motes.formats.recording import (
     Recorded,
     Recording,
     recording_of,
+    sound,
     visible,
 )
 from motes.formats.shapes import frame_name, label_or_none, labels_of
-from motes.formats.text import read_text
+from motes.formats.text import at, number, read_text, whole
 from motes.output.journal import ObjectRow
 
 NAMES = "data.yaml"
@@ -67,17 +68,19 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     names = _names(path)
     objects, times = [], {}
     for file in sorted(path.glob("*.txt")):
+        if not file.is_file():
+            raise FormatError(f"{file.name} is not a file")
         digits = re.findall(r"\d+", file.stem)
         if not digits:
             continue  # such as classes.txt
         frame = int(digits[-1])
+        if frame in times:
+            raise FormatError(f"{file.name}: another file is of frame {frame} too")
         times[frame] = facts.time(frame)
-        for number, line in enumerate(read_text(file).splitlines(), start=1):
+        for place, line in enumerate(read_text(file).splitlines(), start=1):
             if line.strip():
-                try:
+                with at(f"{file.name}, line {place}"):
                     objects.append((frame, _row(line, names, facts)))
-                except ValueError as error:
-                    raise FormatError(f"{file.name}, line {number}: {error}") from None
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
     return recording_of(facts, objects, times)
@@ -87,7 +90,9 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
     label, *rest = line.split()
     if len(rest) not in (4, 5, 6):
         raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
-    x, y, width, height, *more = (float(value) for value in rest)
+    x, y, width, height, *more = (number(value) for value in rest)
+    if not all(-1 <= center <= 2 for center in (x, y)):
+        raise ValueError(f"the center {x:g}, {y:g} is no share of the picture's sides, 0 to 1")
     box = (
         (x - width / 2) * facts.width,
         (y - height / 2) * facts.height,
@@ -96,10 +101,13 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
     )
     if not min(box[2:]) > 0:
         raise ValueError("the object has no area")
-    identity = int(more[1]) if len(more) == 2 else ANONYMOUS
-    name = label_or_none(names.get(int(label), f"class {label}"), facts.label)
+    identity = whole(rest[5]) if len(more) == 2 else ANONYMOUS
+    name = label_or_none(names.get(whole(label), f"class {label}"), facts.label)
     confidence = more[0] if more else 1.0
-    return ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
+    if not 0 <= confidence <= 1:
+        raise ValueError(f"the confidence {confidence:g} is not in 0 to 1")
+    row = ObjectRow(identity, Ellipse.from_box(box), confidence, Status.TRACKING, label=name)
+    return sound(row)
 
 
 def _names(folder: Path) -> dict[int, str]:
@@ -118,6 +126,8 @@ def _yaml_names(text: str) -> dict[int, str]:
     _, _, rest = text.partition("names:")
     first, *lines = rest.splitlines() or [""]
     if first.strip().startswith("["):
+        if "]" not in rest:
+            raise FormatError(f"{NAMES}: the list of names has no end")
         parts = rest[rest.index("[") + 1 : rest.index("]")].split(",")
         return {i: _plain(part) for i, part in enumerate(parts)}
     found: dict[int, str] = {}

@@ -116,7 +116,7 @@ inline bool add_kernels(PyObject* extension) {
                 brief<particles::effective_sample_size>("effective_sample_size"),
                 brief<particles::appearing>("appearing"), brief<particles::moments>("moments")}) &&
            add(extension, "planes",
-               {unlocked<planes::expose>("expose"),
+               {unlocked<planes::expose>("expose"), unlocked<planes::relight>("relight"),
                 unlocked<planes::window_sums>("window_sums")}) &&
            add(extension, "sampling",
                {brief<pixels_within>("pixels_within"), brief<colors_at>("colors_at"),

@@ -20,6 +20,27 @@ inline void expose(Picture picture, Bytes tables, Volume<std::uint8_t> out) {
         }
 }
 
+// Writes a picture whose light is scaled by a factor, a row of red, green and blue for each pixel;
+// what is brighter than white becomes white.
+inline void relight(Picture picture, double factor, Volume<std::uint8_t> out) {
+    const auto scale = std::uint32_t(factor * 65536 + 0.5);  // 16 bits after the point
+    const Index places[] = {picture.red(), picture.green(), picture.blue()};
+    const Index width = 3 * picture.width;
+    Scratch<std::uint8_t> ordered(width);
+    for (Index y = 0; y < picture.height; ++y) {
+        const std::uint8_t* from = picture.row(y);
+        if (picture.pixel != 3 || picture.order != Order::RGB) {
+            std::uint8_t* __restrict to = ordered;
+            for (Index x = 0; x < picture.width; ++x, from += picture.pixel, to += 3)
+                for (Index c = 0; c < 3; ++c) to[c] = from[places[c]];
+            from = ordered;
+        }
+        std::uint8_t* __restrict lit = out[y].data;
+        for (Index i = 0; i < width; ++i)
+            lit[i] = std::uint8_t(std::min((from[i] * scale + 32768) >> 16, 255u));
+    }
+}
+
 // Returns a place beyond the border, mirrored at the pixel on the border.
 inline Index mirrored(Index i, Index size) {
     while (i < 0 || i >= size) i = size == 1 ? 0 : i < 0 ? -i : 2 * (size - 1) - i;

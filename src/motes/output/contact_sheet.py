@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
+from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.core.types import Bytes
 from motes.output.overlay import draw, font
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 TILE, LINE, GAP = 220, 17, 6
 """Sides of a tile, height of a line of its text and distance of tiles, in pixels."""
@@ -24,16 +30,14 @@ PAPER, INK = (255, 255, 255), (40, 40, 40)
 def contact_sheet(pictures: Iterable[tuple[Bytes, Track, str]]) -> Bytes:
     """Return a picture (H, W, 3) with a tile for each frame: pixels, track, and a text.
 
-    The target is drawn as in `draw`. A tile shows its surroundings; without a place, all of the
-    frame. Long lines of a text are broken between its words.
+    The target is drawn as in `draw`. A tile shows its surroundings, as large as fits; without a
+    place, all of the frame. Long lines of a text are broken between its words.
     """
     from PIL import Image, ImageDraw
 
     parts, texts = [], []
     for pixels, track, text in pictures:
-        part = Image.fromarray(_around(pixels, track))
-        part.thumbnail((TILE, TILE))
-        parts.append(part)
+        parts.append(_around(pixels, track))
         texts.append(broken(text))
     caption = LINE * max([LEAST_LINES, *map(len, texts)]) + 4
     tiles = []
@@ -68,16 +72,28 @@ def broken(text: str) -> list[str]:
     return lines
 
 
-def _around(pixels: Bytes, track: Track) -> Bytes:
-    """Return the part of a frame around a target, with the target drawn on it."""
+def _around(pixels: Bytes, track: Track) -> Image.Image:
+    """Return a tile's picture: the part of a frame around a target, with the target drawn on it."""
+    from PIL import Image
+
     height, width = pixels.shape[:2]
     if track.status is Status.ABSENT or not all(map(math.isfinite, track.ellipse)):
-        return pixels
-    x, y = track.ellipse[:2]
-    half = max(CONTEXT * track.ellipse.side / 2, TILE / 4)
+        return _fitted(Image.fromarray(pixels))
+    x, y, a, b, _ = track.ellipse
+    half = CONTEXT * track.ellipse.side / 2
     left, top = max(math.floor(x - half), 0), max(math.floor(y - half), 0)
     right, bottom = min(math.ceil(x + half), width), min(math.ceil(y + half), height)
     if right - left < 2 or bottom - top < 2:
-        return pixels
-    drawn = draw(pixels, track, label="")
-    return np.ascontiguousarray(drawn[top:bottom, left:right])
+        return _fitted(Image.fromarray(pixels))
+    part = _fitted(Image.fromarray(pixels[top:bottom, left:right]))
+    scale = part.width / (right - left)
+    there = [scale * (place + 0.5) - 0.5 for place in (x - left, y - top)]
+    ellipse = Ellipse(*there, scale * a, scale * b, track.ellipse.theta)
+    return Image.fromarray(draw(np.array(part), replace(track, ellipse=ellipse), label=""))
+
+
+def _fitted(part: Image.Image) -> Image.Image:
+    """Return a picture as large as fits on a tile."""
+    scale = TILE / max(part.size)
+    width, height = (max(round(scale * side), 1) for side in part.size)
+    return part.resize((width, height))

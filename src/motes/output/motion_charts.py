@@ -21,6 +21,8 @@ INTERVAL = 1.96
 """Standard deviations on each side of a 95 % band."""
 REGIONS = 80
 """Most 95 % regions along a path; more would only cover each other."""
+NARROWEST = 0.25
+"""Least ratio of the sides of a path's figure; ticks beside a straight path need room."""
 STYLE = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "xtick.labelsize": 7,
     "ytick.labelsize": 7, "legend.fontsize": 7, "axes.linewidth": 0.6, "lines.linewidth": 1.0,
@@ -95,6 +97,12 @@ def path(series: MotionSeries, unit: str) -> Figure:
         axes.plot(series.x[known[0]], series.y[known[0]], "o", color=BLUE, markersize=3)
     axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})", aspect="equal")
     axes.margins(0.08)
+    spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim())]
+    for (low, high), set_limits in (
+        (axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim),
+    ):  # fmt: skip
+        room = max(NARROWEST * max(spans) - (high - low), 0) / 2
+        set_limits(low - room, high + room)
     axes.invert_yaxis()  # as in the picture
     return figure
 

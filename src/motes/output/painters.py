@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from motes.core.frame import Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import Event, Regions
+from motes.mot.analytics.events import Event
+from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import Draw, draw
 from motes.output.scene_overlay import Point, draw_scene

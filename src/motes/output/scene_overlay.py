@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motes.core.frame import as_rgb
 from motes.core.track import Status
-from motes.mot.analytics.events import Regions
+from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.overlay import font
 

@@ -359,7 +359,7 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 7
+FORMAT = 8
 """Version of the format of saved trackers."""
 UNREADABLE = (
     msgspec.MsgspecError,

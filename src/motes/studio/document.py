@@ -12,7 +12,7 @@ from motes.core.config import from_dict, from_toml, to_toml
 from motes.core.errors import ConfigError
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 from motes.correction.keyframes import Keyframes
-from motes.mot.analytics.events import Regions
+from motes.mot.analytics.regions import Regions
 from motes.sot.presets import TrackerConfig, configure, preset
 from motes.studio import protocol
 from motes.studio.protocol import FilmFacts, Places, Region

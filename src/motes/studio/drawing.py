@@ -14,7 +14,7 @@ from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.correction.passes import run_pass
-from motes.mot.analytics.events import Regions
+from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
 from motes.output.figures import Recorder
 from motes.output.overlay import draw

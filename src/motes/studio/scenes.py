@@ -13,7 +13,8 @@ from motes.core.config import from_dict, from_toml, merge, to_dict
 from motes.core.detection import PreparedDetector
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
-from motes.mot.analytics.events import Event, EventCounter, Regions
+from motes.mot.analytics.events import Event, EventCounter
+from motes.mot.analytics.regions import Regions
 from motes.mot.pipeline_config import WatchConfig, detector_values
 from motes.mot.scene import Scene
 from motes.mot.scene_config import scene_config

@@ -10,7 +10,8 @@ from motes.evaluation.datasets.crossings import CountedClip, CountedClips, Cross
 from motes.evaluation.metrics.crossings import WITHIN, Compared, compare_crossings
 from motes.evaluation.papers.result import Experiment, Result
 from motes.evaluation.report.tables import Cell, Row, Table, number
-from motes.mot.analytics.events import Event, EventCounter, Line, Regions
+from motes.mot.analytics.events import Event, EventCounter
+from motes.mot.analytics.regions import Line, Regions
 from motes.mot.scene import Scene
 from motes.video.sources import open_source
 

@@ -1,4 +1,4 @@
-"""Lines that objects cross and zones that they enter and leave: events, and counts of them."""
+"""What objects do at lines and in zones: events, and counts of them."""
 
 from __future__ import annotations
 
@@ -6,20 +6,17 @@ import math
 from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import msgspec
 import numpy as np
-from msgspec import Meta
 
-from motes.core.config import Config, Positive, from_dict, from_toml
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.ground_plane import Ground
+from motes.mot.analytics.regions import Line, Point, Regions, crossing, distance
 from motes.mot.tracked_object import SceneTrack
 
 Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "stays", "leaves"]
-Point: TypeAlias = tuple[float, float]
 
 MINUTE = 60.0
 SPEED_OVER = 0.5
@@ -34,100 +31,6 @@ JUMP = 0.5
 """A foot that is farther from its path than this share of its object's mean side has not walked."""
 PAST = 0.5
 """Seconds before its first place over which the path of an object is continued backwards."""
-
-
-class Line(Config, frozen=True):
-    """A line whose crossings are counted.
-
-    An object crosses it to the `right` or `left`, as seen from the first point towards the second.
-
-    Attributes
-    ----------
-    points
-        Its two ends: x1, y1, x2, y2, in pixels.
-    name
-        Its name in events; by default its number.
-    label
-        Names of its two directions in events, for crossings to the left and to the right.
-    """
-
-    points: tuple[float, float, float, float]
-    name: str = ""
-    label: tuple[str, str] = ("left", "right")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.label[0] == self.label[1] or not all(self.label):
-            raise ConfigError(f"The label of a line is two different names; got {self.label}.")
-        if self.points[:2] == self.points[2:]:
-            raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
-
-
-class Zone(Config, frozen=True):
-    """A polygon whose entries and exits are counted.
-
-    Attributes
-    ----------
-    points
-        Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels.
-    name
-        Its name in events; by default its number.
-    dwell
-        An object that is inside for this many seconds causes the event `stays`; by default none
-        does.
-    """
-
-    points: Annotated[tuple[float, ...], Meta(min_length=6)]
-    name: str = ""
-    dwell: Positive | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if len(self.points) % 2:
-            raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
-
-    def holds(self, point: Point) -> bool:
-        """Return whether a point lies in the zone: a ray from it crosses an odd number of sides."""
-        (x, y), inside = point, False
-        xs, ys = self.points[::2], self.points[1::2]
-        for x1, y1, x2, y2 in zip(xs, ys, xs[1:] + xs[:1], ys[1:] + ys[:1], strict=True):
-            if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
-                inside = not inside
-        return inside
-
-
-class Regions(Config, frozen=True):
-    """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
-
-    Attributes
-    ----------
-    line
-        The lines.
-    zone
-        The zones.
-    ground
-        The ground plane, for speeds in metres per second.
-    """
-
-    line: tuple[Line, ...] = ()
-    zone: tuple[Zone, ...] = ()
-    ground: Ground | None = None
-
-    @classmethod
-    def parse(cls, text: str, name: str = "this file") -> Regions:
-        """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
-        places: Regions = from_dict(from_toml(text, name), cls)
-        return places
-
-    @property
-    def lines(self) -> dict[str, Line]:
-        """Lines by name; one without a name has its number, from 1."""
-        return {line.name or f"line {i}": line for i, line in enumerate(self.line, start=1)}
-
-    @property
-    def zones(self) -> dict[str, Zone]:
-        """Zones by name, likewise."""
-        return {zone.name or f"zone {i}": zone for i, zone in enumerate(self.zone, start=1)}
 
 
 class Event(msgspec.Struct, frozen=True):
@@ -324,10 +227,10 @@ class EventCounter:
     ) -> None:
         """Note where an object is beside a line, and whether it has crossed it."""
         margin, before = CLEAR * each.track.box.height, walk.clear.get(name)
-        clear = _distance(line.points, foot) >= margin
+        clear = distance(line.points, foot) >= margin
         if before is None and clear:
             past = _past(walk, foot, each.track.time)
-            before = past if _distance(line.points, past) >= margin else foot
+            before = past if distance(line.points, past) >= margin else foot
         side = None if before is None else crossing(line.points, before, foot)
         if side is None:
             walk.over.pop(name, None)
@@ -418,37 +321,7 @@ def _past(walk: _Trajectory, foot: Point, now: float) -> Point:
     return x - share * (foot[0] - x), y - share * (foot[1] - y)
 
 
-def crossing(
-    line: tuple[float, float, float, float], before: Point, after: Point
-) -> Literal["left", "right"] | None:
-    """Return the side to which a step from one point to another crosses a line, or None.
-
-    A step that ends on the line does not cross it; the next step that leaves the line does.
-    """
-    start, end = line[:2], line[2:]
-    here, there = _side(start, end, before), _side(start, end, after)
-    if (here > 0) == (there > 0):
-        return None
-    if (_side(before, after, start) > 0) == (_side(before, after, end) > 0):
-        return None  # it passes beside the line's end
-    return "right" if there > 0 else "left"
-
-
-def _side(start: Point, end: Point, point: Point) -> float:
-    """Return the side of a line on which a point lies: above 0 on the right, seen along it."""
-    return (end[0] - start[0]) * (point[1] - start[1]) - (end[1] - start[1]) * (point[0] - start[0])
-
-
-def _distance(line: tuple[float, float, float, float], point: Point) -> float:
-    """Return the distance of a point from a line without ends."""
-    return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
-
-
 def foot_of(each: SceneTrack) -> Point:
     """Return the place of an object's foot."""
     box = each.track.box
     return box.x + (box.width - 1) / 2, box.y + box.height - 1
-
-
-def _text(points: Sequence[float]) -> str:
-    return ",".join(f"{value:g}" for value in points)

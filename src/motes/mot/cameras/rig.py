@@ -75,9 +75,7 @@ class RigRunner:
                     yield from listening[pipe].listen()  # type: ignore[index]
             while (report := next_report(self._cameras, self.handover)) is not None:
                 yield report, self.handover.update(report)
-                for camera in self._cameras:
-                    if camera.live and camera.name != report.camera:
-                        camera.tell(self.handover.arrivals(camera.name, report.time))
+                announce(report, self._cameras, self.handover)
 
     def __enter__(self) -> Self:
         return self
@@ -88,6 +86,15 @@ class RigRunner:
                 camera.process.kill()
                 camera.process.join()
                 camera.pipe.close()
+
+
+def announce(
+    report: CameraReport, cameras: Sequence[RigCamera], handover: CrossCameraAssociation
+) -> None:
+    """Send live cameras the objects that they may expect after a report of another camera."""
+    for camera in cameras:
+        if camera.listens and camera.name != report.camera:
+            camera.tell(handover.arrivals(camera.name, report.time))
 
 
 def next_report(

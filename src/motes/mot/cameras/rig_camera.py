@@ -105,12 +105,18 @@ class RigCamera(ABC):
         self._log.append(arrivals)
         self._send(arrivals)
 
-    def tell(self, arrivals: tuple[Arrival, ...]) -> None:
-        """Send arrivals to a live camera, unless it has not worked since the last ones.
+    @property
+    def listens(self) -> bool:
+        """Whether it is a live camera that has worked since it was sent arrivals.
 
-        So a camera that hangs is never sent more than its pipe holds.
+        Only then are arrivals asked for: some are announced once, and would be lost. And a camera
+        that hangs is never sent more than its pipe holds.
         """
-        if arrivals and not self._told and self.due is None and not self.over:
+        return self.live and not self._told and self.due is None and not self.over
+
+    def tell(self, arrivals: tuple[Arrival, ...]) -> None:
+        """Send arrivals to a camera that listens."""
+        if arrivals:
             self._told = True
             self._send(arrivals)
 

@@ -21,10 +21,8 @@ from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import NotNegative
 from motes.core.types import Floats, Singles, Spectra
-from motes.cues.search_window import cut
+from motes.sot.discriminative.small_picture import small_size
 
-COLUMNS = 96
-"""Largest number of rows and of columns of the small picture."""
 ERROR_RATE = 0.1
 """Share of the last frame's error in the running mean of a model's errors."""
 LARGEST_ERROR = 2.0
@@ -54,9 +52,9 @@ class MotionHistory(msgspec.Struct, frozen=True, eq=False):
     errors: NotNegative
 
 
-def started(frame: Frame) -> MotionHistory:
-    """Return the history after the first frame."""
-    return MotionHistory(small_spectrum(frame), np.zeros(2), np.zeros(2), np.zeros(4))
+def started(picture: Singles) -> MotionHistory:
+    """Return the history after the first frame, given its small picture."""
+    return MotionHistory(spectrum_of(picture), np.zeros(2), np.zeros(2), np.zeros(4))
 
 
 class Prediction(NamedTuple):
@@ -74,6 +72,12 @@ class Prediction(NamedTuple):
     spectrum: Spectra
     shifts: Floats
 
+    @property
+    def camera(self) -> Floats:
+        """The shift (2,) of the scene since the last frame, in pixels."""
+        shift: Floats = self.shifts[1]
+        return shift
+
     def likeliest(self, history: MotionHistory) -> Floats:
         """Return the displacement (2,) of the model with the least recent error."""
         best: Floats = self.shifts[np.argmin(history.errors)]
@@ -90,7 +94,7 @@ class Prediction(NamedTuple):
             The target in the last frame and in this one; None if it was not seen. Then it counts as
             at rest in the scene.
         """
-        camera = self.shifts[1]
+        camera = self.camera
         if after is None:
             return replace(history, spectrum=self.spectrum, camera=camera, velocity=camera)
         velocity = np.subtract(after[:2], before[:2])
@@ -99,26 +103,20 @@ class Prediction(NamedTuple):
         return MotionHistory(self.spectrum, camera, velocity, errors)
 
 
-def predictions(history: MotionHistory, frame: Frame) -> Prediction:
-    """Return what the four models predict for a frame."""
-    spectrum = small_spectrum(frame)
+def predictions(history: MotionHistory, picture: Singles, frame: Frame) -> Prediction:
+    """Return what the four models predict for a frame, given its small picture."""
+    spectrum = spectrum_of(picture)
     camera = camera_shift(history.spectrum, spectrum, frame)
     steady = history.velocity
     shifts = np.array([np.zeros(2), camera, steady, camera + steady - history.camera])
     return Prediction(spectrum, shifts)
 
 
-def small_spectrum(frame: Frame) -> Spectra:
-    """Return the transform (h, w // 2 + 1) of the frame's small gray picture, tapered."""
+def spectrum_of(picture: Singles) -> Spectra:
+    """Return the transform (h, w // 2 + 1) of a small picture (h, w), tapered."""
     from scipy import fft  # takes a third of a second to import
 
-    rows, columns = _small(frame.height, frame.width)
-    step = frame.width / columns, frame.height / rows
-    center = Ellipse((frame.width - 1) / 2, (frame.height - 1) / 2, 1.0, 1.0)
-    gray: Singles = cut(frame, center, step, (rows, columns)).sum(axis=0)
-    gray -= gray.mean()
-    gray *= _taper(rows, columns)
-    out: Spectra = fft.rfft2(gray)
+    out: Spectra = fft.rfft2((picture - picture.mean()) * _taper(*picture.shape))
     return out
 
 
@@ -129,7 +127,7 @@ def camera_shift(before: Spectra, after: Spectra, frame: Frame) -> Floats:
     """
     from scipy import fft
 
-    rows, columns = _small(frame.height, frame.width)
+    rows, columns = small_size(frame.height, frame.width)
     product = before.conj() * after
     strength = np.abs(product)
     product /= strength + WHITENED * float(strength.mean()) + np.finfo(np.float32).tiny
@@ -147,16 +145,6 @@ def _peak(line: Singles, index: int) -> float:
     curve = float(low - 2 * top + high)
     between = 0.5 * float(low - high) / curve if curve < 0 else 0.0
     return (index if index <= size // 2 else index - size) + between
-
-
-@cache
-def _small(height: int, width: int) -> tuple[int, int]:
-    """Return the number of rows and columns of the small picture of a frame."""
-    from scipy.fft import next_fast_len
-
-    shrink = min(1.0, COLUMNS / max(height, width))
-    rows, columns = (max(round(side * shrink), 1) for side in (height, width))
-    return int(next_fast_len(rows, real=True)), int(next_fast_len(columns, real=True))
 
 
 @cache

@@ -15,6 +15,7 @@ from motes.cues.color_posterior import PosteriorModel
 from motes.cues.correlation_filter import CorrelationModel
 from motes.cues.scale_filter import ScaleModel
 from motes.sot.discriminative.confidence_gate import TargetStatus
+from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import TargetModels
 from motes.sot.discriminative.prediction import MotionHistory
 from motes.sot.discriminative.redetection import RedetectionModel
@@ -50,6 +51,8 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
         The status of the target.
     motion
         The last motion of the target and of the camera.
+    light
+        The light of the scene.
     """
 
     time: Annotated[float, SAME]
@@ -65,6 +68,7 @@ class DiscriminativeState(TargetModels, frozen=True, eq=False):
     turn: TurnEstimate
     target: TargetStatus
     motion: MotionHistory
+    light: Light
 
 
 class DiscriminativeInfo(msgspec.Struct, frozen=True, eq=False):

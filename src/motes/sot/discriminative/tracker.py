@@ -29,9 +29,11 @@ from motes.cues.search_window import CELL_SIZE
 from motes.sot.algorithm import Algorithm
 from motes.sot.discriminative import prediction
 from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatus
+from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.discriminative.size_estimate import SizeEstimator
+from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
@@ -148,6 +150,7 @@ class Discriminative(
         integral = self.posterior.integral(posterior, posterior.grid.sample_window(frame, box))
         middle = np.array([0.0, 0.0, *correlation.grid.half])
         first_contrast = contrast(integral, middle)
+        picture = small_picture(frame)
         state = DiscriminativeState(
             time=frame.time,
             ellipse=box,
@@ -165,7 +168,8 @@ class Discriminative(
             size=Trend(),
             turn=TurnEstimate.begin(frame, region),
             target=TargetStatus(),
-            motion=prediction.started(frame),
+            motion=prediction.started(picture),
+            light=Light(picture),
         )
         return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
 
@@ -173,7 +177,10 @@ class Discriminative(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
         """Predict; localize, also turned and by a search if needed; estimate the size; learn."""
-        before, sight = state, prediction.predictions(state.motion, frame)
+        picture, before = small_picture(frame), state
+        sight = prediction.predictions(state.motion, picture, frame)
+        light = state.light.followed(picture, sight.camera, frame)
+        frame = light.taken_off(frame)
         look = self._look(rng, state, frame, sight.likeliest(state.motion))
         state = replace(state, ellipse=look.window_pose)
         turning = self._doubted(state, look) and not state.scale_due
@@ -202,7 +209,8 @@ class Discriminative(
             )
         seen = elsewhere is None and not (before.target.frames_missed or after.target.frames_missed)
         motion = sight.update(before.motion, before.ellipse, after.ellipse if seen else None)
-        return replace(after, motion=motion, scale_due=not state.scale_due), info
+        light = light.learned(self.posterior.learning_rate) if learned else light
+        return replace(after, motion=motion, light=light, scale_due=not state.scale_due), info
 
     def learn_also(
         self, state: DiscriminativeState, frame: Frame, region: Ellipse

@@ -1,0 +1,76 @@
+"""`motes watch` frame by frame: the objects of a scene, their events, and a summary."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import replace
+
+from motes.cli.exit_codes import DONE, NOT_FOUND
+from motes.cli.frame_loop import run_and_report, summarize
+from motes.cli.messages import counted, log
+from motes.cli.watch_counting import table
+from motes.cli.watch_outputs import FrameResult, Output
+from motes.core import interrupts
+from motes.core.errors import MotesError
+from motes.core.frame import Frame
+from motes.mot.analytics.events import EventCounter
+from motes.mot.scene import Scene
+from motes.video.sources import Source
+
+
+def watch_scene(
+    film: Source, scene: Scene, counter: EventCounter, outputs: Sequence[Output]
+) -> int:
+    """Track the objects of the film, write the outputs and print a summary."""
+    frames, printed = 0, set[str]()
+
+    def moments(pictures: Iterator[Frame]) -> Generator[FrameResult, None, None]:
+        with contextlib.closing(scene.watch(pictures, ahead=not film.live)) as watched:
+            last: FrameResult | None = None  # of a recorded film, which gets its open events
+            error: MotesError | None = None
+            try:
+                for frame, tracks in watched:
+                    if last is not None:
+                        yield last
+                    last = FrameResult(frame, tracks, counter.update(tracks))
+                    if film.live:
+                        yield last
+                        last = None
+            except MotesError as raised:  # after the frames before it
+                error = raised
+            if last is not None:
+                yield replace(last, events=[*last.events, *counter.finish()])
+            if error is not None:
+                raise error
+
+    def note(moment: FrameResult) -> str:
+        nonlocal frames
+        frames += 1
+        for kind, text in scene.warnings.items():
+            if kind not in printed:
+                printed.add(kind)
+                log(text)
+        here = scene.created - scene.terminated
+        return f"{counted(here, 'object')}, {scene.created} came, {scene.terminated} went"
+
+    def report(interrupted: KeyboardInterrupt | None) -> None:
+        if not frames:
+            return
+        tracker = scene.config.tracker
+        parts = [
+            f"{counted(frames, 'frame')}, {counted(scene.created, 'object')}, "
+            f"{scene.terminated} of them gone",
+            f"each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}",
+        ]
+        summarize(parts, film, outputs, interrupted)
+        for text in table(counter.counts):
+            log(text)
+
+    interrupted = run_and_report(film, outputs, moments, note, report)
+    if interrupted:
+        return interrupts.code(interrupted)
+    if not scene.created:
+        log("error: No object was ever found; try another --detector.")
+        return NOT_FOUND
+    return DONE

@@ -1,0 +1,134 @@
+"""The objects and the outputs of `motes watch`, as options.
+
+Annotations are evaluated here: the parser would look for their names in the module of a subclass.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from cyclopts import Group, Parameter
+
+from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, OutputOptions
+from motes.core.errors import ConfigError
+
+QUEUE = "motes-events.sqlite"
+"""Default file in which events wait."""
+
+
+@Parameter(name="*", group=Group("Objects", sort_key=1))
+@dataclass(frozen=True, kw_only=True)
+class ObjectOptions:
+    """The objects that are tracked."""
+
+    detector: Annotated[
+        str | None,
+        Parameter(
+            accepts_keys=False,
+            help="Detector: mog2, knn or gaussian (objects that move before a background), people, "
+            "faces, an .onnx file, MODULE:CALLABLE, or a .txt file of detections in the format of "
+            "the MOTChallenge. The default is mog2.",
+        ),
+    ] = None
+    classes: Annotated[
+        str | None,
+        Parameter(help="Track only objects of these classes of the detector: person,car,..."),
+    ] = None
+    least: Annotated[
+        float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
+    ] = None
+    camera: Annotated[
+        Literal["still", "moving"] | None,
+        Parameter(
+            help="Whether the camera is still, as by default, or moves: its motion is then part of "
+            "all predictions, and the background moves along."
+        ),
+    ] = None
+    own_process: Annotated[
+        bool, FLAG, Parameter(help="Run the detector in a process of its own.")
+    ] = False
+
+    def selection(self) -> dict[str, Any]:
+        """Return the keys of the configuration that --classes, --least and --camera set."""
+        keys: dict[str, Any] = {}
+        if self.classes is not None:
+            keys["classes"] = [name.strip() for name in self.classes.split(",") if name.strip()]
+        if self.least is not None:
+            keys["least"] = self.least
+        moves = {} if self.camera is None else {"camera": self.camera}
+        return {"detections": keys, **moves} if keys else moves
+
+    like: Annotated[
+        str | None,
+        HYPHEN,
+        Parameter(
+            help="Track all that look like the target in this box of the first frame, such as the "
+            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
+            "Without --detector, the camera may move.",
+        ),
+    ] = None
+    histogram: Annotated[
+        Path | None,
+        Parameter(
+            help="For a file of several cameras: all wait for the target in this file, which motes "
+            "histogram has written, and tell each other where they saw it.",
+        ),
+    ] = None
+
+
+@Parameter(name="*", group=OUTPUT)
+@dataclass(frozen=True, kw_only=True)
+class WatchOutputs(OutputOptions):
+    """The outputs of `motes watch`."""
+
+    events: Annotated[
+        list[str] | None,
+        REPEATED,
+        HYPHEN,
+        Parameter(
+            help="Events as they happen: a file of JSON Lines, - for standard output, an https:// "
+            "address that they are posted to, or mqtt://HOST/TOPIC. An object appears, "
+            "disappears, crosses, enters, stays or leaves. May be repeated.",
+        ),
+    ] = None
+    queue: Annotated[
+        Path | None,
+        Parameter(
+            help="File in which events wait until a server or broker has confirmed them, also "
+            f"after the run. [default: {QUEUE}]"
+        ),
+    ] = None
+    home_assistant: Annotated[
+        bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
+    ] = False
+    metrics: Annotated[
+        str | None,
+        Parameter(
+            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
+        ),
+    ] = None
+    slit: Annotated[
+        Path | None,
+        Parameter(
+            help="Picture of the pixels under each line, .png: time downwards, the line across, "
+            "each counted crossing marked. With several lines, a file for each."
+        ),
+    ] = None
+    heatmap: Annotated[
+        Path | None, Parameter(help="Picture of how long feet have been at each place, .png.")
+    ] = None
+    paths: Annotated[
+        Path | None, Parameter(help="Picture of the path of each object's foot, .png.")
+    ] = None
+
+    def destinations(self) -> tuple[list[str], list[str]]:
+        """Return the files of --events, and the addresses; raise a ConfigError if they clash."""
+        from motes.cli.sent_events import is_sent
+
+        events = self.events or []
+        sent = [name for name in events if is_sent(name)]
+        if self.queue is not None and not sent:
+            raise ConfigError("--queue is for events that are sent; give --events an address.")
+        if self.home_assistant and not any(name.startswith("mqtt") for name in sent):
+            raise ConfigError("--home-assistant needs --events mqtt://HOST/TOPIC.")
+        return [name for name in events if not is_sent(name)], sent

@@ -1,0 +1,139 @@
+"""Lines that objects cross and zones that they enter and leave, and on which side a point lies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta
+
+from motes.core.config import Config, Positive, from_dict, from_toml
+from motes.core.errors import ConfigError
+from motes.mot.analytics.ground_plane import Ground
+
+Point: TypeAlias = tuple[float, float]
+
+
+class Line(Config, frozen=True):
+    """A line whose crossings are counted.
+
+    An object crosses it to the `right` or `left`, as seen from the first point towards the second.
+
+    Attributes
+    ----------
+    points
+        Its two ends: x1, y1, x2, y2, in pixels.
+    name
+        Its name in events; by default its number.
+    label
+        Names of its two directions in events, for crossings to the left and to the right.
+    """
+
+    points: tuple[float, float, float, float]
+    name: str = ""
+    label: tuple[str, str] = ("left", "right")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.label[0] == self.label[1] or not all(self.label):
+            raise ConfigError(f"The label of a line is two different names; got {self.label}.")
+        if self.points[:2] == self.points[2:]:
+            raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
+
+
+class Zone(Config, frozen=True):
+    """A polygon whose entries and exits are counted.
+
+    Attributes
+    ----------
+    points
+        Its corners: x1, y1, x2, y2, x3, y3, ..., in pixels.
+    name
+        Its name in events; by default its number.
+    dwell
+        An object that is inside for this many seconds causes the event `stays`; by default none
+        does.
+    """
+
+    points: Annotated[tuple[float, ...], Meta(min_length=6)]
+    name: str = ""
+    dwell: Positive | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.points) % 2:
+            raise ConfigError(f"A zone has an x and a y for each corner; got {_text(self.points)}.")
+
+    def holds(self, point: Point) -> bool:
+        """Return whether a point lies in the zone: a ray from it crosses an odd number of sides."""
+        (x, y), inside = point, False
+        xs, ys = self.points[::2], self.points[1::2]
+        for x1, y1, x2, y2 in zip(xs, ys, xs[1:] + xs[:1], ys[1:] + ys[:1], strict=True):
+            if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+                inside = not inside
+        return inside
+
+
+class Regions(Config, frozen=True):
+    """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
+
+    Attributes
+    ----------
+    line
+        The lines.
+    zone
+        The zones.
+    ground
+        The ground plane, for speeds in metres per second.
+    """
+
+    line: tuple[Line, ...] = ()
+    zone: tuple[Zone, ...] = ()
+    ground: Ground | None = None
+
+    @classmethod
+    def parse(cls, text: str, name: str = "this file") -> Regions:
+        """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
+        places: Regions = from_dict(from_toml(text, name), cls)
+        return places
+
+    @property
+    def lines(self) -> dict[str, Line]:
+        """Lines by name; one without a name has its number, from 1."""
+        return {line.name or f"line {i}": line for i, line in enumerate(self.line, start=1)}
+
+    @property
+    def zones(self) -> dict[str, Zone]:
+        """Zones by name, likewise."""
+        return {zone.name or f"zone {i}": zone for i, zone in enumerate(self.zone, start=1)}
+
+
+def crossing(
+    line: tuple[float, float, float, float], before: Point, after: Point
+) -> Literal["left", "right"] | None:
+    """Return the side to which a step from one point to another crosses a line, or None.
+
+    A step that ends on the line does not cross it; the next step that leaves the line does.
+    """
+    start, end = line[:2], line[2:]
+    here, there = _side(start, end, before), _side(start, end, after)
+    if (here > 0) == (there > 0):
+        return None
+    if (_side(before, after, start) > 0) == (_side(before, after, end) > 0):
+        return None  # it passes beside the line's end
+    return "right" if there > 0 else "left"
+
+
+def _side(start: Point, end: Point, point: Point) -> float:
+    """Return the side of a line on which a point lies: above 0 on the right, seen along it."""
+    return (end[0] - start[0]) * (point[1] - start[1]) - (end[1] - start[1]) * (point[0] - start[0])
+
+
+def distance(line: tuple[float, float, float, float], point: Point) -> float:
+    """Return the distance of a point from a line without ends."""
+    return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
+
+
+def _text(points: Sequence[float]) -> str:
+    return ",".join(f"{value:g}" for value in points)

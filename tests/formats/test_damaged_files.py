@@ -1,0 +1,474 @@
+"""Damaged and wrong files of every format: one line with the place, and no silent wrong result."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+import pytest
+from PIL import Image
+
+from motes.cli import main
+from motes.formats import registry
+from motes.formats.registry import FORMATS
+
+
+class Sample(NamedTuple):
+    """A sound file of two frames with an object that moves, and where its errors are.
+
+    The second object has the x 12.5 and the width 40.5 (or a half of it).
+
+    Attributes
+    ----------
+    text
+        The content; of YOLO, that of the second file.
+    record
+        The text of the second object, which may be there twice.
+    place
+        Pattern of the place of the second object in messages.
+    x, width
+        The texts of its x and width.
+    frame
+        The text of its frame, as far as it is in the record.
+    identity
+        The text of its identity, likewise.
+    """
+
+    text: str
+    record: str
+    place: str
+    x: str = "12.5"
+    width: str = "40.5"
+    frame: str = ""
+    identity: str = ""
+
+
+TRACK = "frame,time,x,y,a,b,theta,confidence,status,distance,effective_sample_size\n"
+TRACK_ROW = "1,0.04,12.5,40.0,40.5,9.0,0.1,0.9,tracking,0.1,99.0\n"
+WATCH = "frame,time,identity,x,y,width,height,confidence,status,occluded_by,class\n"
+JSON_ROW = (
+    '{"frame": 1, "time": 0.04, "x": 12.5, "y": 40.0, "a": 40.5, "b": 9.0, "theta": 0.1, '
+    '"confidence": 0.9, "status": "tracking", "distance": 0.1, "effective_sample_size": 99.0}\n'
+)
+COCO_BOX = '{"id": 2, "image_id": 2, "category_id": 1, "bbox": [12.5, 40, 40.5, 24]}'
+CVAT_BOX = (
+    '<box frame="1" outside="0" occluded="0" xtl="12.5" ytl="40" xbr="53.5" ybr="64" keyframe="1"/>'
+)
+KEY = '{"frame": 2, "x": 12.5, "y": 40, "width": 40.5, "height": 24}'
+DLC = "scorer" + ",motes" * 9 + "\nbodyparts" + ",center" * 3 + ",axis_a" * 3 + ",axis_b" * 3
+SAMPLES = {
+    "csv": Sample(
+        TRACK + TRACK_ROW.replace("1,0.04,12.5", "0,0.0,10.0") + TRACK_ROW, TRACK_ROW, "row 2",
+        frame="1,0.04",
+    ),
+    "jsonl": Sample(
+        JSON_ROW.replace('"frame": 1', '"frame": 0').replace("12.5", "10.0") + JSON_ROW, JSON_ROW,
+        "(row|line) 2", frame='"frame": 1',
+    ),
+    "mot": Sample(
+        "1,7,10,40,40,24,0.9,1,1,-1\n2,7,12.5,40,40.5,24,0.9,1,1,-1\n",
+        "2,7,12.5,40,40.5,24,0.9,1,1,-1\n", "line 2", frame="2,7,", identity="7,12",
+    ),
+    "mot-truth": Sample(
+        "1,7,10,40,40,24,1,1,1\n2,7,12.5,40,40.5,24,1,1,1\n", "2,7,12.5,40,40.5,24,1,1,1\n",
+        "line 2", frame="2,7,", identity="7,12",
+    ),
+    "mot-detections": Sample(
+        "1,-1,10,40,40,24,0.9,-1,-1,-1\n2,-1,12.5,40,40.5,24,0.9,-1,-1,-1\n", "", "line 2",
+        frame="2,-1,",
+    ),
+    "otb": Sample("10,40,40,24\n12.5,40,40.5,24\n", "", "line 2"),
+    "vot": Sample("10,40,40,24\n12.5,40,40.5,24\n", "", "line 2"),
+    "coco": Sample(
+        '{"images": [{"id": 1, "width": 320, "height": 240, "frame": 0}, '
+        '{"id": 2, "width": 320, "height": 240, "frame": 1}], '
+        '"categories": [{"id": 1, "name": "car"}], "annotations": ['
+        + COCO_BOX.replace('"id": 2', '"id": 1').replace('image_id": 2', 'image_id": 1')
+        + ", " + COCO_BOX + "]}",
+        COCO_BOX, r"annotations\[1\]",
+    ),
+    "cvat": Sample(
+        "<annotations><meta><task><size>2</size></task></meta><track id='0' label='car'>"
+        + CVAT_BOX.replace('frame="1"', 'frame="0"').replace("12.5", "10") + CVAT_BOX
+        + "</track></annotations>",
+        CVAT_BOX, "track 0: box of frame 1", width="53.5", frame='frame="1"', identity="id='0'",
+    ),
+    "yolo": Sample(
+        "0 12.5 0.2 40.5 0.1 0.9 7\n".replace("12.5", "0.125").replace("40.5", "0.405"),
+        "0 0.125 0.2 0.405 0.1 0.9 7\n", "frame_000001.txt, line 1", x="0.125", width="0.405",
+        identity=" 7\n",
+    ),
+    "label-studio": Sample(
+        '[{"annotations": [{"result": [{"type": "videorectangle", "value": {"labels": ["car"], '
+        '"sequence": [' + KEY.replace("2", "1", 1).replace("12.5", "10") + ", " + KEY + "]}}]}]}]",
+        KEY, "region 1: keyframe of frame 2", frame='"frame": 2',
+    ),
+    "deeplabcut": Sample(
+        f"{DLC}\ncoords{',x,y,likelihood' * 3}\n0,10,40,1,50.5,40,1,10,60,1\n"
+        "1,12.5,40,1,53.0,40,1,12.5,60,1\n",
+        "1,12.5,40,1,53.0,40,1,12.5,60,1\n", "line 5", width="53.0", frame="1,12.5,40",
+    ),
+    "keyframes": Sample(
+        "frame,x,y,width,height\n0,10,40,40,24\n1,12.5,40,40.5,24\n", "", "(row 3|frame 1)",
+        frame="1,12.5",
+    ),
+}  # fmt: skip
+
+Convert = Callable[..., tuple[int, str]]
+
+
+@pytest.fixture
+def convert(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Convert:
+    """Convert a content of a format; return the exit code and what was printed."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(name: str, content: bytes, *options: str) -> tuple[int, str]:
+        path = written(name, content)
+        words = ["convert", str(path), "out.jsonl", "--size", "320x240", "--fps", "25", "--frames"]
+        capfd.readouterr()
+        code = main([*words, "100", "--overwrite", *options])
+        out, error = capfd.readouterr()
+        return code, out + error
+
+    return run
+
+
+def written(name: str, content: bytes) -> Path:
+    """Write the file of a sample; that of YOLO is in a folder with a sound one."""
+    if name != "yolo":
+        path = Path("a" + FORMATS[name].endings[0])
+        path.write_bytes(content)
+        return path
+    Path("labels").mkdir(exist_ok=True)
+    Path("labels/frame_000000.txt").write_text("0 0.1 0.2 0.4 0.1 0.9 7\n")
+    Path("labels/frame_000001.txt").write_bytes(content)
+    return Path("labels")
+
+
+def check_refused(found: tuple[int, str], place: str = "") -> None:
+    """Check that a file was refused, with one line that names it, the place, and what to do."""
+    code, said = found
+    assert code in (2, 3, 5), said
+    assert said.count("\n") == 1, said
+    assert said.startswith("motes: error: "), said
+    assert "a." in said or "labels" in said, said
+    assert ";" in said, said
+    assert re.search(place, said), said
+    assert not Path("out.jsonl").exists()
+
+
+def rows() -> list[dict[str, float]]:
+    """Return the rows that were converted."""
+    return [json.loads(line) for line in Path("out.jsonl").read_text().splitlines()]
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_the_samples_are_sound(name: str, convert: Convert) -> None:
+    code, said = convert(name, SAMPLES[name].text.encode(), "--from", name)
+    assert code == 0, said
+    assert [row["frame"] for row in rows()] == [0, 1]
+
+
+WHOLE = {
+    "empty": lambda data: b"",
+    "blank": lambda data: b"\x00" * 300,
+    "cut": lambda data: data[: re.search(rb"(?s).*(40|53|405?)(?=[.\" ])", data).end() - 1],
+    "half": lambda data: data[: len(data) // 2 + 3],
+    "rubbish": lambda data: Random(3).randbytes(2000),
+    "latin-1": lambda data: data + "\näöü".encode("latin-1"),
+    "utf-16": lambda data: data.decode().encode("utf-16"),
+    "other": lambda data: b"Dear all,\nplease find the boxes attached.\n",
+    "html": lambda data: b"<!DOCTYPE html><html><body>404</body></html>",
+    "nested": lambda data: b'{"a": ' * 3000,
+    "list": lambda data: b'[[1, 2], {"frame": null}]',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("recognize", [True, False])
+@pytest.mark.parametrize("damage", WHOLE)
+@pytest.mark.parametrize("name", SAMPLES)
+def test_the_whole_file_is_wrong(name: str, damage: str, recognize: bool, convert: Convert) -> None:
+    if (name, damage) == ("yolo", "empty"):
+        pytest.skip("a frame without objects has an empty text")
+    content = WHOLE[damage](SAMPLES[name].text.encode())
+    check_refused(convert(name, content, *([] if recognize else ["--from", name])))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_folder_in_place_of_a_file(name: str, convert: Convert) -> None:
+    path = Path("labels") if name == "yolo" else Path("a" + FORMATS[name].endings[0])
+    if name == "yolo":
+        path.write_text("0 1 2 3 4\n")
+    else:
+        path.mkdir()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(globals(), "written", lambda *_: path)
+        check_refused(convert(name, b"", "--from", name), "a folder")
+
+
+NO_NUMBERS = ("nan", "inf", "-inf", "1e300", "1e999", "abc", "0x10", "")
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS)
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_number_is_wrong(name: str, value: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    for number in (sample.x, sample.width):
+        before, _, after = sample.text.rpartition(number)
+        found = convert(name, f"{before}{value}{after}".encode(), "--from", name)
+        if value == "nan" and name in ("otb", "vot"):  # where the target is absent
+            assert found[0] == 0
+            assert [row["frame"] for row in rows() if row.get("x") is not None] == [0]
+            Path("out.jsonl").unlink()
+        else:
+            check_refused(found, "" if "{" in sample.text else sample.place)
+
+
+@pytest.mark.parametrize("value", ["0", "-7.5"])
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_box_has_no_width(name: str, value: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    if name in ("cvat", "deeplabcut"):  # right sides and ends of axes
+        value = {"cvat": sample.x, "deeplabcut": sample.x}[name]
+        if name == "deeplabcut":
+            sample = sample._replace(width="53.0,40", x=sample.x)
+            value = f"{value},40"
+    before, _, after = sample.text.rpartition(sample.width)
+    found = convert(name, f"{before}{value}{after}".encode(), "--from", name)
+    if value == "0" and name in ("otb", "vot"):
+        assert found[0] == 0
+        assert [row["frame"] for row in rows() if row.get("x") is not None] == [0]
+    else:
+        check_refused(found, sample.place)
+
+
+@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].frame))
+@pytest.mark.parametrize("value", ["-3", "1.5", "99999999999", "1e30", "nan", "x"])
+def test_a_frame_is_none_of_a_film(name: str, value: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    new = re.sub(r"\d+", value, sample.frame, count=1)
+    before, _, after = sample.text.rpartition(sample.frame)
+    check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
+
+
+@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].identity))
+@pytest.mark.parametrize("value", ["1.5", "nan", "x"])
+def test_an_identity_is_none(name: str, value: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    new = re.sub(r"\d+", value, sample.identity, count=1)
+    before, _, after = sample.text.rpartition(sample.identity)
+    check_refused(convert(name, f"{before}{new}{after}".encode(), "--from", name))
+
+
+@pytest.mark.parametrize("name", sorted(name for name in SAMPLES if SAMPLES[name].record))
+def test_an_object_is_there_twice(name: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    between = ", " if "{" in sample.record and name != "jsonl" else ""
+    before, _, after = sample.text.rpartition(sample.record)
+    text = f"{before}{sample.record}{between}{sample.record}{after}"
+    check_refused(convert(name, text.encode(), "--from", name))
+
+
+@pytest.mark.parametrize("name", ["csv", "jsonl", "mot", "cvat", "label-studio", "deeplabcut"])
+def test_records_in_another_order_are_the_same(name: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    assert convert(name, sample.text.encode(), "--from", name)[0] == 0
+    expected = rows()
+    before, record, after = sample.text.rpartition(sample.record)
+    comma = ", " if name == "label-studio" else ""
+    before = before.removesuffix(comma)
+    cut = {
+        "csv": len(TRACK), "jsonl": 0, "mot": 0, "cvat": before.find("<box"),
+        "label-studio": before.find('{"frame'), "deeplabcut": before.find("0,10"),
+    }[name]  # fmt: skip
+    text = before[:cut] + record + comma + before[cut:] + after
+    assert convert(name, text.encode(), "--from", name)[0] == 0
+    assert rows() == expected
+
+
+@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"yolo", "label-studio"}))
+def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -> None:
+    sample = SAMPLES[name]
+    assert convert(name, sample.text.encode(), "--from", name)[0] == 0
+    inside = rows()[-1]["x"]
+    record = sample.record or sample.text.splitlines()[-1]
+    moved = record.replace("53.5", "-39.0").replace("53.0", "-39.5").replace("12.5", "-80")
+    before, _, after = sample.text.rpartition(record)
+    code, said = convert(name, (before + moved + after).encode(), "--from", name)
+    assert code == 0, said
+    assert rows()[-1]["x"] == pytest.approx(inside - 92.5)
+
+
+WRONG = [
+    ("csv", TRACK, TRACK.replace("x,y", "left,top"), "its columns are"),
+    ("csv", ",theta,", ",width,", "it has no (theta|height)"),
+    ("csv", "0.9,tracking,0.1,99.0\n", "0.9,followed,0.1,99.0\n", "row .: 'followed' is not"),
+    ("csv", "1,0.04,12.5,40.0", "1,,12.5,40.0", "row 2: it has no time"),
+    ("csv", "1,0.04,12.5,40.0", "1,0.04,,", "row 2: it has no x"),
+    ("csv", TRACK_ROW, TRACK_ROW.replace(",99.0", ""), "row 2 has 10 fields instead of 11"),
+    ("csv", TRACK_ROW, TRACK_ROW.replace("0.9,", ","), "row 2: it has no confidence"),
+    ("jsonl", '"y": 40.0, "a": 40.5', '"a": 40.5', "it has no y"),
+    ("jsonl", '"x": 12.5', '"x": null', "row 2: it has no x"),
+    ("mot", "2,7,12.5,40,40.5,24,0.9,1,1,-1", "2,7,12.5,40,40.5,24", "line 2: 6 numbers"),
+    ("mot-truth", "24,1,1,1\n", "24,1,99,1\n", "line 1: 99 is not a class"),
+    ("otb", "12.5,40,40.5,24", "12.5,40,40.5", "line 2: a row has 4 numbers"),
+    ("coco", '"annotations"', '"boxes"', "missing required field"),
+    ("coco", '"image_id": 2', '"image_id": 9', r"annotations\[1\]: its image 9 is missing"),
+    ("coco", '"image_id": 2, ', "", r"missing required field `image_id` - at `\$.annotations\[1\]"),
+    ("coco", '[{"id": 1, "width"', '[{"id": 2, "width"', r"images\[1\]: 2 is already in images\[0"),
+    ("coco", '"frame": 1', '"frame": 0', r"images\[1\]: 0 is already"),
+    ("coco", '2, "category_id": 1', '2, "category_id": 4', r"annotations\[1\]: its category 4"),
+    ("coco", '"id": 2, "image_id"', '"id": 1, "image_id"', r"annotations\[1\]: 1 is already"),
+    ("coco", "[12.5, 40, 40.5, 24]", "[12.5, 40, 40.5]", r"annotations\[0\].bbox"),
+    ("coco", '40.5, 24]}]', '40.5, 24], "segmentation": {"counts": [4], "size": [240, 320]}}]',
+     r"annotations\[1\]: a mask's runs do not fill"),
+    ("coco", '40.5, 24]}]', '40.5, 24], "segmentation": {"counts": [4], "size": 2}}]',
+     r"annotations\[1\]: "),
+    ("coco", '40.5, 24]}]', '40.5, 24], "segmentation": {"counts": [99999999999999999], '
+     '"size": [1, 99999999999999999]}}]', r"annotations\[1\]: "),
+    ("coco", '40.5, 24]}]', '40.5, 24], "segmentation": [["a", "b", "c", "d", "e", "f", "g", "h", '
+     '1, 2, 3, 4, 5, 6, 7, 8]]}]', r"annotations\[1\]: "),
+    ("cvat", "annotations>", "labels>", "it has no annotations of CVAT"),
+    ("cvat", "track", "path", "a shape that is in no track"),
+    ("cvat", ' xtl="12.5"', "", "box of frame 1: it has no xtl"),
+    ("cvat", 'frame="1" ', "", "track 0: it has no frame"),
+    ("cvat", 'outside="0"', 'outside="maybe"', "outside is 'maybe', neither 0 nor 1"),
+    ("cvat", "</track>", "</track><track id='0'></track>", "track 0: its id is"),
+    ("cvat", "</track>", "</track><image name='a.png'/>", "image a.png: it has no id"),
+    ("cvat", "</track>", "</track><image id='1'/><image id='1'/>", "image 1: its id is that of"),
+    ("yolo", "0 0.125", "0 0.125 0.3 0.4 0.5", "line 1: 10 numbers"),
+    ("yolo", "0 0.125", "car 0.125", "line 1: 'car' is not a number"),
+    ("yolo", "0.125", "125", "line 1: the center 125, 0.2 is no share"),
+    ("label-studio", '"sequence"', '"keys"', "region 1: it has no sequence"),
+    ("label-studio", '"y": 40, "width": 40.5', '"width": 40.5', "missing required field `y`"),
+    ("label-studio", '"annotations"', '"results"', "it has no annotation and no prediction"),
+    ("label-studio", "]}}]}]}]", "]}}]}]}, {}]", "it has 2 tasks"),
+    ("label-studio", '"frame": 1', '"frame": 0', "frames -1 and 1 are no"),
+    ("deeplabcut", "coords,x,y", "coords,x,x", "two of its columns"),
+    ("deeplabcut", "\ncoords", "\ncords", "its rows of titles"),
+    ("deeplabcut", "axis_b", "tail", "it has no points center, axis_a, axis_b"),
+    ("deeplabcut", "1,12.5,40,1,", "1,12.5,40,", "line 5: it has 9 fields in place of 10"),
+    ("deeplabcut", "1,12.5,40,1,", "1,,,1,", "line 5: '' is not a number"),
+    ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),
+    ("keyframes", "1,12.5,40,40.5,24", "1,12.5,40,40.5", "row 3: A region has 4 numbers"),
+    ("keyframes", "1,12.5,40", "0,12.5,40", "frame 0 contradict each other"),
+    ("keyframes", "1,12.5,40,40.5,24", "9:4,absent", "row 3: The frames 9:4 are no range"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "old", "new", "message"), WRONG)
+def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: Convert) -> None:
+    text = SAMPLES[name].text
+    assert old in text
+    check_refused(convert(name, text.replace(old, new).encode(), "--from", name), message)
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"a_1.txt": "", "b_1.txt": ""}, "b_1.txt: another file is of frame 1 too"),
+        ({"a.txt": ""}, "it has no labels"),
+        ({}, "it has no labels"),
+        ({"a_99999999999.txt": ""}, "frame 99999999999 is none of a film"),
+        ({"1.txt": "", "data.yaml": "names: [a,"}, "data.yaml: the list of names has no end"),
+        ({"1.txt/x": ""}, "1.txt is not a file"),
+    ],
+)
+def test_a_folder_of_labels_is_wrong(
+    files: dict[str, str], message: str, convert: Convert, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, text in {
+        "labels/a": "",
+        **{f"labels/{name}": text for name, text in files.items()},
+    }.items():
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).write_text(text)
+    monkeypatch.setitem(globals(), "written", lambda *_: Path("labels"))
+    check_refused(convert("yolo", b""), message)
+
+
+PARQUET = {"frame": [0, 1], "time": [0.0, 0.04], "x": [10.0, 12.5], "y": [1.0, 1.0],
+           "width": [9.0, 9.0], "height": [9.0, 9.0], "identity": [1, 1]}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("column", "values", "message"),
+    [
+        ("frame", None, "its columns are time, x, y"),
+        ("frame", [0, 0], "frame 0 has the object 1 twice"),
+        ("frame", [0, -4], "frame -4 is none of a film"),
+        ("frame", [0.0, 1.5], "row 2: '1.5' is not a whole number"),
+        ("frame", ["a", "b"], "row 1: 'a' is not a number"),
+        ("x", None, "row 1: it has no x"),
+        ("x", [10.0, float("nan")], "row 2: it has no x"),
+        ("x", [10.0, float("inf")], "row 2: a number of the object is not finite"),
+        ("x", [10.0, 1e300], "row 2: a number of the object"),
+        ("x", [[1], [2]], "row 1: "),
+        ("width", [9.0, 0.0], "row 2: an object of 0x9 pixels has no area"),
+        ("identity", [1.0, 1.5], "row 2: '1.5' is not a whole number"),
+        ("time", [0.0, float("inf")], "frame 1 has the time inf"),
+        ("speed", [[1], [2]], "row 1: speed is no number"),
+    ],
+)
+def test_parquet(column: str, values: list[object] | None, message: str, convert: Convert) -> None:
+    pyarrow = pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = {name: each for name, each in {**PARQUET, column: values}.items() if each is not None}
+    parquet.write_table(pyarrow.table(table), "b.parquet")
+    data = Path("b.parquet").read_bytes()
+    check_refused(convert("parquet", data), message)
+    for wrong in (data[: len(data) // 2], b"PAR1" + data[8:40], b""):
+        check_refused(convert("parquet", wrong, "--from", "parquet"))
+
+
+@pytest.mark.parametrize("name", sorted(set(SAMPLES) - {"keyframes"}))
+def test_a_file_of_another_format_is_no_keyframes(
+    name: str, convert: Convert, capfd: pytest.CaptureFixture[str]
+) -> None:
+    del convert
+    path = written(name, SAMPLES[name].text.encode())
+    if name in ("otb", "vot"):
+        path = path.rename(FORMATS[name].endings[1])
+    Path("film").mkdir()
+    for i in range(2):
+        Image.new("RGB", (320, 240)).save(f"film/{i}.png")
+    code = main(["track", "film", "--keyframes", str(path), "-o", "out.csv"])
+    said = capfd.readouterr()[1]
+    assert (code, said.count("\n")) == (3, 1), said
+    assert f"{path} holds no keyframes, but has the format {name}" in said
+    code = main(
+        ["convert", *said.split("motes convert ")[1].rstrip(".\n").split(), "--size", "320x240"]
+    )
+    assert code == 0 or name == "mot-detections"
+
+
+@pytest.mark.parametrize("damage", WHOLE)
+def test_damaged_keyframes(
+    damage: str, convert: Convert, capfd: pytest.CaptureFixture[str]
+) -> None:
+    del convert
+    path = written("keyframes", WHOLE[damage](SAMPLES["keyframes"].text.encode()))
+    code = main(["track", "film", "--keyframes", str(path), "-o", "out.jsonl"])
+    check_refused((code, capfd.readouterr()[1]), str(path))
+
+
+def test_a_turned_rectangle_of_label_studio(convert: Convert) -> None:
+    turned = SAMPLES["label-studio"].text.replace('"height": 24', '"height": 24, "rotation": 90')
+    assert convert("label-studio", turned.encode())[0] == 0
+    width, height = 0.405 * 320, 0.24 * 240  # turned around its upper left corner
+    found = rows()[1]
+    assert found["x"] == pytest.approx(0.125 * 320 - height / 2 - 0.5)
+    assert found["y"] == pytest.approx(0.4 * 240 + width / 2 - 0.5)
+    assert (found["a"], found["b"]) == pytest.approx((width / 2, height / 2))
+    assert found["theta"] == pytest.approx(1.5708, abs=1e-4)
+
+
+def test_every_format_that_is_read_is_here() -> None:
+    read = {name for name, each in registry.FORMATS.items() if each.read is not None}
+    assert read - {"journal"} == {*SAMPLES, "parquet"}

@@ -1,0 +1,21 @@
+"""The figure of a path has room for the ticks of both axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motes.output.motion_charts import NARROWEST, MotionSeries, path
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_straight_path_has_room_beside_it(turned: bool) -> None:
+    along, still = np.linspace(0, 6, 50), np.full(50, 2.4)
+    x, y = (still, along) if turned else (along, still)
+    std = np.full(50, 0.01)
+    series = MotionSeries(along, x, y, std, std, along, std, still, still, std, std)
+    (axes,) = path(series, "m").axes
+    spans = [float(np.ptp(limits)) for limits in (axes.get_xlim(), axes.get_ylim())]
+    assert min(spans) == pytest.approx(NARROWEST * max(spans))
+    assert np.mean(axes.get_xlim()) == pytest.approx(x.mean())
+    assert np.mean(axes.get_ylim()) == pytest.approx(y.mean())

@@ -1,0 +1,112 @@
+"""The light that is taken off each frame: what it follows, and what it does for the tracker."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motes.core.frame import Frame
+from motes.core.geometry import iou
+from motes.sot.discriminative import light as light_module
+from motes.sot.discriminative.light import UNNOTICED, Light
+from motes.sot.discriminative.small_picture import small_picture
+from motes.sot.tracker import Tracker
+from textured import HEIGHT, WIDTH, seen, textured
+
+STILL = np.zeros(2)
+
+
+@pytest.fixture(scope="module")
+def scene() -> NDArray[np.uint8]:
+    return textured()
+
+
+def after(frame: Frame, shift: NDArray[np.float64], *frames: Frame) -> Light:
+    """Return the light after frames, of which each is moved by the same shift."""
+    light = Light(small_picture(frame))
+    for each in frames:
+        light = light.followed(small_picture(each), shift, each)
+    return light
+
+
+@pytest.mark.parametrize("factor", [0.55, 0.8, 1.15])
+def test_another_light_is_measured_and_taken_off(scene: NDArray[np.uint8], factor: float) -> None:
+    usual, lit = seen(scene, 100, 100), seen(scene, 100, 100, 1, factor)
+    light = after(usual, STILL, lit)
+    assert light.level == pytest.approx(math.log(factor), abs=0.02)
+    assert after(usual, STILL, lit, lit).level == light.level
+    whole = factor * usual.pixels.astype(float) <= 255  # what became white stays so
+    restored = light.taken_off(lit)
+    assert (restored.index, restored.time) == (lit.index, lit.time)
+    off = np.abs(restored.pixels.astype(float) - usual.pixels)[whole]
+    assert off.max() <= 4
+    assert off.mean() < 2
+
+
+def test_a_camera_that_moves_is_no_change_of_the_light(scene: NDArray[np.uint8]) -> None:
+    # The scene is brighter to the right: without the shift, the pan would seem to be a lamp.
+    ramp = np.linspace(0.3, 1, scene.shape[1])[:, None]
+    brighter = (scene * ramp).astype(np.uint8)
+    usual, moved = seen(brighter, 100, 100), seen(brighter, 200, 130, 1)
+    assert abs(after(usual, np.array((-100.0, -30.0)), moved).level) < UNNOTICED
+    assert after(usual, STILL, moved).level > 2 * UNNOTICED
+    dim = seen(brighter, 200, 130, 1, 0.7)
+    level = after(usual, np.array((-100.0, -30.0)), dim).level
+    assert level == pytest.approx(math.log(0.7), abs=UNNOTICED)
+
+
+def test_frames_in_the_usual_light_are_left(scene: NDArray[np.uint8]) -> None:
+    usual = seen(scene, 100, 100)
+    assert Light(small_picture(usual), 0.9 * UNNOTICED).taken_off(usual) is usual
+    assert Light(small_picture(usual), -1.1 * UNNOTICED).taken_off(usual) is not usual
+
+
+@pytest.mark.parametrize("gray", [0, 255])
+def test_black_and_white_pictures_say_nothing(scene: NDArray[np.uint8], gray: int) -> None:
+    usual = seen(scene, 100, 100)
+    flat = Frame(1, 0.04, np.full((HEIGHT, WIDTH, 3), gray, np.uint8))
+    assert after(usual, STILL, flat).level == 0
+    assert after(usual, np.array((WIDTH, 0.0)), usual).level == 0  # no part is in both
+
+
+def test_a_cut_changes_the_light_by_a_factor_of_two_at_most(scene: NDArray[np.uint8]) -> None:
+    usual, dim = seen(scene, 100, 100), seen(scene, 100, 100, 1, 0.3)
+    assert after(usual, STILL, dim).level == pytest.approx(-math.log(2))
+
+
+def test_what_is_learned_fades(scene: NDArray[np.uint8]) -> None:
+    assert Light(small_picture(seen(scene, 0, 0)), 0.5).learned(0.04).level == 0.5 * 0.96
+
+
+def test_the_tracker_stays_certain_when_the_light_falls(
+    scene: NDArray[np.uint8], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orange = np.array((147, 47, 17)) + scene[600:640, 600:640] // 3
+    target = np.clip(orange, 0, 255).astype(np.uint8)
+
+    def frame(index: int) -> Frame:
+        pixels = scene[100 : 100 + HEIGHT, 100 : 100 + WIDTH].copy()
+        x = 60 + 3 * index
+        pixels[100:140, x : x + 40] = target
+        return seen(np.pad(pixels, ((0, 1), (0, 1), (0, 0))), 0, 0, index, 0.96**index)
+
+    def last() -> float:
+        tracker = Tracker(seed=0)
+        tracker.init(frame(0), (60, 100, 40, 40))
+        for index in range(1, 35):
+            track = tracker.update(frame(index))
+        assert iou(track.ellipse.box, (60 + 3 * index, 100, 40, 40)) > 0.8
+        return 1 - track.distance
+
+    with_light = last()
+    monkeypatch.setattr(light_module, "UNNOTICED", 10.0)
+    assert with_light > last() + 0.05
+
+
+def test_a_wrong_shift_is_not_used(scene: NDArray[np.uint8]) -> None:
+    ramp = np.linspace(0.3, 1, scene.shape[1])[:, None]
+    usual = seen((scene * ramp).astype(np.uint8), 100, 100)
+    assert after(usual, np.array((80.0, 0.0)), usual).level == 0
