@@ -34,12 +34,12 @@ def test_what_is_no_command_is_refused(text: str) -> None:
 
 
 def overlay(frame: int) -> protocol.Overlay:
-    return protocol.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [], {}, 1.0, None)
+    return protocol.Overlay(0, 1, frame, (0, 0, 1, 1, 0), (1, 0, 1), [], [], {})
 
 
 def row(frame: int) -> protocol.Row:
     return protocol.Row(
-        frame, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, "tracking", None, None, None, (), True
+        frame, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0, "tracking", None, None, None, (), True, None, None
     )
 
 

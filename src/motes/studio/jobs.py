@@ -16,7 +16,17 @@ from motes.studio.pool import LONG
 from motes.studio.processes import Worker
 from motes.studio.protocol import JobStatus, Overlay
 from motes.studio.results import Results, cues_of
-from motes.studio.tables import CUES, DISTANCE, FINAL, FRAME, SIZE, Table, pack, unpack
+from motes.studio.tables import (
+    CUES,
+    DISTANCE,
+    FINAL,
+    FRAME,
+    MILLISECONDS,
+    SIZE,
+    Table,
+    pack,
+    unpack,
+)
 from motes.studio.tasks import PAUSE, RUN, STOP, JoinStretch, Part, RunPasses
 from motes.video.shared import fits
 
@@ -311,7 +321,7 @@ class Jobs:
             if seen is not None and len(seen) == len(final):
                 seen = seen[first - need.stretch.first :]
                 table[:, DISTANCE : SIZE + 1] = seen[:, DISTANCE : SIZE + 1]
-                table[:, CUES:] = seen[:, CUES:]
+                table[:, MILLISECONDS:] = seen[:, MILLISECONDS:]
             self._show(target, table)
         self._displayed[target.object] = now
 

@@ -197,6 +197,10 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
         The weight of each cue.
     final
         Whether it is the result, smoothed from both sides; else that of the pass so far.
+    milliseconds
+        The time that the tracker took, figure 7 of Nummiaro et al.
+    supporting
+        The number of particles that fulfill the appearance rule, their figure 12.
     """
 
     frame: int
@@ -213,6 +217,8 @@ class Row(msgspec.Struct, frozen=True, array_like=True):
     deviations: tuple[float, ...] | None
     cue_weights: tuple[float, ...]
     final: bool
+    milliseconds: float | None
+    supporting: float | None
 
 
 class Rows(msgspec.Struct, frozen=True, tag="rows"):
@@ -239,10 +245,6 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
         Of x and y: xx, xy, yy.
     particles, weights
         At most 200 of the particles x, y, a, b, theta, and their weights; the heaviest is 1.
-    milliseconds
-        The time that the tracker took, figure 7 of Nummiaro et al.
-    supporting
-        The number of particles that fulfill the appearance rule, their figure 12; None without one.
     """
 
     number: int
@@ -253,8 +255,6 @@ class Overlay(msgspec.Struct, frozen=True, tag="overlay"):
     particles: list[tuple[float, float, float, float, float]]
     weights: list[float]
     cue_weights: dict[str, float]
-    milliseconds: float
-    supporting: int | None
 
 
 class Doubt(msgspec.Struct, frozen=True):

@@ -13,8 +13,8 @@ PARTICLES = 200
 Places = list[tuple[float, float, float, float, float]]
 
 
-def overlay_of(info: StepInfo, seconds: float) -> Overlay:
-    """Return what a tracker sees, for the page, and the time that it took for it."""
+def overlay_of(info: StepInfo) -> Overlay:
+    """Return what a tracker sees, for the page."""
     covariance = info.track.covariance
     particles, weights = heaviest(info)
     x, y, a, b, theta = map(float, Ellipse(*info.track.ellipse))
@@ -27,8 +27,6 @@ def overlay_of(info: StepInfo, seconds: float) -> Overlay:
         particles=particles,
         weights=weights,
         cue_weights={name: float(value) for name, value in info.cue_weights.items()},
-        milliseconds=round(1000 * seconds, 3),
-        supporting=None if info.n_supporting is None else int(info.n_supporting),
     )
 
 

@@ -31,7 +31,7 @@ CREATE TABLE IF NOT EXISTS part (
     PRIMARY KEY (session, key, number)
 ) STRICT;
 """
-VERSION = 1
+VERSION = 2
 
 
 class Known(NamedTuple):

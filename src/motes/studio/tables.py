@@ -16,19 +16,28 @@ from motes.studio.protocol import Row
 STATUSES = tuple(Status)
 """A status is stored as its place here."""
 FRAME, TIME, ELLIPSE, VARIANCES = 0, 1, slice(2, 7), slice(7, 12)
-CONFIDENCE, STATUS, DISTANCE, SIZE, OUTLIER, FINAL, CUES = 12, 13, 14, 15, 16, 17, 18
+CONFIDENCE, STATUS, DISTANCE, SIZE, OUTLIER, FINAL = 12, 13, 14, 15, 16, 17
+MILLISECONDS, SUPPORTING, CUES = 18, 19, 20
 """The columns; those from `CUES` on are the cue weights. `SIZE` is the effective sample size."""
 
 Table = Floats
 """(n, CUES + number of cues), a row for each frame."""
 
 
-def line(track: Track, cue_weights: Sequence[float], *, final: bool) -> list[float]:
+def line(
+    track: Track,
+    cue_weights: Sequence[float],
+    *,
+    final: bool,
+    milliseconds: float = math.nan,
+    supporting: float | None = None,
+) -> list[float]:
     """Return the row of a track."""
     return [
         track.frame, track.time, *track.ellipse, *track.covariance.diagonal().tolist(),
         track.confidence, STATUSES.index(track.status), track.distance,
-        track.effective_sample_size, track.outlier, final, *cue_weights,
+        track.effective_sample_size, track.outlier, final, milliseconds,
+        math.nan if supporting is None else supporting, *cue_weights,
     ]  # fmt: skip
 
 
@@ -80,7 +89,8 @@ def rows(table: Table) -> list[Row]:
                 distance=values[DISTANCE], effective_sample_size=values[SIZE],
                 deviations=deviations if all(map(math.isfinite, deviations)) else None,
                 cue_weights=tuple(value if math.isfinite(value) else 0.0 for value in row[CUES:]),
-                final=bool(row[FINAL]),
+                final=bool(row[FINAL]), milliseconds=values[MILLISECONDS],
+                supporting=values[SUPPORTING],
             )
         )  # fmt: skip
     return found

@@ -104,14 +104,16 @@ class Work:
 
         def observe(info: StepInfo) -> None:
             nonlocal sent, count, cues
-            took = time.perf_counter() - begun
+            took = round(1000 * (time.perf_counter() - begun), 3)
             weights = [*info.cue_weights.values()]
             cues = len(weights)
-            lines.append(line(info.track, weights, final=False))
+            found = line(
+                info.track, weights, final=False, milliseconds=took, supporting=info.n_supporting
+            )
+            lines.append(found)
             count += 1
             if time.monotonic() - sent > EVERY or count == 1:
-                found = pack(table_of(lines, cues))
-                self._line.send(Part(found, place, overlay_of(info, took)))
+                self._line.send(Part(pack(table_of(lines, cues)), place, overlay_of(info)))
                 lines.clear()
                 sent = time.monotonic()
             self._line.check()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -222,3 +223,78 @@ def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page.keyboard.press("Space")
     page.keyboard.press("?")
     page.get_by_role("heading", name="Keys").wait_for()
+
+
+def test_what_is_typed_stays_while_the_session_changes(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    shown.draw()
+    name = page.locator("#left").get_by_label("Name", exact=True)
+    name.click()
+    name.press("End")
+    page.keyboard.type(" and more")
+    for changes in ({"color": "#009e73"}, {"name": "other"}):  # as from another page
+        page.evaluate(
+            "(changes) => import('/static/main.js').then(({ app }) => app.actions.change(1, changes))",
+            changes,
+        )
+    shown.until("s.session.objects[0].name === 'other'")
+    page.evaluate("() => new Promise((drawn) => setTimeout(drawn, 100))")
+    page.keyboard.type("!")
+    assert name.input_value() == "Object 1 and more!"
+    name.press("Enter")
+    shown.until("s.session.objects[0].name === 'Object 1 and more!'")
+    page.get_by_role("heading", name="Object 1 and more!").wait_for()
+    page.get_by_role("tab", name="Count").click()
+    page.evaluate(
+        "() => import('/static/main.js').then(({ app }) => app.actions.setPlaces({ lines: ["
+        "{ points: [40, 120, 280, 120], name: '', label: ['left', 'right'] }] }))"
+    )
+    line = page.get_by_label("Name of line 1", exact=True)
+    line.fill("door")
+    line.press("Tab")
+    shown.until("s.session.places.lines[0].name === 'door'")
+    page.get_by_role("button", name="Remove door").or_(
+        page.get_by_role("button", name="Remove line 1")
+    ).wait_for()
+    assert page.evaluate("document.activeElement.getAttribute('aria-label')") == "Remove line 1"
+
+
+def test_names_stay_within_the_stage(shown: Shown) -> None:
+    places = shown.page.evaluate(
+        "import('/static/layers.js').then(({ placeOfLabel }) => [[-5, 50], [105, 50], [50, -20],"
+        " [50, 130], [50, 50]].map(([x, y]) => placeOfLabel([x, y, 8, 6, 0], [30, 10],"
+        " [0, 0, 100, 80], 2)))"
+    )
+    assert places == [[0, 42], [70, 42], [35, 10], [35, 80], [35, 42]]
+
+
+def test_films_and_figures_are_those_of_the_command_line(
+    shown: Shown, films: Path, tmp_path: Path
+) -> None:
+    """Running times are measured anew each time, so their figure differs."""
+    shown.open()
+    shown.draw()
+    shown.page.locator("#left").get_by_label("Tracker").select_option("nummiaro")
+    shown.until("s.session.objects[0].preset === 'nummiaro'")
+    shown.track()
+    shown.page.keyboard.press("x")
+    found = {}
+    for button in ("Annotated film", "Figures"):
+        with shown.page.expect_download() as download:
+            shown.page.get_by_role("button", name=button, exact=True).click()
+        found[button] = tmp_path / download.value.suggested_filename
+        download.value.save_as(found[button])
+    x, y, width, height = shown.state("s.session.objects[0].keyframes[0].region")
+    box = f"{x},{y},{width},{height}"
+    words = ["track", str(films / "film.mp4"), "--preset", "nummiaro"]
+    film, folder = tmp_path / "theirs.mp4", tmp_path / "figures"
+    assert main([*words, "--at", f"0={box}", "--overlay", str(film)]) == 0
+    assert main([*words, "--init", box, "--figures", str(folder)]) == 0
+    assert found["Annotated film"].read_bytes() == film.read_bytes()
+    with ZipFile(found["Figures"]) as archive:
+        ours = {name: archive.read(name) for name in archive.namelist()}
+    theirs = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert set(ours) == set(theirs)
+    differ = {name for name in ours if ours[name] != theirs[name]}
+    assert differ <= {"time_per_frame.png"}

@@ -211,16 +211,22 @@ def test_axe_finds_nothing(visit: Callable[..., Shown], colors: str) -> None:
     shown.draw()
     page.get_by_role("tab", name="Count").click()
     check("an object")
-    if colors == "light":
-        return
     shown.track()
-    page.get_by_role("tab", name="Doubts").click()
-    check("doubts")
+    for tab in ("Layers", "Doubts"):
+        page.get_by_role("tab", name=tab).click()
+        check(tab)
     for key in ("?", "x", "c"):
         page.keyboard.press(key)
         page.locator("dialog[open]").wait_for()
         check(f"dialog of {key}")
         page.keyboard.press("Escape")
+    page.get_by_role("button", name="Side by side", exact=True).click()
+    page.locator("dialog[open]").wait_for()
+    check("dialog of side by side")
+    page.get_by_role("button", name="Track and compare").click()
+    page.locator(".stage").nth(1).wait_for()
+    shown.settle()
+    check("side by side")
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -1,6 +1,6 @@
 // The many-object mode: track all that moves, count it, and show it over time.
 
-import { button, element, field, fill } from "./dom.js";
+import { button, element, field, fill, fillAnew } from "./dom.js";
 import { endGround } from "./places.js";
 import { isRunning } from "./derived.js";
 
@@ -66,7 +66,7 @@ function mountPlaces(app) {
   const tools = element("div", { class: "row even" });
   const entries = element("div", { class: "stack" });
   const ground = element("div", { class: "row" });
-  store.on(["tool"], ({ tool }) => fill(tools, ["line", "zone", "ground"].map((name) =>
+  store.on(["tool"], ({ tool }) => fillAnew(tools, tool, () => ["line", "zone", "ground"].map((name) =>
     button(name, () => store.set({ tool: name, corners: [] }), {
       picture: name, text: name[0].toUpperCase() + name.slice(1), class: "plain", "aria-pressed": String(tool === name),
     }))));
@@ -83,9 +83,6 @@ function mountPlaces(app) {
 
 /** The lines and zones, drawn anew only when they have changed: a name that is half typed stays. */
 function paintEntries(root, actions, { lines, zones }) {
-  const key = JSON.stringify([lines, zones]);
-  if (root.dataset.key === key) return;
-  root.dataset.key = key;
   const entry = (kind, list, at) => {
     const place = list[at];
     const change = (next) => actions.setPlaces({ [kind]: list.map((old, other) => (other === at ? next : old)) });
@@ -98,7 +95,8 @@ function paintEntries(root, actions, { lines, zones }) {
     const remove = button(`Remove ${usual}`, () => actions.setPlaces({ [kind]: list.filter((_, other) => other !== at) }), { picture: "trash" });
     return element("div", { class: "stack" }, element("div", { class: "row" }, name, remove), rest);
   };
-  fill(root, lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at)));
+  fillAnew(root, [lines, zones], () =>
+    [lines.map((_, at) => entry("lines", lines, at)), zones.map((_, at) => entry("zones", zones, at))]);
 }
 
 /** The names of the two directions in which a line is crossed. */
@@ -154,13 +152,10 @@ function paintSlit(root, { jobs, session, scene }) {
   const running = [...jobs.values()].some((job) => job.kind === "watch" && isRunning(job));
   const ended = [...jobs.values()].filter(({ kind }) => kind === "watch").map(({ job }) => job);
   const names = session.places.lines.map(({ name }, at) => name || `line ${at + 1}`);
-  const key = JSON.stringify([running, scene.length > 0, ended, names]);
-  if (root.dataset.key === key) return;
-  root.dataset.key = key;
   const shown = scene.length && !running ? names : [];
-  fill(root, shown.map((name) => element("figure", {}, element("figcaption", { class: "muted" }, name),
+  fillAnew(root, [session.id, running, scene.length > 0, ended, names], () => [shown.map((name) => element("figure", {}, element("figcaption", { class: "muted" }, name),
     element("img", {
       src: `/api/sessions/${session.id}/slit?line=${encodeURIComponent(name)}&job=${ended.at(-1) ?? 0}`,
       alt: `Pixels of ${name}, frame by frame from left to right`,
-    }))), shown.length ? null : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line."));
+    }))), shown.length ? null : element("p", { class: "muted" }, "The pixels of a line over time, after a run with a line.")]);
 }

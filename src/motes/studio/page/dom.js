@@ -8,6 +8,7 @@ export function element(tag, properties = {}, ...children) {
   for (const [name, value] of Object.entries(properties)) {
     if (value === null || value === undefined || value === false) continue;
     if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
+    else if (name === "value" && tag === "input") made.defaultValue = value;
     else if (name === "value" || name === "checked" || name === "disabled") made[name] = value;
     else made.setAttribute(name, value === true ? "" : value);
   }
@@ -59,6 +60,45 @@ export function field(label, control, properties = {}) {
 export function fill(parent, ...children) {
   parent.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
+
+const CONTROLS = "input, select, button";
+const late = new WeakMap(); // what a parent is to show, once nothing is typed in it any more
+
+/**
+ * Replace what is in a parent if what it shows has changed. The focus stays at its place. A field that is typed in is not
+ * replaced: this waits until the focus leaves it.
+ */
+export function fillAnew(parent, shown, make) {
+  const key = JSON.stringify(shown);
+  const controls = () => [...parent.querySelectorAll(CONTROLS)];
+  const before = controls();
+  const at = before.indexOf(document.activeElement);
+  if (isTyped(before[at])) {
+    if (!late.has(parent)) parent.addEventListener("focusout", () => setTimeout(() => fillLate(parent)), { once: true });
+    late.set(parent, [shown, make]);
+    return;
+  }
+  late.delete(parent);
+  if (parent.dataset.key === key) return;
+  if (parent.dataset.key === undefined) parent.addEventListener("change", taken);
+  parent.dataset.key = key;
+  fill(parent, make());
+  const after = controls();
+  if (at >= 0 && after.length === before.length) after[at].focus();
+}
+
+function fillLate(parent) {
+  const waiting = late.get(parent);
+  late.delete(parent);
+  if (waiting) fillAnew(parent, ...waiting);
+}
+
+/** Return whether a control is a field in which something was typed that has not been taken yet. */
+const isTyped = (control) =>
+  control?.tagName === "INPUT" && ["text", "number"].includes(control.type) && control.value !== control.defaultValue;
+
+/** What was typed has been taken: a field may be replaced again. */
+const taken = ({ target }) => (target.defaultValue = target.value);
 
 /** Return a canvas's context, its size set to its place on the page in device pixels. */
 export function sized(canvas) {

@@ -1,6 +1,6 @@
 // The doubtful frames of the chosen object, the first to correct first.
 
-import { button, element, fill } from "./dom.js";
+import { button, element, fillAnew } from "./dom.js";
 import { selectedItem, clock } from "./derived.js";
 
 export function mountDoubtPanel({ store, actions }) {
@@ -19,7 +19,8 @@ export function mountDoubtPanel({ store, actions }) {
     ask.disabled = !item?.tracked;
     empty.textContent = !item?.tracked ? "Track an object first." : items && !items.length ? "No frame is in doubt." : "";
     empty.hidden = !empty.textContent;
-    fill(list, (items ?? []).map((doubt) => entry(doubt, state, actions)));
+    const entries = () => (items ?? []).map((doubt) => entry(doubt, state, actions));
+    fillAnew(list, [items, state.frame, state.film?.fps], entries);
   });
   return panel;
 }

@@ -1,6 +1,6 @@
 // Which layers are shown, and the plots of what the tracker saw in this frame.
 
-import { color, element, field, fill, sized } from "./dom.js";
+import { color, element, field, fill, fillAnew, sized } from "./dom.js";
 import { selectedItem, runningJobs } from "./derived.js";
 import { LANES } from "./series.js";
 import { foregroundOf } from "./foreground.js";
@@ -28,7 +28,7 @@ export function mountLayerPanel(app) {
     element("section", { class: "panel" }, element("h2", {}, "Over the film"), boxes, field("Surface around the target", surface)),
     element("section", { class: "panel" }, element("h2", {}, "Target model and estimate"), plots),
     element("section", { class: "panel" }, element("h2", {}, "Timeline"), lanes));
-  store.on(["shown", "scene"], ({ shown }) => fill(boxes, ALWAYS.map(([name, label]) =>
+  store.on(["shown"], ({ shown }) => fillAnew(boxes, [...shown], () => ALWAYS.map(([name, label]) =>
     check(label, shown.has(name), (on) => store.set({ shown: changed(store.state.shown, name, on) })))));
   store.on(["session", "selected", "shown"], (state) => paintSurfaces(surface, state));
   store.on(["looked", "looks", "pictured", "selected"], (state) => paintPlots(plots, state));
@@ -61,7 +61,8 @@ function chooseSurface(store, name) {
 function paintSurfaces(select, state) {
   const cues = selectedItem(state)?.cues ?? [];
   const chosen = [...state.shown].find((layer) => layer === "rho" || layer.startsWith("cue:")) ?? "";
-  fill(select, [["", "None"], ["rho", "ρ, similarity to the model"], ...cues.map((cue) => [`cue:${cue}`, `Likelihood of ${cue}`])]
+  const named = cues.map((cue) => [`cue:${cue}`, `Likelihood of ${cue}`]);
+  fillAnew(select, cues, () => [["", "None"], ["rho", "ρ, similarity to the model"], ...named]
     .map(([value, label]) => element("option", { value }, label)));
   select.value = chosen;
 }

@@ -37,14 +37,29 @@ export function drawRegion(context, region, style) {
   stroke(context, style);
 }
 
+/** Return the part of the film that the canvas shows: left, top, right and bottom. */
+function windowOf(context) {
+  const inverse = context.getTransform().inverse();
+  const { x: left, y: top } = inverse.transformPoint({ x: 0, y: 0 });
+  const { x: right, y: bottom } = inverse.transformPoint({ x: context.canvas.width, y: context.canvas.height });
+  return [left, top, right, bottom];
+}
+
+/** Return the left and the lower end of a name over a region: all of it is within the window. */
+export function placeOfLabel([x, y, a, b, theta], [width, height], [left, top, right, bottom], gap) {
+  const above = y - Math.hypot(a * Math.sin(theta), b * Math.cos(theta)) - gap;
+  return [
+    Math.max(left, Math.min(x - width / 2, right - width)),
+    Math.max(top + height, Math.min(above, bottom)),
+  ];
+}
+
 /** Draw a name beside a region; the text keeps its size on the screen. */
 export function drawLabel(context, region, text, { color, scale }) {
-  const [x, y, a, b, theta] = asEllipse(region);
-  const top = y - Math.hypot(a * Math.sin(theta), b * Math.cos(theta));
   context.font = `600 ${12 / scale}px system-ui, sans-serif`;
   const width = context.measureText(text).width + 8 / scale;
-  const [left, height] = [x - width / 2, 17 / scale];
-  const low = Math.max(height, top - 6 / scale);
+  const height = 17 / scale;
+  const [left, low] = placeOfLabel(asEllipse(region), [width, height], windowOf(context), 6 / scale);
   context.fillStyle = "rgba(10, 12, 15, 0.78)";
   context.beginPath();
   context.roundRect(left, low - height, width, height, 3 / scale);

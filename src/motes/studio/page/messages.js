@@ -35,9 +35,6 @@ export const MESSAGES = {
     kept.set(frame, overlay);
     if (kept.size > OVERLAYS) kept.delete(kept.keys().next().value);
     store.state.overlays.set(object, kept);
-    const seen = store.state.seen.get(overlay.object) ?? [];
-    seen[overlay.frame] = { milliseconds: overlay.milliseconds, supporting: overlay.supporting ?? NaN };
-    store.state.seen.set(overlay.object, seen);
     store.set({ newest: { object, frame } });
     store.touch("overlays");
   },

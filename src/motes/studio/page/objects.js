@@ -1,6 +1,6 @@
 // The list of objects, and what can be done with the chosen one.
 
-import { button, element, field, fill, icon } from "./dom.js";
+import { button, element, field, fillAnew, icon } from "./dom.js";
 import { COLORS, dashes } from "./colors.js";
 import { isAbsent, keyframeOf, rowOf, selectedItem, shown } from "./derived.js";
 import { trackerFields } from "./trackers.js";
@@ -10,15 +10,24 @@ const SVG = "http://www.w3.org/2000/svg";
 export function mountObjects(root, app) {
   const { store } = app;
   const list = element("ul", { class: "objects", "aria-label": "Objects" });
-  const chosen = element("div", { class: "chosen" });
+  const [given, corrected] = [element("div", { class: "chosen" }), element("div", { class: "chosen" })];
   const add = button("New object", () => store.set({ tool: "box", redrawing: false }), { picture: "plus", text: "New" });
   root.append(
     element("section", { class: "panel" }, element("header", {}, element("h2", {}, "Objects"), add), list),
-    chosen,
+    given, corrected,
   );
-  store.on(["session", "selected", "hidden", "looks"], (state) => state.session && fill(list, entries(app)));
+  store.on(["session", "selected", "hidden", "looks"], ({ session, selected, hidden, looks }) => {
+    if (session) fillAnew(list, [session.objects, selected, [...hidden], looks], () => entries(app));
+  });
   store.on(["rows", "pictured", "session"], (state) => state.session && updateNumbers(list, state));
-  store.on(["session", "selected", "presets", "pictured"], () => paintChosen(chosen, app));
+  store.on(["session", "selected", "presets", "pictured"], (state) => {
+    const item = selectedItem(state);
+    const { object, name, color, preset, config, seed, compared, tracked } = item ?? {};
+    const facts = [object, name, color, preset, config, seed, compared, tracked, state.presets];
+    fillAnew(given, facts, () => (item ? [settings(app, item)] : []));
+    const around = item && [item, state.session.objects, state.session.effort, here(state, item)];
+    fillAnew(corrected, around, () => (item ? [corrections(app, item)] : []));
+  });
 }
 
 function entries(app) {
@@ -78,16 +87,6 @@ function updateNumbers(list, state) {
     const drawn = keyframeOf(item, state.pictured);
     place.textContent = drawn ? "◆" : isAbsent(item, state.pictured) ? "absent" : row ? shown(row.confidence) : "–";
   }
-}
-
-function paintChosen(root, app) {
-  const { state } = app.store;
-  const item = selectedItem(state);
-  const key = item && JSON.stringify([item, state.presets, state.session.objects.length, here(state, item)]);
-  if (root.dataset.key === String(key)) return; // a field that is being typed in stays
-  root.dataset.key = String(key);
-  if (!item) fill(root);
-  else fill(root, settings(app, item), corrections(app, item));
 }
 
 const here = (state, item) => [Boolean(keyframeOf(item, state.pictured)), isAbsent(item, state.pictured)];

@@ -3,7 +3,7 @@
 /** The mean side of the ellipse's box, in pixels. */
 const side = (row) => 2 * Math.sqrt(row.a * row.b);
 
-/** The lanes; `seen` ones have what overlays showed while a run was looked at. */
+/** The lanes: the last three are the cue weights, and figures 12 and 7 of Nummiaro et al. */
 export const LANES = [
   { name: "confidence", label: "Confidence", low: 0, high: 1, value: (row) => row.confidence },
   { name: "size", label: "Size", unit: "px", low: 0, value: side },
@@ -11,8 +11,8 @@ export const LANES = [
   { name: "distance", label: "Distance", low: 0, high: 1, value: (row) => row.distance },
   { name: "particles", label: "Effective N", low: 0, value: (row) => row.effective_sample_size },
   { name: "cues", label: "Cue weights", low: 0, high: 1, value: null },
-  { name: "supporting", label: "Supporting", low: 0, seen: true, value: ({ supporting }) => supporting },
-  { name: "milliseconds", label: "Time, ms", low: 0, seen: true, value: ({ milliseconds }) => milliseconds },
+  { name: "supporting", label: "Supporting", low: 0, value: ({ supporting }) => supporting },
+  { name: "milliseconds", label: "Time, ms", low: 0, value: ({ milliseconds }) => milliseconds },
 ];
 
 /** What the timeline shows of the many-object mode: the number of objects. */

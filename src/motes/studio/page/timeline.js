@@ -92,8 +92,7 @@ function paint(canvas, state) {
   lanes.forEach((lane, number) => {
     const top = STATUS_HEIGHT + number * tall;
     paintLane(context, lane, {
-      rows: lane.seen ? state.seen.get(selected) ?? [] : rows,
-      first, last, width, top, tall, frame, shade: object?.color, cues: object?.cues ?? [],
+      rows, first, last, width, top, tall, frame, shade: object?.color, cues: object?.cues ?? [],
     });
   });
   context.fillStyle = color("--accent");
