@@ -40,7 +40,7 @@ MOST = 60
 SEEN = """import('/static/main.js').then(({ app }) => {
     window.seen = [];
     app.store.on(['overlays', 'picture'], ({ pictured, overlays }) => {
-        if (overlays.get(1)?.frame === pictured) window.seen.push([pictured, performance.now()]);
+        if (overlays.get(1)?.has(pictured)) window.seen.push([pictured, performance.now()]);
     });
     window.painted = [];
     app.store.on(['picture'], ({ pictured }) => window.painted.push([pictured, performance.now()]));

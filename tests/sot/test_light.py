@@ -69,7 +69,7 @@ def test_black_and_white_pictures_say_nothing(scene: NDArray[np.uint8], gray: in
     usual = seen(scene, 100, 100)
     flat = Frame(1, 0.04, np.full((HEIGHT, WIDTH, 3), gray, np.uint8))
     assert after(usual, STILL, flat).level == 0
-    assert after(usual, np.array((WIDTH, 0.0)), usual).level == 0  # no part is in both pictures
+    assert after(usual, np.array((WIDTH, 0.0)), usual).level == 0  # no part is in both
 
 
 def test_a_cut_changes_the_light_by_a_factor_of_two_at_most(scene: NDArray[np.uint8]) -> None:
@@ -104,3 +104,9 @@ def test_the_tracker_stays_certain_when_the_light_falls(
     with_light = last()
     monkeypatch.setattr(light_module, "UNNOTICED", 10.0)
     assert with_light > last() + 0.05
+
+
+def test_a_wrong_shift_is_not_used(scene: NDArray[np.uint8]) -> None:
+    ramp = np.linspace(0.3, 1, scene.shape[1])[:, None]
+    usual = seen((scene * ramp).astype(np.uint8), 100, 100)
+    assert after(usual, np.array((80.0, 0.0)), usual).level == 0

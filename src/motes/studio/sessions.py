@@ -80,6 +80,7 @@ class Session:
         left = [each for each in self._tracked if self._unfinished(each)]
         if left:
             self.jobs.track(left)
+        self.watching.go_on()
 
     def _unfinished(self, number: int) -> bool:
         with suppress(ConfigError):

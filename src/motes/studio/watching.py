@@ -9,17 +9,18 @@ from typing import Any
 import msgspec
 
 from motes.core.config import to_dict
+from motes.core.errors import MotesError
 from motes.output.journal import FrameRow
 from motes.studio.document import regions_of
 from motes.studio.job import Desk, Job
 from motes.studio.pool import LONG
-from motes.studio.processes import Worker, WorkerError
+from motes.studio.processes import Worker
 from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
 from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
 
-PARTS, RUN_OF = "scene", "scene run"
-"""Keys in the store: of the parts, and of what was asked for."""
+PARTS, RUN_OF, ENDED = "scene", "scene run", "scene ended"
+"""Keys in the store: of the parts, of what was asked for, and of the mark that it has ended."""
 
 
 class Asked(msgspec.Struct, frozen=True):
@@ -48,7 +49,7 @@ class Watching:
         regions_of(places)
         self.stop()
         self.asked = Asked(watch, places)
-        for key in (PARTS, RUN_OF):
+        for key in (PARTS, RUN_OF, ENDED):
             self._store.forget(self._session, key)
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
         self._audience.scene(reset=True)
@@ -57,6 +58,11 @@ class Watching:
         task = WatchFilm(config, places, watch.seed)
         self._task = asyncio.create_task(self._run(job, task))
         return job
+
+    def go_on(self) -> None:
+        """Begin the run again that was under way when the session was closed."""
+        if self.asked is not None and not self._store.count(self._session, ENDED):
+            self.begin(self.asked.watch, self.asked.places)
 
     def pause(self, *, on: bool) -> None:
         """Let the run wait, or go on."""
@@ -71,6 +77,7 @@ class Watching:
         """End the run; what it has found stays."""
         if self.job is not None and self.job.active:
             self.job.status = "stopped"
+            self._store.add_part(self._session, ENDED, b"")
             if self._worker is not None:
                 self._worker.wish(STOP)
             elif self._task is not None:
@@ -98,8 +105,9 @@ class Watching:
                 job.status = "running"
                 done = await worker.run(task, part)
                 if job.active and not done.stopped:
+                    self._store.add_part(self._session, ENDED, b"")
                     job.status, job.left = "done", 0
-        except WorkerError as error:
+        except MotesError as error:  # also of the store, as on a full disk
             if job.active:
                 job.status, job.error = "failed", str(error)
         finally:

@@ -16,7 +16,7 @@ from motes.studio.line import Line, StoppedError
 from motes.studio.safety import Limits
 from motes.studio.tasks import Done, Failed, Ready, Task
 
-NICENESS = 5
+NICENESS = 10
 """Of tracking, so that pictures and the server come first."""
 SEEKS = 32
 """Pictures after which their worker gives memory back."""

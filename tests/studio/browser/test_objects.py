@@ -139,6 +139,20 @@ def test_doubtful_frames_are_gone_through(shown: Shown) -> None:
         shown.until(f"s.frame === {items[0]['frame']}")
 
 
+def test_a_run_is_followed_with_what_the_tracker_sees(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    shown.page.evaluate(
+        "import('/static/main.js').then(({ app }) => { window.seen = [];"
+        "app.store.on(['picture'], ({ pictured, overlays, newest }) => "
+        "newest && window.seen.push(Boolean(overlays.get(1)?.has(pictured)))); })"
+    )
+    shown.track()
+    shown.until("s.newest && s.pictured === s.newest.frame")
+    assert shown.page.evaluate("window.seen.length > 0 && window.seen.every(Boolean)")
+    assert shown.state("s.overlays.get(1).size") <= 50
+
+
 def test_all_layers_of_a_frame_come(shown: Shown) -> None:
     shown.open()
     shown.draw()

@@ -58,8 +58,9 @@ class Light(msgspec.Struct, frozen=True, eq=False):
         rows, columns = picture.shape
         across = round(float(shift[0]) * columns / frame.width)
         down = round(float(shift[1]) * rows / frame.height)
-        now = picture[_overlap(down, rows), _overlap(across, columns)]
-        before = self.picture[_overlap(-down, rows), _overlap(-across, columns)]
+        # A blurred or sudden pan gives a wrong shift now and then, so that at rest, more is alike.
+        pairs = [_overlap(self.picture, picture, *moved) for moved in ((across, down), (0, 0))]
+        before, now = min(pairs, key=_difference)
         least, most = 3 * DARK, 3 * BRIGHT  # pictures are sums of three colors
         known = (least < now) & (now < most) & (least < before) & (before < most)
         if np.count_nonzero(known) < LEAST_POINTS:
@@ -85,6 +86,18 @@ class Light(msgspec.Struct, frozen=True, eq=False):
         return Light(self.picture, (1 - rate) * self.level)
 
 
-def _overlap(shift: int, size: int) -> slice:
-    """Return the part of a moved row that shows what the row before did."""
-    return slice(max(shift, 0), max(size + min(shift, 0), 0))
+def _overlap(before: Singles, now: Singles, across: int, down: int) -> tuple[Singles, Singles]:
+    """Return what two pictures both show, if the scene has moved by so many columns and rows."""
+    rows, columns = now.shape
+
+    def part(picture: Singles, right: int, low: int) -> Singles:
+        left, top = max(right, 0), max(low, 0)
+        return picture[top : max(rows + min(low, 0), 0), left : max(columns + min(right, 0), 0)]
+
+    return part(before, -across, -down), part(now, across, down)
+
+
+def _difference(pair: tuple[Singles, Singles]) -> float:
+    """Return the mean difference of two pictures; it is infinite if they show nothing."""
+    before, now = pair
+    return float(np.abs(now - before).mean()) if now.size else math.inf

@@ -75,6 +75,19 @@ export function sized(canvas) {
   return context;
 }
 
+/** Return a function that draws soon, but not again before a pause in milliseconds: what changes with each frame of a run. */
+export function calm(draw, pause = 100) {
+  let [timer, drawn] = [0, -Infinity];
+  return () => {
+    if (timer) return;
+    timer = setTimeout(() => {
+      timer = 0;
+      drawn = performance.now();
+      draw();
+    }, Math.max(0, drawn + pause - performance.now()));
+  };
+}
+
 /** Return how large the text of the page is, next to that of a small window: 1 or more. */
 export const textScale = () => parseFloat(getComputedStyle(document.documentElement).fontSize) / 13;
 

@@ -78,9 +78,9 @@ store.on(["session"], ({ session, beside }) => {
   if (beside !== null && !session?.objects.some(({ object }) => object === beside)) store.set({ beside: null });
 });
 
-/** While a run is followed, the film shows the frame that was tracked last. */
-store.on(["newest", "overlays"], ({ following, newest }) => {
-  if (following && newest) player.go(newest.frame);
+/** While a run is followed, the film shows the newest frame; pictures that come late hold it up, and are not asked for. */
+store.on(["newest", "picture"], ({ following, newest }) => {
+  if (following && newest && player.free) player.go(newest.frame);
 });
 
 const bar = {

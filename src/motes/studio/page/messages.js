@@ -3,6 +3,8 @@
 import { announce } from "./announce.js";
 import { named, ROW, SCENE_OBJECT } from "./protocol.js";
 
+const OVERLAYS = 50; // of an object that are kept, until their pictures have come
+
 export const MESSAGES = {
   state(store, { session }) {
     const { selected } = store.state;
@@ -18,22 +20,25 @@ export const MESSAGES = {
 
   rows(store, { object, rows, reset }) {
     const kept = (!reset && store.state.rows.get(object)) || [];
-    let newest = null;
     for (const values of rows) {
       const row = named(ROW, values);
       kept[row.frame] = row;
-      if (!row.final) newest = { object, frame: row.frame };
     }
     store.state.rows.set(object, kept);
     store.touch("rows");
-    if (newest) store.set({ newest });
   },
 
   overlay(store, overlay) {
-    store.state.overlays.set(overlay.object, overlay);
+    const { object, frame } = overlay;
+    const kept = store.state.overlays.get(object) ?? new Map();
+    kept.delete(frame);
+    kept.set(frame, overlay);
+    if (kept.size > OVERLAYS) kept.delete(kept.keys().next().value);
+    store.state.overlays.set(object, kept);
     const seen = store.state.seen.get(overlay.object) ?? [];
     seen[overlay.frame] = { milliseconds: overlay.milliseconds, supporting: overlay.supporting ?? NaN };
     store.state.seen.set(overlay.object, seen);
+    store.set({ newest: { object, frame } });
     store.touch("overlays");
   },
 

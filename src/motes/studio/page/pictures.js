@@ -28,6 +28,11 @@ export class Pictures {
     this.#bytes = 0;
   }
 
+  /** The number of pictures that are on their way. */
+  get running() {
+    return this.#running.size;
+  }
+
   /** Return the picture of a frame if it is here, else null. */
   get(frame) {
     const picture = this.#kept.get(frame);

@@ -1,6 +1,7 @@
 // Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
 
 const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
+const AHEAD = 3; // pictures on their way while a run is followed: one is made, one sent, one decoded
 
 export class Player {
   #started = null;
@@ -20,6 +21,11 @@ export class Player {
     const { film } = this.store.state;
     if (!film) return;
     this.store.set({ frame: Math.min(film.frames - 1, Math.max(0, Math.round(frame))) });
+  }
+
+  /** Whether one more picture may be asked for without those before it coming later. */
+  get free() {
+    return this.pictures.running < AHEAD;
   }
 
   step(count) {
@@ -71,7 +77,7 @@ export class Player {
       this.#seen = look;
       this.store.set({ pictured: frame });
       this.store.touch("picture");
-      if (!this.store.state.playing) this.#ahead(frame);
+      if (!this.store.state.playing && !this.store.state.following) this.#ahead(frame);
     } catch (error) {
       this.store.set({ trouble: `Frame ${frame} cannot be shown: ${error.message}` });
     }

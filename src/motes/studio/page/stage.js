@@ -1,6 +1,6 @@
 // The stage: the film's picture, and over it what is known of its objects.
 
-import { element, sized, textScale } from "./dom.js";
+import { calm, element, sized, textScale } from "./dom.js";
 import { dashes, trackColor } from "./colors.js";
 import { handles } from "./geometry.js";
 import { Viewport } from "./viewport.js";
@@ -8,7 +8,7 @@ import * as layers from "./layers.js";
 import { ellipseOf, isAbsent, itemOf, keyframeOf, regionOf, rowOf, shown, shownItems } from "./derived.js";
 
 const ABOVE = [
-  "rows", "overlays", "session", "selected", "shown", "draft", "looked", "scene", "hidden", "tool",
+  "session", "selected", "shown", "draft", "looked", "scene", "hidden", "tool",
   "corners", "foreground",
 ];
 
@@ -42,6 +42,7 @@ export function mountStage(root, app, side) {
     store.on(["picture", "film"], both),
     store.on(["view", "looks"], both),
     store.on(ABOVE, above),
+    store.on(["rows"], calm(above)),
   ];
   const resized = new ResizeObserver(both);
   resized.observe(box);
@@ -101,8 +102,7 @@ function paintItem(context, state, item, frame, scale) {
   const { shown: wanted, draft, selected } = state;
   const style = { color: item.color, scale, dash: dashes(placeOf(state, item)) };
   const row = rowOf(state, item.object, frame);
-  const live = state.overlays.get(item.object);
-  const overlay = live?.frame === frame && !row?.final ? live : null;
+  const overlay = row?.final ? null : state.overlays.get(item.object)?.get(frame) ?? null;
   if (wanted.has("trails")) layers.drawTrail(context, state.rows.get(item.object) ?? [], frame, style);
   if (wanted.has("particles") && overlay) {
     layers.drawParticles(context, overlay.particles, overlay.weights, { scale });

@@ -30,9 +30,9 @@ export const freshSession = () => ({
   connected: true,
   jobs: new Map(),
   rows: new Map(),
-  overlays: new Map(),
+  overlays: new Map(), // by object and frame: the last ones
   seen: new Map(), // by object and frame: what overlays showed beside the rows
-  newest: null,
+  newest: null, // the frame that a run has reached: object and frame
   doubts: new Map(),
   looked: null,
   scene: [],

@@ -1,6 +1,6 @@
 // The timeline: status, keyframes and the lanes of numbers of the selected object, frame by frame.
 
-import { color, element, sized, textScale } from "./dom.js";
+import { calm, color, element, sized, textScale } from "./dom.js";
 import { columns, highest, LANES, SCENE_LANES } from "./series.js";
 import { COLORS } from "./colors.js";
 import { shown } from "./derived.js";
@@ -26,7 +26,8 @@ export function mountTimeline(root, { store, player }) {
   });
   root.append(canvas);
   const draw = () => paint(canvas, store.state);
-  store.on(["rows", "session", "selected", "frame", "range", "film", "lanes", "doubts", "looks", "scene", "events"], draw);
+  store.on(["session", "selected", "frame", "range", "film", "lanes", "doubts", "looks", "events"], draw);
+  store.on(["rows", "scene"], calm(draw));
   new ResizeObserver(draw).observe(canvas);
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
