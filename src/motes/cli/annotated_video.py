@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from motes.core.frame import FRAME_INTERVAL
@@ -48,11 +47,6 @@ class AnnotatedVideo:
         self._writer.__enter__()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         """Close the video; one that Ctrl-C ended is complete up to its last frame."""
-        self._writer.__exit__(kind, error, trace)
+        self._writer.__exit__(*exception)  # type: ignore[arg-type]

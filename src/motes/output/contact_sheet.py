@@ -87,8 +87,8 @@ def _around(pixels: Bytes, track: Track) -> Image.Image:
         return _fitted(Image.fromarray(pixels))
     part = _fitted(Image.fromarray(pixels[top:bottom, left:right]))
     scale = part.width / (right - left)
-    there = [scale * (place + 0.5) - 0.5 for place in (x - left, y - top)]
-    ellipse = Ellipse(*there, scale * a, scale * b, track.ellipse.theta)
+    center = scale * (x - left + 0.5) - 0.5, scale * (y - top + 0.5) - 0.5
+    ellipse = Ellipse(*center, scale * a, scale * b, track.ellipse.theta)
     return Image.fromarray(draw(np.array(part), replace(track, ellipse=ellipse), label=""))
 
 
