@@ -12,7 +12,7 @@ import glob
 import os
 
 from motes.cluster.jobs import Job
-from motes.video.film import PART
+from motes.video.shared import HELD
 from motes.video.sources import IMAGE_ENDINGS
 
 PARTICLES, DEFAULT, WATCH = 80 << 20, 100 << 20, 160 << 20
@@ -32,7 +32,7 @@ def memory_of(job: Job) -> int:
     if job.do == "watch":
         return int(MARGIN * (WATCH + WATCH_PIXEL * pixels))
     base = DEFAULT if job.preset in (None, "default") else PARTICLES
-    held = 0 if job.keyframes is None else PART  # frames that are read backward
+    held = 0 if job.keyframes is None else HELD  # the frames of a stretch
     return int(MARGIN * (base + TRACK_PIXEL * pixels + held))
 
 
