@@ -8,7 +8,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,11 @@ def table(path: Path, films: Sequence[Path], jobs: int, preset: str = "nummiaro"
 
 
 def start(
-    jobs: Path, out: str | Path, *options: str, cores: int | None = None, **variables: str
+    jobs: Path,
+    out: str | Path,
+    *options: str,
+    cores: int | None = None,
+    variables: Mapping[str, str] | None = None,
 ) -> subprocess.Popen[bytes]:
     """Start a batch, on some of the machine's cores only if their number is given."""
     allowed = sorted(os.sched_getaffinity(0))[:cores]
@@ -50,16 +54,14 @@ def start(
             [*PROGRAM, str(jobs), "-o", str(out), *options],
             stdout=subprocess.DEVNULL,
             stderr=errors,
-            env=os.environ | variables,
+            env=os.environ | dict(variables or {}),
             preexec_fn=lambda: os.sched_setaffinity(0, allowed),
         )
 
 
-def finish(
-    jobs: Path, out: str | Path, *options: str, cores: int | None = None, **variables: str
-) -> None:
+def finish(jobs: Path, out: str | Path, *options: str, cores: int | None = None) -> None:
     """Run a batch to its end; raise a RuntimeError if it fails."""
-    if start(jobs, out, *options, cores=cores, **variables).wait() != 0:
+    if start(jobs, out, *options, cores=cores).wait() != 0:
         raise RuntimeError((jobs.parent / "errors").read_text()[-2000:])
 
 

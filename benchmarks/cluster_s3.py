@@ -75,7 +75,7 @@ def main() -> int:
         jobs.write_text(jobs.read_text().replace("films/", "s3://films/"))
         where = {"AWS_ENDPOINT_URL": proxy.address}
         kills = 0
-        process = start(jobs, "s3://films/out", **where)
+        process = start(jobs, "s3://films/out", variables=where)
         while process.poll() is None:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(rng.uniform(5, 15) if kills < options.kills else None)
@@ -83,7 +83,7 @@ def main() -> int:
             process.kill()
             process.wait()
             kills += 1
-            process = start(jobs, "s3://films/out", **where)
+            process = start(jobs, "s3://films/out", variables=where)
         files.get("films/out", str(folder / "out"), recursive=True)
         found, whole = results(folder / "out"), results(folder / "whole")
         wrong = sum(found.get(name) != whole.get(name) for name in {*found, *whole})
