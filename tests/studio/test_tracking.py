@@ -120,7 +120,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         facts = FilmFacts("film.mkv", width, 80, 101, 25.0)
         nobody = cast(Audience, Nobody())
         jobs = Jobs(Desk(session, store, facts, cast(Pool, pool), itertools.count(1), nobody))
-        keys = {0: BOX, 40: MOVED, 100: BOX}
+        keys: dict[int, tuple[float, ...]] = {0: BOX, 40: MOVED, 100: BOX}
         target = Target(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))
         jobs.track([1])
