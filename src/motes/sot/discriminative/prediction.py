@@ -5,7 +5,7 @@ scene while the camera moves, it goes on as in the last frame, or it does so in 
 with the least recent error is followed, as in a filter of interacting multiple models (Blom and
 Bar-Shalom, IEEE Transactions on Automatic Control 1988) of which only the likeliest model counts.
 The camera's motion is the shift between two small pictures by phase correlation (Kuglin and Hines,
-International Conference on Cybernetics and Society 1975), if it makes them more alike.
+International Conference on Cybernetics and Society 1975).
 """
 
 from __future__ import annotations
@@ -69,8 +69,8 @@ class Prediction(NamedTuple):
         (4, 2), the displacement of the target that each model predicts, in pixels: it stays in the
         picture, stays in the scene, goes on in the picture, goes on in the scene.
     shared
-        What the small pictures of the last frame and of this one both show, after the camera's
-        shift.
+        What the small pictures of the last frame and of this one both show: after the camera's
+        shift, or without it if they are more alike so.
     """
 
     picture: Singles
@@ -108,10 +108,9 @@ def predictions(history: MotionHistory, picture: Singles, frame: Frame) -> Predi
     """Return what the four models predict for a frame, given its small picture."""
     spectrum = spectrum_of(picture)
     camera = camera_shift(history.spectrum, spectrum, frame)
-    shared = overlap(history.picture, picture, camera, frame)
-    if difference(*shared) > difference(history.picture, picture):
-        # A blurred or sudden pan gives a wrong shift now and then. At rest, more is alike.
-        camera, shared = np.zeros(2), (history.picture, picture)
+    moved, still = overlap(history.picture, picture, camera, frame), (history.picture, picture)
+    # A blurred or sudden pan gives a wrong shift now and then. Then more is alike at rest.
+    shared = min(moved, still, key=difference)
     steady = history.velocity
     shifts = np.array([np.zeros(2), camera, steady, camera + steady - history.camera])
     return Prediction(picture, spectrum, shifts, shared)

@@ -61,6 +61,7 @@ def overlap(before: Singles, now: Singles, shift: Floats, frame: Frame) -> tuple
     return part(before, -across, -down), part(now, across, down)
 
 
-def difference(before: Singles, now: Singles) -> float:
+def difference(pictures: tuple[Singles, Singles]) -> float:
     """Return the mean difference of two pictures; it is infinite if they show nothing."""
+    before, now = pictures
     return float(np.abs(now - before).mean()) if now.size else math.inf
