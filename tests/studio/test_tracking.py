@@ -19,7 +19,7 @@ from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
 from motes.studio.line import Line
 from motes.studio.pool import Pool
-from motes.studio.protocol import FilmFacts
+from motes.studio.protocol import FilmFacts, Region
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
 from motes.studio.tasks import Answer, Done, Part, RunPass, RunPasses, Task
@@ -27,7 +27,7 @@ from motes.studio.tracking import Work
 from motes.video.film import Film
 from studios import BOX, film
 
-MOVED = (32.0, *BOX[1:])
+MOVED: Region = (32.0, *BOX[1:])
 
 
 class Sent:
@@ -120,7 +120,7 @@ def test_a_correction_runs_the_passes_of_a_stretch_together(
         facts = FilmFacts("film.mkv", width, 80, 101, 25.0)
         nobody = cast(Audience, Nobody())
         jobs = Jobs(Desk(session, store, facts, cast(Pool, pool), itertools.count(1), nobody))
-        keys: dict[int, tuple[float, ...]] = {0: BOX, 40: MOVED, 100: BOX}
+        keys: dict[int, Region] = {0: BOX, 40: MOVED, 100: BOX}
         target = Target(1, "disk", "#000000", "mean_shift", None, 0, 0, 100, keys)
         jobs.update(Document((target,)))
         jobs.track([1])

@@ -235,7 +235,8 @@ def test_what_is_typed_stays_while_the_session_changes(shown: Shown) -> None:
     page.keyboard.type(" and more")
     for changes in ({"color": "#009e73"}, {"name": "other"}):  # as from another page
         page.evaluate(
-            "(to) => import('/static/main.js').then(({ app }) => app.actions.change(1, to))",
+            "(changes) => import('/static/main.js')"
+            ".then(({ app }) => app.actions.change(1, changes))",
             changes,
         )
     shown.until("s.session.objects[0].name === 'other'")
