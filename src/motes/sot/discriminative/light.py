@@ -24,8 +24,10 @@ LEAST_POINTS = 100
 """With fewer points that both pictures show, the light counts as unchanged."""
 LARGEST_CHANGE = math.log(2)
 """Largest change from one frame to the next, as a logarithm: more is a cut to another scene."""
-UNNOTICED = 0.03
-"""A smaller difference of the light is left: it moves a gray of 128 by half of a color's bin."""
+UNNOTICED = 0.12
+"""A smaller difference of the light is left: the models follow it by themselves, and a camera that
+moves over a scene seems to change the light by up to 0.07. It moves a gray of 128 by two bins of
+colors."""
 
 
 class Light(msgspec.Struct, frozen=True):
