@@ -24,6 +24,8 @@ LEAST_POINTS = 100
 """With fewer points that both pictures show, the light counts as unchanged."""
 LARGEST_CHANGE = math.log(2)
 """Largest change from one frame to the next, as a logarithm: more is a cut to another scene."""
+LARGEST_LEVEL = math.log(16)
+"""No more is taken off: in a sixteenth of the light, a byte has no colors left."""
 UNNOTICED = 0.12
 """A smaller difference of the light is left: the models follow it by themselves, and a camera that
 moves over a scene seems to change the light by up to 0.07. It moves a gray of 128 by two bins of
@@ -62,8 +64,9 @@ class Light(msgspec.Struct, frozen=True):
         """Return a frame in the light in which the models learned."""
         if abs(self.level) < UNNOTICED:
             return frame
+        level = min(max(self.level, -LARGEST_LEVEL), LARGEST_LEVEL)
         pixels = np.empty(frame.pixels.shape, np.uint8)
-        kernels.planes.relight(frame.pixels, math.exp(-self.level), pixels)
+        kernels.planes.relight(frame.pixels, math.exp(-level), pixels)
         return Frame(frame.index, frame.time, pixels)
 
     def learned(self, rate: float) -> Light:
