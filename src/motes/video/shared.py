@@ -54,7 +54,7 @@ class Shared:
 
 
 def fits(frames: int, width: int, height: int) -> bool:
-    """Return whether so many frames of this size may be held."""
+    """Return whether the pixels of a number of frames may be held."""
     return frames * 3 * width * height <= HELD
 
 
