@@ -9,7 +9,7 @@ from zipfile import ZipFile
 
 import pytest
 
-from browsers import FRAMES, MIDDLE, Shown
+from browsers import FRAMES, MIDDLE, START, Shown
 from motes.cli import main
 
 pytestmark = pytest.mark.slow
@@ -223,6 +223,22 @@ def test_drawing_needs_no_pointer(shown: Shown) -> None:
     page.keyboard.press("Space")
     page.keyboard.press("?")
     page.get_by_role("heading", name="Keys").wait_for()
+
+
+def test_the_first_frame_stays_when_a_followed_run_goes_on(shown: Shown) -> None:
+    page = shown.page
+    shown.open()
+    shown.draw()
+    shown.track()
+    for goes in (
+        lambda: page.keyboard.press("Home"),
+        lambda: page.keyboard.press(","),
+        lambda: page.get_by_role("button", name="First frame (Home)").click(),
+    ):
+        page.evaluate(f"{START} app.store.set({{ frame: 30, following: true }}))")
+        goes()
+        page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 40 }} }}))")
+        assert shown.state("[s.frame, s.following]") == [0, False]
 
 
 def test_what_is_typed_stays_while_the_session_changes(shown: Shown) -> None:

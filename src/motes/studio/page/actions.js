@@ -145,7 +145,7 @@ export class Actions {
   }
 
   goToDoubt({ frame, reasons }) {
-    this.store.set({ doubtful: frame, following: false, playing: false });
+    this.store.set({ doubtful: frame });
     this.app.player.go(frame);
     read(`Frame ${frame} is in doubt: ${reasons.join(", ")}`);
   }

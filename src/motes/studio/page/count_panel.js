@@ -49,14 +49,11 @@ function countRows({ counts }) {
     element("tr", {}, element("th", { scope: "row" }, name), element("td", { class: "number" }, value)))));
 }
 
-function eventRows({ store, player }, { events }) {
+function eventRows({ player }, { events }) {
   return events.slice(-8).reverse().map((event) => {
     const { frame, identity, event: what, direction, place } = event;
     const words = [identity, what, place, direction].filter((word) => word !== undefined && word !== null);
-    return element("li", {}, button(`Go to frame ${frame}`, () => {
-      store.set({ following: false, playing: false });
-      player.go(frame);
-    }, { text: `${frame}: ${words.join(" ")}`, class: "event" }));
+    return element("li", {}, button(`Go to frame ${frame}`, () => player.go(frame), { text: `${frame}: ${words.join(" ")}`, class: "event" }));
   });
 }
 

@@ -10,10 +10,7 @@ import { read } from "./announce.js";
 function bindings(app) {
   const { store, player, actions, dialogs } = app;
   const tool = (name) => () => store.set({ tool: name, redrawing: false, corners: [], draft: null });
-  const go = (count) => (event) => {
-    store.set({ following: false });
-    player.step(count * (event.shiftKey ? 10 : 1));
-  };
+  const go = (count) => (event) => player.step(count * (event.shiftKey ? 10 : 1));
   return [
     ["Film", [
       [[" "], "Play or pause", () => player.toggle()],

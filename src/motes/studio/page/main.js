@@ -80,7 +80,7 @@ store.on(["session"], ({ session, beside }) => {
 
 /** While a run is followed, the film shows the newest frame; pictures that come late hold it up, and are not asked for. */
 store.on(["newest", "picture"], ({ following, newest }) => {
-  if (following && newest && player.free) player.go(newest.frame);
+  if (following && newest && player.free) player.show(newest.frame);
 });
 
 const bar = {

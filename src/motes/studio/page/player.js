@@ -16,8 +16,14 @@ export class Player {
     store.on(["frame", "film"], () => this.#look());
   }
 
-  /** Go to a frame, or to the nearest one of the film. */
+  /** Go where a person wants to be: to a frame, or to the nearest one of the film. What moved the film ends. */
   go(frame) {
+    this.store.set({ playing: false, following: false });
+    this.show(frame);
+  }
+
+  /** Show a frame, or the nearest one of the film. */
+  show(frame) {
     const { film } = this.store.state;
     if (!film) return;
     this.store.set({ frame: Math.min(film.frames - 1, Math.max(0, Math.round(frame))) });
@@ -29,14 +35,13 @@ export class Player {
   }
 
   step(count) {
-    this.store.set({ playing: false });
     this.go(this.store.state.frame + count);
   }
 
   toggle() {
     const { playing, frame, film } = this.store.state;
     if (!film) return;
-    if (!playing && frame >= film.frames - 1) this.go(0);
+    if (!playing && frame >= film.frames - 1) this.show(0);
     this.store.set({ playing: !playing, following: false });
   }
 
@@ -59,7 +64,7 @@ export class Player {
     for (let ahead = 1; ahead <= 3; ahead += 1) {
       if (due + ahead < film.frames) this.pictures.want(due + ahead, { urgent: false }).catch(() => {});
     }
-    if (due !== this.store.state.frame) this.go(due);
+    if (due !== this.store.state.frame) this.show(due);
     if (due >= film.frames - 1) this.store.set({ playing: false });
     else this.#handle = requestAnimationFrame(() => this.#tick());
   }

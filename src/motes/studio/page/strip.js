@@ -26,7 +26,6 @@ export function mountStrip(root, { store, player }) {
   const seek = (event) => {
     const { film } = store.state;
     if (!film) return;
-    store.set({ playing: false, following: false });
     player.go((event.offsetX / canvas.clientWidth) * film.frames);
   };
   canvas.addEventListener("pointerdown", (event) => {

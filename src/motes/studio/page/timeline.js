@@ -39,7 +39,6 @@ export function mountTimeline(root, { store, player }) {
   function seek(event) {
     const { film } = store.state;
     if (!film) return;
-    store.set({ playing: false, following: false });
     player.go(frameAt(canvas, store.state, event.offsetX));
   }
 

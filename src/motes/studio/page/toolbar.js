@@ -76,10 +76,7 @@ export function mountTransport(root, app) {
   const play = button("Play", () => player.toggle(), { picture: "play", id: "play" });
   const number = element("input", {
     type: "number", min: "0", step: "1", class: "frame", "aria-label": "Frame", id: "frame",
-    onchange({ target }) {
-      store.set({ following: false, playing: false });
-      player.go(Number(target.value));
-    },
+    onchange: ({ target }) => player.go(Number(target.value)),
   });
   const total = element("span", { class: "muted" });
   const time = element("span", { class: "muted time" });
