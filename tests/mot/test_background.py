@@ -19,7 +19,7 @@ from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
-from motes.video.sources import read_image
+from motes.video.image_files import read_image
 
 WALKER = (16, 30)
 

@@ -23,7 +23,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
 from motes.formats.registry import named
 from motes.video.film import Film as ReadableFilm
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits

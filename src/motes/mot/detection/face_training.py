@@ -15,7 +15,7 @@ from motes.core.errors import ConfigError, FormatError, MissingDependencyError, 
 from motes.core.files import write_whole
 from motes.core.geometry import Box
 from motes.core.types import Bytes
-from motes.video.sources import read_image
+from motes.video.image_files import read_image
 
 PENALTY = 5.0
 """Weight of errors against the width of the margin, C of the support vector machine."""
