@@ -15,16 +15,8 @@ from hypothesis import strategies as st
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.track import Status
 from motes.formats import registry
-from motes.formats.recording import (
-    ANGLES,
-    CLASSES,
-    CONFIDENCES,
-    HIDDEN,
-    FilmFacts,
-    Recorded,
-    Recording,
-    aspects,
-)
+from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
+from motes.formats.recording import FilmFacts, Recorded, Recording
 from motes.formats.thinning import keyframes
 from recordings import FACTS, crowd, turning
 

@@ -78,7 +78,7 @@ def convert(
     """
     from motes.cli.watch_outputs import check_place, format_of
     from motes.formats import registry
-    from motes.formats.recording import aspects
+    from motes.formats.aspects import aspects
 
     if list_:
         print("\n".join(_table()))

@@ -19,7 +19,6 @@ from motes.core.track import Status
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
-    SHOWN,
     FilmFacts,
     Recorded,
     Recording,
@@ -30,6 +29,7 @@ from motes.formats.recording import (
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.formats.visibility import SHOWN
 from motes.output.journal import ObjectRow
 
 if TYPE_CHECKING:

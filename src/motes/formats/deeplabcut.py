@@ -16,16 +16,9 @@ from pathlib import Path
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-    visible,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, number, read_text, whole
+from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")

@@ -16,15 +16,9 @@ import msgspec
 from motes.core.errors import FormatError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    SHOWN,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, whole
+from motes.formats.visibility import SHOWN
 from motes.output.journal import FrameRow, ObjectRow
 from motes.output.read_rows import read_track
 from motes.output.track_rows import COLUMNS, Form, line_of

@@ -14,17 +14,10 @@ from pathlib import Path
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-    visible,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.shapes import frame_name, label_or_none, labels_of
 from motes.formats.text import at, number, read_text, whole
+from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 NAMES = "data.yaml"
