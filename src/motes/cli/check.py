@@ -15,7 +15,7 @@ from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
 from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, TrackPreset
-from motes.cli.settings import HELP, Settings
+from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
 if TYPE_CHECKING:
@@ -28,13 +28,7 @@ if TYPE_CHECKING:
 COUNT = 20
 HEAD = ("rank", "frame", "time", "gain", "reasons", "x", "y", "width", "height")
 
-app = App(
-    name="check",
-    help_epilogue=HELP.format(
-        example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
-    ),
-    help_format="plaintext",
-)
+app = App(name="check", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
 
 @app.default
@@ -115,7 +109,7 @@ def check(
 
 def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.progress import Progress
+    from motes.cli.progress import FrameProgress
     from motes.core.track import Status
     from motes.correction.passes import run_pass
     from motes.correction.suspects import compare
@@ -125,7 +119,7 @@ def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list
     part = table.tracks[first : last + 1]
     if part[-1].frame - part[0].frame + 1 != len(part):
         raise InputError("Frames between these rows are missing; make rows of every frame.")
-    with Progress(len(part)) as progress:
+    with FrameProgress(len(part)) as progress:
 
         def counted() -> Iterator[object]:
             for frame in film.backward(part[-1].frame, part[0].frame):

@@ -13,7 +13,7 @@ from motes.cli.input_checks import prepare_folder, refuse
 from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
 from motes.cli.options import FrameOptions
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.cli.track_between import Between, track_film
 from motes.cli.track_keyframes import Run
 from motes.cli.track_options import TrackOutputs
@@ -120,7 +120,7 @@ def track_films(
     both = 2 * sum(count for count in known if count is not None)  # forward and backward
     done: list[str] = []
     tracked, interrupted = 0, None
-    with Progress(None if None in known else both) as bar:
+    with FrameProgress(None if None in known else both) as bar:
         for film in chosen:
             try:
                 run = _track(film, frames, outputs, units, config, seed, bar)
@@ -188,7 +188,7 @@ def _track(
     units: RealUnits | None,
     config: TrackerConfig,
     seed: int,
-    bar: Progress,
+    bar: FrameProgress,
 ) -> Run:
     """Track the target of a film into its outputs."""
     source = ReadableFilm(film.name, start=frames.start, end=frames.end)
