@@ -298,7 +298,7 @@ def test_the_page_runs(
 ) -> None:
     (installed / "film.mp4").symlink_to(film[0])
     monkeypatch.chdir(installed)
-    run_page(PAGE, capfd)
+    assert run_page(PAGE, capfd) > 0
     assert "tracking" in Path("hue.csv").read_text()
 
 
