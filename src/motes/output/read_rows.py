@@ -32,12 +32,17 @@ TYPES: dict[str, type] = {
 }
 
 
+# Editors show the docstring of the overload that fits a call.
 @overload
-def read_track(path: str | Path, *, pandas: Literal[False] = False) -> NDArray[np.void]: ...
+def read_track(  # noqa: D418
+    path: str | Path, *, pandas: Literal[False] = False
+) -> NDArray[np.void]:
+    """Return the rows as a structured array."""
 
 
 @overload
-def read_track(path: str | Path, *, pandas: Literal[True]) -> Any: ...
+def read_track(path: str | Path, *, pandas: Literal[True]) -> Any:  # noqa: D418
+    """Return the rows as a DataFrame."""
 
 
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
