@@ -148,7 +148,7 @@ def topic_of(address: str) -> str:
         parts = urlsplit(address)
         host, _ = parts.hostname, parts.port
     except ValueError as error:
-        raise ConfigError(f"{address} is no address: {error}.") from error
+        raise ConfigError(f"{address} is not an address: {error}.") from error
     topic = unquote(parts.path).strip("/")
     name = without_password(address)
     if not host or not topic:

@@ -147,7 +147,7 @@ class OnnxDetector:
         self._name, self._type = pictures.name, TYPES.get(pictures.type)
         shape = pictures.shape
         if self._type is None or len(shape) != 4:
-            raise self._error(f"Its input is {pictures.type} of {shape}, no picture")
+            raise self._error(f"Its input is {pictures.type} of {shape}, which is not a picture")
         channels_last = shape[3] == 3 and shape[1] != 3
         self._channels_last = channels_last if config.layout is None else config.layout == "nhwc"
         high, wide = shape[1:3] if self._channels_last else shape[2:]
@@ -245,7 +245,7 @@ def onnx_values(file: str) -> dict[str, Any]:
         try:
             given = from_toml(beside.read_text(encoding="utf-8-sig"), str(beside))
         except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            reason = error.strerror if isinstance(error, OSError) else "it is not text"
             raise SourceError(f"{beside} cannot be read: {reason}; check the file.") from None
         for key in ("type", "file"):
             if key in given:
