@@ -16,9 +16,11 @@ import pytest
 
 import loops
 from motes.core.config import to_dict
+from motes.core.errors import MotesError
 from motes.sot.presets import preset
 from motes.studio.processes import Wish, Worker
 from motes.studio.safety import Limits
+from motes.studio.studio import Studio
 from motes.studio.tasks import PAUSE, STOP, Done, Part, Picture, RunPass, RunPasses, Task
 from studios import begin, film, running
 
@@ -125,5 +127,24 @@ def test_a_wish_counts_from_before_the_begin(tmp_path: Path) -> None:
         assert not parts
         assert not (await worker.run(task, part)).stopped
         worker.close()
+
+    loops.run(tried(), PATIENCE)
+
+
+def test_a_session_that_is_removed_while_it_opens_is_gone(tmp_path: Path) -> None:
+    (tmp_path / "films").mkdir()
+    film(tmp_path / "films" / "film.mkv", frames=12)
+
+    async def tried() -> None:
+        studio = Studio(tmp_path / "films", tmp_path / "data", Limits())
+        name = studio.store.begin("film.mkv", uploaded=False)
+        opening = asyncio.create_task(studio.session(name))
+        while name not in studio._open:
+            await asyncio.sleep(0)
+        assert studio._open[name].busy
+        studio.remove(name)
+        with pytest.raises(MotesError, match="was closed"):
+            await opening
+        studio.close()
 
     loops.run(tried(), PATIENCE)

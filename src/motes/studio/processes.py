@@ -97,7 +97,13 @@ class Worker:
         WorkerError
             If it cannot be opened.
         """
-        return await asyncio.shield(self._ready)
+        try:
+            return await asyncio.shield(self._ready)
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if self._ready.cancelled() and not (me and me.cancelling()):
+                raise WorkerError(f"{self._name} was closed; open it again.") from None
+            raise
 
     async def run(
         self, task: Task, part: Callable[[Part], None] | None = None, wish: Wish | None = None

@@ -244,12 +244,12 @@ class _Api:
                 if isinstance(command, protocol.Acknowledge):
                     client.acknowledge(command.number)
                 else:
-                    client.send(session.obey(command))
+                    client.send(session.obey(command, client))
         except (WebSocketDisconnect, KeyError):  # KeyError: a message of bytes
             pass
         finally:
             sending.cancel()
-            session.clients.discard(client)
+            session.leave(client)
 
 
 async def _body(request: Request, most: int) -> bytes:
