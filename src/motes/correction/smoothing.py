@@ -15,7 +15,6 @@ the target, nothing is observed: the path is a bridge, and its variance grows fr
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -274,9 +273,8 @@ def _left_out(seen: Floats, variance: Floats, gate: float) -> Flags:
     total = np.concatenate([np.zeros((1, seen.shape[1])), np.cumsum(variance, axis=0)])
     last = 0
     for i in range(1, len(seen)):
-        step = (seen[last : i + 1] - seen[last]) ** 2 / (total[i] - total[last])
-        far = step.sum(axis=1) > gate
-        if not far[-1]:
-            out[last : i + 1] = far
+        spread = total[i] - total[last]
+        if float(((seen[i] - seen[last]) ** 2 / spread).sum()) <= gate:  # it has come back
+            out[last:i] = ((seen[last:i] - seen[last]) ** 2 / spread).sum(axis=1) > gate
             last = i
     return out
