@@ -356,6 +356,20 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
     assert go("check FILM keys.csv --count 1")[0] == 0
 
 
+def test_files_are_written_though_the_reader_of_the_list_has_gone(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> None:
+        raise BrokenPipeError
+
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    monkeypatch.setattr("motes.cli.check.print", gone, raising=False)
+    line = f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}"
+    assert go(line)[0] == 0
+    assert Path("list.csv").exists()
+    assert Path("sheet.png").exists()
+
+
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [

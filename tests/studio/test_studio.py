@@ -338,3 +338,14 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
+
+
+def test_layers_go_to_the_page_that_asks(client: httpx.Client, session: str, page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    with looking(client, session) as other:
+        for each, frame in ((page, 30), (other, 10)):
+            each.do("look", object=number, frame=frame, layers=["rho"])
+        for each, frame in ((page, 30), (other, 10)):
+            each.until(lambda each=each: each.of(protocol.Layers))  # type: ignore[misc]
+            assert [found.frame for found in each.of(protocol.Layers)] == [frame]

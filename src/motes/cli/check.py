@@ -93,14 +93,15 @@ def check(
         tracks = _compared(film, table, history.tracker, history.seed)
     found = doubts(tracks, history.keys, count)
     by_frame = {track.frame: track for track in tracks}
-    for rank, doubt in enumerate(found, 1):
-        print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
-    if not found:
-        log("No frame is in doubt.")
+    # Files come first: a reader of the list, such as `head`, may end it early.
     if output is not None:
         _write(output, _table(found, by_frame).encode())
     if sheet is not None:
         _write(sheet, _sheet(film, found, by_frame))
+    for rank, doubt in enumerate(found, 1):
+        print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
+    if not found:
+        log("No frame is in doubt.")
     written = [str(path) for path in (output, sheet) if path is not None]
     if written:
         log(f"wrote {', '.join(written)}.")

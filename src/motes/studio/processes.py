@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -21,6 +22,35 @@ from motes.studio.worker import main
 
 class WorkerError(MotesError):
     """A worker has failed, or has ended."""
+
+
+class Wish:
+    """What the server wants of a task: `RUN`, `PAUSE` or `STOP`; also before the task has begun."""
+
+    def __init__(self) -> None:
+        self._value = RUN
+        self._shared: Any = None
+
+    def set(self, value: int) -> None:
+        """Let the task run, pause or stop."""
+        self._value = value
+        if self._shared is not None:
+            self._shared.value = value
+
+    @property
+    def stops(self) -> bool:
+        """Whether the task is to stop."""
+        return self._value == STOP
+
+    @contextmanager
+    def counting(self, shared: Any) -> Iterator[None]:
+        """Let the wish count for a worker, by the memory that is shared with it."""
+        self._shared = shared
+        self.set(self._value)
+        try:
+            yield
+        finally:
+            self._shared = None
 
 
 class Worker:
@@ -67,30 +97,47 @@ class Worker:
         WorkerError
             If it cannot be opened.
         """
-        return await asyncio.shield(self._ready)
+        try:
+            return await asyncio.shield(self._ready)
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if self._ready.cancelled() and not (me and me.cancelling()):
+                raise WorkerError(f"{self._name} was closed; open it again.") from None
+            raise
 
-    async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> Done:
+    async def run(
+        self, task: Task, part: Callable[[Part], None] | None = None, wish: Wish | None = None
+    ) -> Done:
         """Do a task; `part` takes what comes before its end. Others wait for their turn.
 
-        Nobody may wait for it any more: then it is stopped, and the next task waits for that.
+        Nobody may wait for it any more: then it is stopped, and the next task waits for that. A
+        task that has not begun then never begins.
 
         Raises
         ------
         WorkerError
             If it fails, or the process ends.
         """
-        running = asyncio.create_task(self._run(task, part))
+        wish = wish or Wish()
+        await self.ready()
+        await self._turn.acquire()
+        running = asyncio.create_task(self._run(task, part, wish))
+        running.add_done_callback(self._end_turn)
         try:
             return await asyncio.shield(running)
         except asyncio.CancelledError:
-            running.add_done_callback(lambda done: done.cancelled() or done.exception())
-            self.wish(STOP)
+            wish.set(STOP)
             raise
 
-    async def _run(self, task: Task, part: Callable[[Part], None] | None) -> Done:
-        async with self._turn:
-            await self.ready()
-            self._wish.value = RUN
+    def _end_turn(self, ended: asyncio.Task[Done]) -> None:
+        self._turn.release()
+        if not ended.cancelled():
+            ended.exception()  # nobody may wait for it any more
+
+    async def _run(self, task: Task, part: Callable[[Part], None] | None, wish: Wish) -> Done:
+        if wish.stops:
+            return Done(stopped=True)
+        with wish.counting(self._wish):
             with suppress(OSError):  # the answer will be missing, and that is reported
                 self._pipe.send_bytes(msgspec.msgpack.encode(task))
             while True:
@@ -109,10 +156,6 @@ class Worker:
         except MotesError:  # nobody takes the rest of the answers
             self._kill()
             raise
-
-    def wish(self, value: int) -> None:
-        """Let the worker run, pause or stop."""
-        self._wish.value = value
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""

@@ -55,7 +55,7 @@ class Session:
         self._pictures: Worker | None = None
         self._pool = Pool(path, limits)
         self._tasks: set[asyncio.Task[None]] = set()
-        self._looks: dict[int, asyncio.Task[None]] = {}
+        self._looks: dict[Client, asyncio.Task[None]] = {}
         self.facts: FilmFacts
         self.times: list[float]
         self.jobs: Jobs
@@ -90,16 +90,15 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """Whether somebody looks at it, or something runs."""
-        return bool(self.clients or self._tasks) or any(
+        """Whether somebody looks at it, or something runs; also while it is opened."""
+        opening = not hasattr(self, "watching")
+        return bool(opening or self.clients or self._tasks) or any(
             job.active and job.status != "paused" for job in self._jobs.values()
         )
 
     @property
     def _jobs(self) -> dict[int, Job]:
         """All jobs, by their numbers."""
-        if not hasattr(self, "watching"):
-            return {}
         watch = self.watching.job
         return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
 
@@ -195,6 +194,12 @@ class Session:
             if shown is not None:
                 client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
 
+    def leave(self, client: Client) -> None:
+        """Let a page go; nobody waits for what it has asked for."""
+        self.clients.discard(client)
+        if client in self._looks:
+            self._looks.pop(client).cancel()
+
     def state(self) -> protocol.Session:
         """Return the session without rows."""
         return protocol.Session(
@@ -219,14 +224,14 @@ class Session:
 
     # What pages ask for.
 
-    def obey(self, command: Command) -> Reply:
-        """Do what a command asks for, or begin it, and return the reply."""
+    def obey(self, command: Command, client: Client) -> Reply:
+        """Do what a page asks for, or begin it, and return the reply."""
         try:
-            return self._obey(command)
+            return self._obey(command, client)
         except MotesError as error:
             return Reply(command.id, str(error))
 
-    def _obey(self, command: Command) -> Reply:
+    def _obey(self, command: Command, client: Client) -> Reply:
         reply = Reply(command.id)
         match command:
             case protocol.Track():
@@ -244,14 +249,14 @@ class Session:
                 self._go(self._place + 1, "There is nothing to make again.")
             case protocol.Doubts():
                 self.document.target(command.object)
-                self._begin(self._find_doubts(command))
+                self._begin(self._find_doubts(command, client))
             case protocol.Look():
                 self.document.target(command.object)
                 if command.frame >= self.facts.frames:
                     raise ConfigError(f"The film has {self.facts.frames} frames, from 0 on.")
-                if command.object in self._looks:  # the newest one counts
-                    self._looks[command.object].cancel()
-                self._looks[command.object] = self._begin(self._look(command))
+                if client in self._looks:  # the newest one counts
+                    self._looks[client].cancel()
+                self._looks[client] = self._begin(self._look(command, client))
             case _:
                 return self._change(command)
         return reply
@@ -364,7 +369,7 @@ class Session:
         task.add_done_callback(self._tasks.discard)
         return task
 
-    async def _find_doubts(self, command: protocol.Doubts) -> None:
+    async def _find_doubts(self, command: protocol.Doubts, client: Client) -> None:
         target = self.document.target(command.object)
         shown = self.jobs.shown(target.object)
         table = None if shown is None else shown[target.first : target.last + 1]
@@ -379,18 +384,18 @@ class Session:
             try:
                 done = await self.ask(task)
             except WorkerError as error:
-                self.send(protocol.Failure(str(error)))
+                client.send(protocol.Failure(str(error)))
                 return
             items = msgspec.json.decode(done.data, type=list[protocol.Doubt])
-        self.send(protocol.DoubtList(target.object, items))
+        client.send(protocol.DoubtList(target.object, items))
 
-    async def _look(self, command: protocol.Look) -> None:
+    async def _look(self, command: protocol.Look, client: Client) -> None:
         target = self.document.target(command.object)
         run = pass_to(target, command.frame)
         task = LookAt(target.object, run, command.layers)
         try:
             done = await self.ask(task, frames=abs(run.stop - run.start))
         except WorkerError as error:
-            self.send(protocol.Failure(str(error)))
+            client.send(protocol.Failure(str(error)))
             return
-        self.send(msgspec.json.decode(done.data, type=protocol.Layers))
+        client.send(msgspec.json.decode(done.data, type=protocol.Layers))

@@ -75,7 +75,7 @@ class Studio:
                 try:
                     await session.open()
                 except BaseException:
-                    del self._open[name]
+                    self._open.pop(name, None)  # it may have been removed meanwhile
                     session.close()
                     raise
             return self._open[name]
