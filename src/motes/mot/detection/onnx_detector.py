@@ -62,10 +62,10 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     layout
         Whether the channels come before or after rows and columns. By default as in the file.
     order
-        The order of the channels. By default as the head's models have it.
+        The order of the channels. By default the one of the head's models.
     mean, deviation
         From each channel, 0 to 255, the mean is subtracted, and the result is divided by the
-        deviation. By default as the head's models have them.
+        deviation. By default those of the head's models.
     classes
         Names of the classes, in the order of their numbers. By default the file's, if it names
         them.
@@ -249,6 +249,6 @@ def onnx_values(file: str) -> dict[str, Any]:
             raise SourceError(f"{beside} cannot be read: {reason}; check the file.") from None
         for key in ("type", "file"):
             if key in given:
-                raise ConfigError(f"{beside} has the key {key}, which its name already says.")
+                raise ConfigError(f"{beside} has the key {key}, which follows from its name.")
         values |= given
     return values
