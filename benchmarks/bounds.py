@@ -96,10 +96,10 @@ def main() -> None:
             traces = [load_trace(path) for path in sorted((folder / sequence.name).glob("*.csv"))]
             found = [bounds(trace, sequence) for trace in traces]
             means.append({name: np.mean([each[name] for each in found]) for name in found[0]})
-        rows = []
-        for name in means[0]:
-            value = float(np.mean([each[name] for each in means]))
-            rows.append((Cell(name), number(value, 3)))
+        rows: list[tuple[Cell, ...]] = [
+            (Cell(name), number(float(np.mean([each[name] for each in means])), 3))
+            for name in means[0]
+        ]
         print(markdown.table(Table(unquote(folder.name), ("each region has", "AUC"), rows)))
 
 

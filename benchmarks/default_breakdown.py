@@ -28,6 +28,7 @@ from motes.evaluation.synthetic.clips import still
 from motes.sot.discriminative import prediction, tracker
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
+from motes.sot.discriminative.report import Reporter
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
 
@@ -46,7 +47,7 @@ PARTS = {
     "learn: filter": (Correlation, "updated"),
     "learn: colors": (Posterior, "updated"),
     "learn: size": (ScaleFilter, "updated"),
-    "report: mean, covariance": (Discriminative, "_report"),
+    "report: mean, covariance": (Reporter, "report"),
     "rest: Python between all these": (Discriminative, "step"),
 }
 
