@@ -39,7 +39,7 @@ export class Connection {
     this.#socket = new WebSocket(`${scheme}://${location.host}/api/sessions/${this.session}/ws`);
     this.#socket.addEventListener("open", () => {
       this.#tries = 0;
-      this.store.set({ connected: true });
+      this.store.set({ connected: true, asked: null }); // an answer may have been lost
     });
     this.#socket.addEventListener("message", ({ data }) => this.#take(JSON.parse(data)));
     this.#socket.addEventListener("close", () => this.#lost());
@@ -67,7 +67,7 @@ export class Connection {
     for (const { reject } of this.#waiting.values()) reject(new Error("The connection broke off."));
     this.#waiting.clear();
     if (this.#closed) return;
-    this.store.set({ connected: false });
+    this.store.set({ connected: false, seeking: null });
     const pause = PAUSES[Math.min(this.#tries, PAUSES.length - 1)];
     this.#tries += 1;
     setTimeout(() => this.#closed || this.#open(), pause);

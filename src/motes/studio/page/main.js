@@ -44,9 +44,6 @@ app.zoom = (key) => {
   store.set({ view: key === "0" ? null : stage.view().zoomed(factor, [width / 2, height / 2]) });
 };
 
-/** Do what a key does, for buttons that have one. */
-app.keys = (key) => document.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
-
 startTheme(store);
 mountHome(part("home"), app);
 mountObjects(part("left"), app);
@@ -104,8 +101,6 @@ store.on(["session", "beside", "connected"], ({ session, beside, connected }) =>
     session && !connected ? element("span", { class: "offline", role: "status" }, "The server does not answer; trying again …") : null);
   document.title = session ? `${session.film.name} – motes studio` : "motes studio";
 });
-
-store.on(["trouble"], ({ trouble }) => trouble && announce(trouble, "error"));
 
 /** The address names the session: #id, or nothing for the first page. */
 function route() {

@@ -1,6 +1,6 @@
 // Pictures of the film: fetched when they are looked at, kept while there is room.
 
-import { reason } from "./api.js";
+import { askPicture } from "./api.js";
 
 const ROOM = 1 << 28; // bytes of decoded pictures, four for each pixel
 const AT_ONCE = 4;
@@ -63,9 +63,7 @@ export class Pictures {
   async #fetch(frame, control) {
     const address = `/api/sessions/${this.#session}/frames/${frame}.jpg?width=${this.#width}`;
     try {
-      const answer = await fetch(address, { signal: control.signal });
-      if (!answer.ok) throw new Error(await reason(answer));
-      const picture = await createImageBitmap(await answer.blob());
+      const picture = await askPicture(address, control.signal);
       if (control.signal.aborted) {
         picture.close();
         return null;

@@ -2,7 +2,7 @@
 
 import { color, element, sized } from "./dom.js";
 import { announce } from "./announce.js";
-import { reason } from "./api.js";
+import { askPicture } from "./api.js";
 
 export function mountStrip(root, { store, player }) {
   const canvas = element("canvas", { class: "thumbnails", "aria-label": "Thumbnails of the film", role: "img" });
@@ -15,7 +15,9 @@ export function mountStrip(root, { store, player }) {
     of = session.id;
     picture = null;
     try {
-      picture = await fetchStrip(session, canvas);
+      const found = await fetchStrip(session, canvas);
+      if (of !== session.id) return; // another session was opened meanwhile
+      picture = found;
     } catch (error) {
       announce(`The thumbnails cannot be shown: ${error.message}`, "error");
     }
@@ -26,7 +28,7 @@ export function mountStrip(root, { store, player }) {
   const seek = (event) => {
     const { film } = store.state;
     if (!film) return;
-    player.go((event.offsetX / canvas.clientWidth) * film.frames);
+    player.go(Math.floor((event.offsetX / canvas.clientWidth) * film.frames));
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -40,9 +42,7 @@ async function fetchStrip({ id, film }, canvas) {
   const height = Math.round(canvas.clientHeight * Math.min(2, window.devicePixelRatio || 1));
   const shape = (canvas.clientHeight * film.width) / film.height;
   const count = Math.max(4, Math.min(40, Math.ceil(canvas.clientWidth / shape)));
-  const answer = await fetch(`/api/sessions/${id}/strip?count=${count}&height=${height}`);
-  if (!answer.ok) throw new Error(await reason(answer));
-  return createImageBitmap(await answer.blob());
+  return askPicture(`/api/sessions/${id}/strip?count=${count}&height=${height}`);
 }
 
 function paint(canvas, { film, frame }, picture) {
