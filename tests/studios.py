@@ -16,7 +16,9 @@ from typing import Any
 
 import httpx
 import msgspec
+import pytest
 import uvicorn
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from motes.evaluation.synthetic.clips import still
@@ -31,7 +33,7 @@ from motes.studio.protocol import (
 )
 from motes.studio.safety import Guard, Limits
 from motes.studio.serve import listening, settings
-from motes.studio.server import app
+from motes.studio.server import AGAIN, app
 from motes.studio.studio import Studio
 from motes.video.writer import VideoWriter
 
@@ -142,6 +144,13 @@ class Page:
             left = end - time.monotonic()
             assert left > 0, f"nothing came; the last: {self.messages[-3:]}"
             self._take(self._socket.recv(timeout=left))
+
+    def until_left(self) -> None:
+        """Receive until the server lets the page come again."""
+        with pytest.raises(ConnectionClosed) as closed:
+            self.until(lambda: False)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == AGAIN
 
     def _take(self, text: str | bytes) -> None:
         message = msgspec.json.decode(text, type=Message)

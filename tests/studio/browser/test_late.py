@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 from playwright.sync_api import Route
 
-from browsers import CORNERS, START, Shown
+from browsers import CORNERS, FRAMES, START, Shown
+from clips import spoil
+from motes.video.film import Film
 
 pytestmark = pytest.mark.slow
 
@@ -132,3 +135,18 @@ def test_two_clicks_on_a_film_open_one_session(shown: Shown) -> None:
     shown.page.get_by_label("Films", exact=True).get_by_role("button").first.dblclick()
     shown.until("s.pictured === 0")
     assert shown.page.evaluate(count) == before + 1
+
+
+def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
+    """Its damage is met by the run; then the session comes back with the frames that there are."""
+    frames = len(Film(spoil(films / "film.mp4", 30, 2).rename(films / "damaged.mp4")).times)
+    assert frames < FRAMES
+    shown.page.reload()
+    shown.open("damaged.mp4")
+    shown.draw()
+    shown.page.keyboard.press("t")
+    shown.until(f"s.film.frames === {frames} && s.connected")
+    shown.page.get_by_text("Read with problems").wait_for()
+    shown.tracked()
+    shown.page.keyboard.press("End")
+    shown.until(f"s.pictured === {frames - 1}")

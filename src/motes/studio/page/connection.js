@@ -11,6 +11,7 @@ export class Connection {
   #waiting = new Map();
   #tries = 0;
   #closed = false;
+  #known = false; // whether this socket has had the session's state
 
   constructor(store, session) {
     this.store = store;
@@ -35,6 +36,7 @@ export class Connection {
   }
 
   #open() {
+    this.#known = false;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.#socket = new WebSocket(`${scheme}://${location.host}/api/sessions/${this.session}/ws`);
     this.#socket.addEventListener("open", () => {
@@ -54,7 +56,8 @@ export class Connection {
       return;
     }
     MESSAGES[message.type](this.store, message);
-    if (message.type === "failure" && !this.store.state.session) {
+    this.#known ||= message.type === "state";
+    if (message.type === "failure" && !this.#known) {
       this.close();
       location.hash = ""; // the session is gone, or its film cannot be read
     }

@@ -7,7 +7,7 @@ const OVERLAYS = 50; // of an object that are kept, without those whose pictures
 
 export const MESSAGES = {
   state(store, { session }) {
-    const { selected } = store.state;
+    const { selected, frame } = store.state;
     const known = new Set(session.objects.map(({ object }) => object));
     for (const kept of [store.state.rows, store.state.overlays, store.state.doubts]) {
       for (const object of kept.keys()) if (!known.has(object)) kept.delete(object);
@@ -15,6 +15,7 @@ export const MESSAGES = {
     store.set({
       session,
       film: sameFilm(store.state.film, session.film),
+      frame: Math.min(frame, session.film.frames - 1),
       selected: known.has(selected) ? selected : session.objects[0]?.object ?? null,
       jobs: new Map(session.jobs.map((job) => [job.job, job])),
     });

@@ -82,7 +82,7 @@ export class Player {
     const { film, frame, session, awaited } = this.store.state;
     if (!film) return;
     awaited.add(frame);
-    this.pictures.choose(session.id, Math.min(film.width, WIDEST));
+    this.pictures.choose(session.id, film, Math.min(film.width, WIDEST));
     const look = (this.#looks += 1);
     try {
       const picture = await this.pictures.want(frame);

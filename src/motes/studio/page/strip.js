@@ -10,13 +10,13 @@ export function mountStrip(root, { store, player }) {
   let picture = null;
   let of = null;
   const draw = () => paint(canvas, store.state, picture);
-  store.on(["film", "session"], async ({ session }) => {
-    if (!session || of === session.id) return;
-    of = session.id;
+  store.on(["film", "session"], async ({ session, film }) => {
+    if (!film || of === film) return;
+    of = film;
     picture = null;
     try {
       const found = await fetchStrip(session, canvas);
-      if (of !== session.id) return; // another session was opened meanwhile
+      if (of !== film) return; // another one was opened meanwhile
       picture = found;
     } catch (error) {
       announce(`The thumbnails cannot be shown: ${error.message}`, "error");
