@@ -14,7 +14,7 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, TrackPreset
+from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, Preset
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
@@ -48,7 +48,7 @@ def check(
         Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
     ] = None,
     overwrite: Overwrite = False,
-    preset: TrackPreset = None,
+    preset: Preset = "default",
     values: ConfigOptions = ConfigOptions(),
     **settings: Settings,
 ) -> int:
@@ -85,7 +85,7 @@ def check(
         film, history = known_film(source, known), known
         table.check(film)
     else:
-        config = tracker_config(app, preset or "default", values.config, settings)
+        config = tracker_config(app, preset, values.config, settings)
         film = film_of(source, table)
         history = begun(film, table, config, values.seed)
     tracks = table.tracks

@@ -102,7 +102,9 @@ def track(
         )
     (source,) = sources
     if outputs.resume and fps_target is not None:
-        raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
+        raise ConfigError(
+            "A run with --fps-target cannot be repeated exactly; omit it or --resume."
+        )
     boxes = target.boxes()
     begin = target.begin(known)
     if len(boxes) > 1:

@@ -80,8 +80,8 @@ def marks_of_films(films: Sequence[str], file: Path) -> dict[str, Keyframes]:
     for name, each in given.items():
         fitting = [film for film in films if name in (film, Path(film).name, Path(film).stem)]
         if len(fitting) != 1:
-            what = "none of the films" if not fitting else " and ".join(fitting)
-            raise ConfigError(f"{file}: {name} is {what}; name one of the films that are given.")
+            what = f"fits {' and '.join(fitting)}" if fitting else "is not one of the films"
+            raise ConfigError(f"{file}: {name} {what}; name one of the films that are given.")
         marks[fitting[0]] = each
     missing = [film for film in films if film not in marks]
     if missing:
@@ -158,7 +158,9 @@ def _checked(
     stems = [Path(film).stem for film in marks]
     for stem in stems:
         if stems.count(stem) > 1:
-            raise ConfigError(f"Two films have the name {stem}, and so had their rows; rename one.")
+            raise ConfigError(
+                f"Two films have the name {stem}, and so would their rows; rename one film."
+            )
     ending = named(form).endings[0]
     anew = outputs.overwrite or outputs.resume
     prepare_folder(folder, [f"{stem}{ending}" for stem in stems], anew)

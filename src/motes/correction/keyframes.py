@@ -117,7 +117,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
             f"The keyframes {path} cannot be read: {error.strerror}; check the name."
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"The keyframes {path} are no text; check the name.") from None
+        raise InputError(f"The keyframes {path} are not text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field.strip().strip('"') for field in line.rstrip(", \t").split(",")]

@@ -152,7 +152,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     try:
         root = ElementTree.fromstring(read_text(path))
     except ElementTree.ParseError as error:
-        raise FormatError(f"it is no XML: {error}") from None
+        raise FormatError(f"it is not XML: {error}") from None
     if root.tag != "annotations":
         raise FormatError("it has no annotations of CVAT")
     objects: list[tuple[int, ObjectRow]] = []
@@ -188,7 +188,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
     count = facts.frames or end or 0
     if count > MOST_FRAMES:
-        raise FormatError(f"its size of {count} frames is none of a film")
+        raise FormatError(f"its size is {count} frames, which no film has")
     times = {frame: facts.time(frame) for frame in range(count)}
     named = {frame: name for frame, name in files.items() if name}
     return recording_of(facts, objects, times, _size(root, images), named)

@@ -119,7 +119,7 @@ def recording_of(
         frames.setdefault(frame, []).append(each)
     for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
-            raise FormatError(f"frame {frame} is none of a film")
+            raise FormatError(f"no film has a frame {frame}")
         if not abs(known.get(frame, 0.0)) <= FARTHEST:
             raise FormatError(f"frame {frame} has the time {known[frame]:g}")
     width, height = size or (facts.width, facts.height)
@@ -153,8 +153,8 @@ def frames_between(first: int, last: int) -> range:
     Raises
     ------
     FormatError
-        If a frame is none of a film, or there are too many in between: a number is damaged.
+        If no film has such a frame, or there are too many in between: a number is damaged.
     """
     if not 0 <= first <= last <= MAX_FRAME or last - first > MOST_FRAMES:
-        raise FormatError(f"frames {first} and {last} are no neighboring keyframes of a film")
+        raise FormatError(f"frames {first} and {last} cannot be neighboring keyframes of a film")
     return range(first + 1, last)

@@ -176,7 +176,7 @@ def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow | None:
     more = {name: row[name] for name in names if name not in used and name in row}
     for name, value in more.items():
         if not isinstance(value, str | int | float):
-            raise ValueError(f"{name} is no number")
+            raise ValueError(f"{name} is not a number")
         if isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{name} is {value}")
     sure = row["confidence"] if "confidence" in names and status is Status.TRACKING else 1.0

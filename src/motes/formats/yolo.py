@@ -85,7 +85,7 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
         raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
     x, y, width, height, *more = (number(value) for value in rest)
     if not all(-1 <= center <= 2 for center in (x, y)):
-        raise ValueError(f"the center {x:g}, {y:g} is no share of the picture's sides, 0 to 1")
+        raise ValueError(f"the center {x:g}, {y:g} is not a share of the picture's sides, 0 to 1")
     box = (
         (x - width / 2) * facts.width,
         (y - height / 2) * facts.height,

@@ -38,4 +38,7 @@ def check_cue_names(
             if name not in cues:
                 raise ConfigError(f"{key} names {name!r}; the cues in use are {', '.join(cues)}.")
             if key == "adaptation.cues" and name not in updated:
-                raise ConfigError(f"{key} names {name!r}, which learns at a rate of its own.")
+                raise ConfigError(
+                    f"{key} names {name!r}, whose model has a learning_rate of its own; leave "
+                    "it out there."
+                )

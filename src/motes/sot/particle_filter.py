@@ -123,7 +123,10 @@ class ParticleFilter(
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
         for name in self.extra_cues:
             if name in self.__struct_fields__:
-                raise ConfigError(f"extra_cues names {name!r}, which is a key of its own.")
+                raise ConfigError(
+                    f"extra_cues names {name!r}, which is the name of another key; choose "
+                    "another name."
+                )
         check_cue_names(self.cues, self.strategies, self.likelihood, self.fusion, self.adaptation)
 
     @cached_property

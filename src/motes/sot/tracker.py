@@ -298,8 +298,8 @@ class Tracker:
         except FormatError:
             raise
         except UNREADABLE as error:
-            said = " ".join(str(error).split()) or type(error).__name__
-            raise FormatError(f"{path} is not a saved tracker ({said}).") from None
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
         return tracker
 
     def _continue(self, saved: _Saved) -> None:
