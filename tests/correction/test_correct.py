@@ -247,6 +247,19 @@ def test_doubts_have_reasons() -> None:
     assert reasons[45] == ("a tracker was elsewhere", "low confidence")
 
 
+def test_a_run_is_no_jump() -> None:
+    steps = np.zeros(60)
+    steps[20:26] = steps[40:46] = 12.0
+    at = 50 + np.cumsum(steps) + np.random.default_rng(0).normal(0, 0.2, 60)
+    tracks = [
+        replace(track, ellipse=track.ellipse._replace(x=x))
+        for track, x in zip(walk(60), at.tolist(), strict=True)
+    ]
+    doubts = motes.doubts(tracks, {0: None}, 60)
+    assert doubts
+    assert not any("jump" in doubt.reasons for doubt in doubts)
+
+
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:
     with pytest.raises(ConfigError, match="keyframe 48 is outside"):
         motes.correct(film, {48: box(clip, 0)})

@@ -16,7 +16,7 @@ import msgspec
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause
 from motes.studio.safety import Limits
-from motes.studio.tasks import RUN, STOP, Answer, Done, Failed, Part, Ready, Task
+from motes.studio.tasks import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
 
 
@@ -64,19 +64,32 @@ class Worker:
         Of memory, and of the time without a sign of life.
     pictures
         Whether it makes pictures; else it tracks.
+    whole
+        Whether the film is known to be damaged.
+    damaged
+        Called if it turns out to be.
     """
 
-    def __init__(self, path: Path, limits: Limits, *, pictures: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        limits: Limits,
+        *,
+        pictures: bool,
+        whole: bool = False,
+        damaged: Callable[[], None] = lambda: None,
+    ) -> None:
         context = multiprocessing.get_context("spawn")
         self._name, self._limits = path.name, limits
         self._wish = context.Value("b", RUN, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
-        self.ended = False
+        self._damaged = damaged
+        self.ended = self._closed = False
         with blocked_signals():
             self._pipe, theirs = context.Pipe()
-            arguments = (theirs, self._wish, str(path), limits, pictures)
+            arguments = (theirs, self._wish, str(path), limits, pictures, whole)
             self._process = context.Process(target=main, args=arguments, daemon=True)
             self._process.start()
             theirs.close()
@@ -102,7 +115,7 @@ class Worker:
         except asyncio.CancelledError:
             me = asyncio.current_task()
             if self._ready.cancelled() and not (me and me.cancelling()):
-                raise WorkerError(f"{self._name} was closed; open it again.") from None
+                raise self._was_closed() from None
             raise
 
     async def run(
@@ -148,6 +161,8 @@ class Worker:
                 elif isinstance(answer, Done):
                     return answer
                 elif isinstance(answer, Failed):
+                    if answer.damaged:
+                        self._damaged()
                     raise WorkerError(answer.error)
 
     def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
@@ -159,6 +174,7 @@ class Worker:
 
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
+        self._closed = True
         self._ready.cancel()
         self._kill()
 
@@ -168,8 +184,12 @@ class Worker:
             self._process.kill()
             threading.Thread(target=self._process.join, daemon=True).start()
 
+    def _was_closed(self) -> WorkerError:
+        return WorkerError(f"{self._name} was closed meanwhile; open it again.")
+
     async def _opened(self) -> Ready:
-        answer = await self._answer()
+        while isinstance(answer := await self._answer(), Alive):
+            pass  # a damaged film is read as a whole
         if isinstance(answer, Ready):
             return answer
         self._kill()
@@ -186,6 +206,8 @@ class Worker:
             ) from None
         if answer is None:
             self.ended = True
+            if self._closed:
+                raise self._was_closed()
             await asyncio.to_thread(self._process.join, 5)
             how = cause(self._process.exitcode)
             raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")

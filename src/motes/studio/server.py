@@ -30,6 +30,8 @@ from motes.studio.studio import Studio, presets
 
 PAGE = Path(__file__).with_name("page")
 """The files of the page."""
+AGAIN = 1012
+"""The code with which a WebSocket closes that is to be opened again."""
 GIVEN_UP = 499
 """The status of an answer that nobody waits for any more."""
 
@@ -162,7 +164,8 @@ class _Api:
         session = await self._session(request)
         index, width = request.path_params["index"], _number(request, "width", 1280)
         # A film does not change while it is open, so that a frame may stay with the browser.
-        tag = f'"{session.name}-{index}-{width}"'
+        kind = "whole" if session.whole else "quick"
+        tag = f'"{session.name}-{kind}-{index}-{width}"'
         headers = {"ETag": tag, "Cache-Control": "private, max-age=3600"}
         if request.headers.get("if-none-match") == tag:
             return Response(status_code=304, headers=headers)
@@ -228,7 +231,7 @@ class _Api:
             return
         client = Client(session.rows_of, session.watching.messages)
         session.join(client)
-        sending = asyncio.create_task(client.run(socket.send_text))
+        sending = asyncio.create_task(_talk(client, socket))
         try:
             while True:
                 text = await socket.receive_text()
@@ -250,6 +253,12 @@ class _Api:
         finally:
             sending.cancel()
             session.leave(client)
+
+
+async def _talk(client: Client, socket: WebSocket) -> None:
+    """Send a page what waits for it; at the end, let it connect again."""
+    await client.run(socket.send_text)
+    await socket.close(AGAIN)
 
 
 async def _body(request: Request, most: int) -> bytes:
