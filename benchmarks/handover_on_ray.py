@@ -12,7 +12,6 @@ import msgspec
 import numpy as np
 
 from motes.cluster.handover_actor import HandoverActor
-from motes.cluster.remote_camera import RemoteCamera
 from motes.core.types import Floats
 from motes.mot.cameras.messages import CameraEnded, Ready
 from motes.mot.cameras.neighborhoods import parts_of
@@ -26,16 +25,7 @@ SENDERS = 1
 
 
 class Meeting(HandoverActor):
-    """A handover actor whose cameras are elsewhere."""
-
-    async def start(self, peers: Mapping[int, Any], *_: Any) -> None:
-        """Start no camera."""
-
-        async def nothing(self: RemoteCamera, life: int) -> None:
-            pass
-
-        RemoteCamera._keep_alive = nothing  # type: ignore[method-assign]
-        await super().start(peers, 0, 0.0, None)
+    """A handover actor that knows what it takes of the processor."""
 
     async def busy(self) -> float:
         """Return the seconds of the processor that this process has taken."""
@@ -114,7 +104,7 @@ def measure(building: Building, largest: int, people: float) -> None:
         cameras = [camera.name for camera in rig.camera]
         make = ray.remote(Meeting).options(num_cpus=0, max_concurrency=1000)
         actors = [make.remote(rig, parts, n) for n in range(len(parts))]
-        ray.get([actor.start.remote(dict(enumerate(actors))) for actor in actors])
+        taking = ray.remote(_take).options(num_cpus=0).remote(actors)
         meetings = {name: actors[n] for n, part in enumerate(parts) for name in part}
         seconds = max(1.5, 1200 / len(cameras))  # 10 reports of a camera in each
         sending = ray.remote(Sender).options(num_cpus=0, max_concurrency=1000)
@@ -123,7 +113,6 @@ def measure(building: Building, largest: int, people: float) -> None:
             for n in range(SENDERS)
         ]
         third = min(ray.get([sender.open.remote() for sender in senders])) // 3
-        taking = ray.remote(_take).options(num_cpus=0).remote(actors)
         ray.get([sender.send.remote(third, None) for sender in senders])  # imports, connections
         before = sum(ray.get([actor.busy.remote() for actor in actors]))
         begun = time.perf_counter()
@@ -148,17 +137,21 @@ def measure(building: Building, largest: int, people: float) -> None:
 
 
 def _take(actors: Sequence[Any]) -> int:
-    """Take all rows, as the program does; return of how many reports."""
+    """Take all batches, as the program does; return of how many reports."""
     import ray
 
-    from motes.cluster.rig_messages import Associated, PartEnded, PartNews
+    from motes.cluster.rig_messages import Associated, Batch, PartEnded
+    from motes.cluster.rig_streams import PartStream
 
-    calls, count = {actor.take.remote(): actor for actor in actors}, 0
-    while calls:
+    peers, count = dict(enumerate(actors)), 0
+    held = {actor: PartStream(recorded=False) for actor in actors}
+    calls = {actor.start.remote(peers, 0, None, []): actor for actor in actors}
+    while not all(stream.over for stream in held.values()):
         for call in ray.wait([*calls])[0]:
             actor = calls.pop(call)
-            news = msgspec.msgpack.decode(ray.get(call), type=list[PartNews])
-            count += sum(isinstance(each, Associated) for each in news)
-            if not isinstance(news[-1], PartEnded):
-                calls[actor.take.remote()] = actor
+            batch = msgspec.msgpack.decode(ray.get(call), type=Batch)
+            held[actor].hold(batch)
+            held[actor].over |= any(isinstance(each, PartEnded) for each in batch.news)
+            count += sum(isinstance(each, Associated) for each in batch.news)
+            calls[actor.take.remote(batch.count)] = actor
     return count

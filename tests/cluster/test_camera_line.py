@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import types
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
 import msgspec
@@ -12,16 +12,18 @@ import numpy as np
 import pytest
 
 import loops
-from motes.cluster import handover_actor, rig_on_ray
+from handovers import Handovers, settled
+from motes.cluster import rig_streams
 from motes.cluster.camera_actor import OPEN, ActorLine
-from motes.cluster.handover_actor import HandoverActor
-from motes.cluster.remote_camera import RemoteCamera, reason
-from motes.cluster.rig_messages import Associated, PartEnded, PartNews
-from motes.cluster.rig_on_ray import ClusterRig, Handover, _Numbers, _Stream
+from motes.cluster.camera_actors import reason
+from motes.cluster.rig_messages import Associated, Batch, PartEnded, Restart
+from motes.cluster.rig_on_ray import ClusterRig, Handover
+from motes.cluster.rig_streams import Numbers, PartStream
 from motes.core.geometry import Box
 from motes.core.track import Status
 from motes.mot.cameras.camera_report import CameraReport, ObjectReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage, Go, Message, NextFrame, Ready
+from motes.mot.cameras.reidentification import CAMERA_TIMEOUT
 from motes.mot.cameras.rig_config import Camera, Rig
 
 GO = msgspec.msgpack.encode(Go())
@@ -75,144 +77,115 @@ def seen(camera: str, frame: int, time: float, own: int = 1) -> CameraReport:
     return CameraReport(camera, frame, time, (found,), (320, 240))
 
 
-class Part:
-    """A handover actor with cameras that have no actors; messages come from the test."""
+def go(test: Callable[[Handovers], Coroutine[None, None, None]], *names: str) -> None:
+    """Run a test with a handover actor of some cameras."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
-        async def nothing(self: RemoteCamera, life: int) -> None:
-            pass
-
-        monkeypatch.setattr(RemoteCamera, "_keep_alive", nothing)
-        rig = Rig(tuple(Camera(name, "") for name in names))
-        self.actor, self.numbers = HandoverActor(rig, [names], 0), dict.fromkeys(names, 0)
-
-    def send(self, camera: str, message: Message, life: int = 0) -> asyncio.Task[bytes | None]:
-        """Send a message; return its answer."""
-        number = self.numbers[camera]
-        self.numbers[camera] += 1
-        return self.send_as(number, camera, message, life)
-
-    def send_as(
-        self, number: int, camera: str, message: Message, life: int = 0
-    ) -> asyncio.Task[bytes | None]:
-        """Send a message with a number."""
-        data = msgspec.msgpack.encode(message)
-        return asyncio.ensure_future(self.actor.receive(camera, life, number, data))
-
-    async def taken(self) -> list[Any]:
-        """Return what happened."""
-        return msgspec.msgpack.decode(await self.actor.take(), type=list[PartNews])
-
-
-def go(
-    monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...],
-    test: Callable[[Part], Coroutine[None, None, None]],
-) -> None:  # fmt: skip
     async def run() -> None:
-        part = Part(monkeypatch, *names)
-        await part.actor.start({}, 0, 0.0, None)
-        await test(part)
+        await test(Handovers(Rig(tuple(Camera(name, "") for name in names)), [names]))
 
     loops.run(run(), 60)
 
 
-def test_messages_are_used_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def test(part: Part) -> None:
+def reports_of(handovers: Handovers) -> list[Associated]:
+    """Return the reports that the program got."""
+    return [each for each in handovers.news[0] if isinstance(each, Associated)]
+
+
+def test_messages_are_used_in_their_order() -> None:
+    async def test(one: Handovers) -> None:
         messages: list[Message] = [Ready("hall", True)]
         messages += [CameraReport("hall", n, n / 25, ()) for n in range(4)]
-        answers = [part.send_as(n, "hall", messages[n]) for n in (2, 4, 0, 3, 1)]
+        answers = [one.send_as(n, "hall", messages[n]) for n in (2, 4, 0, 3, 1)]
         assert await asyncio.gather(*answers) == [GO] * 5
-        assert [news.report.frame for news in await part.taken()] == [0, 1, 2, 3]
+        assert [each.report.frame for each in reports_of(one)] == [0, 1, 2, 3]
 
-    go(monkeypatch, ("hall",), test)
+    go(test, "hall")
 
 
-def test_an_earlier_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def test(part: Part) -> None:
-        camera = part.actor._cameras["hall"]
-        await part.send("hall", Ready("hall", True))
-        early = part.send_as(7, "hall", CameraReport("hall", 7, 0.0, ()))
-        await asyncio.sleep(0)
-        camera._end_life()
+def test_an_earlier_life_is_refused() -> None:
+    async def test(one: Handovers) -> None:
+        await one.send("hall", Ready("hall", True))
+        early = one.send_as(7, "hall", CameraReport("hall", 7, 0.0, ()))
+        await settled()
+        await one.die("hall", 0, "its node died")
         assert await early is None
-        assert await part.send("hall", CameraReport("hall", 0, 0.0, ())) is None
-        camera.start()
-        assert await part.send_as(0, "hall", Ready("hall", True), life=1) == GO
+        assert await one.send_as(1, "hall", CameraReport("hall", 0, 0.0, ())) is None
+        await one.die("hall", 0, "its node died")  # Ray repeats calls
+        assert await one.send_as(0, "hall", Ready("hall", True), life=1) == GO
+        assert [each for each in one.news[0] if isinstance(each, Restart)] == [
+            Restart("hall", 1, CAMERA_TIMEOUT)
+        ]
 
-    go(monkeypatch, ("hall",), test)
+    go(test, "hall")
 
 
-def test_identities_and_frames_go_on_in_the_next_life(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_identities_and_frames_go_on_in_the_next_life() -> None:
     """Another process numbers its objects and frames from the start again."""
 
-    async def test(part: Part) -> None:
-        camera = part.actor._cameras["hall"]
-        await part.send("hall", Ready("hall", True))
+    async def test(one: Handovers) -> None:
+        await one.send("hall", Ready("hall", True))
         for n in range(3):
-            await part.send("hall", seen("hall", n, n / 25))
-        camera._end_life()
-        part.actor._put(camera.fail("its node died"))
-        camera.start()
-        part.numbers["hall"] = 0
-        await part.send("hall", Ready("hall", True), life=1)
+            await one.send("hall", seen("hall", n, n / 25))
+        await one.die("hall", 0, "its node died")
+        await one.send("hall", Ready("hall", True), life=1)
         for n in range(2):
-            await part.send("hall", seen("hall", n, 8 + n / 25), life=1)
-        news = await part.taken()
-        reports = [each for each in news if isinstance(each, Associated)]
+            await one.send("hall", seen("hall", n, 8 + n / 25), life=1)
+        reports = reports_of(one)
         assert [each.report.frame for each in reports] == [0, 1, 2, 3, 4]
         assert [[*each.identities.items()] for each in reports] == [[(1, 1)]] * 3 + [[(2, 1)]] * 2
-        said = [each.text for each in news if isinstance(each, CameraMessage)]
+        said = [each.text for each in one.news[0] if isinstance(each, CameraMessage)]
         assert said[0] == "its node died. It is started again, with growing pauses."
         assert said[1].startswith("it is back after")
 
-    go(monkeypatch, ("hall",), test)
+    go(test, "hall")
 
 
-def test_a_program_that_does_not_listen_slows_cameras_down(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(handover_actor, "ROOM", 10)
+def test_nothing_is_answered_before_the_program_has_it() -> None:
+    """So a program that does not listen slows cameras down, and no answer has to be taken back."""
 
-    async def test(part: Part) -> None:
-        await part.send("hall", Ready("hall", True))
-        answers = [part.send("hall", CameraReport("hall", n, n / 25, ())) for n in range(14)]
-        await asyncio.sleep(0)
-        for _ in range(5):
-            await asyncio.sleep(0)
-        assert [answer.done() for answer in answers] == [True] * 10 + [False] * 4
-        assert len(await part.taken()) == 14
-        assert await asyncio.gather(*answers) == [GO] * 14
+    async def test(one: Handovers) -> None:
+        await one.send("hall", Ready("hall", True))
+        await settled()
+        one.listening.clear()
+        answers = [one.send("hall", CameraReport("hall", n, n / 25, ())) for n in range(OPEN)]
+        await settled()
+        assert not any(answer.done() for answer in answers)
+        one.listening.set()
+        assert await asyncio.gather(*answers) == [GO] * OPEN
+        assert [each.report.frame for each in reports_of(one)] == [*range(OPEN)]
 
-    go(monkeypatch, ("hall",), test)
+    go(test, "hall")
 
 
-def test_recordings_go_in_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def test(part: Part) -> None:
+def test_recordings_go_in_step() -> None:
+    async def test(one: Handovers) -> None:
         for name in ("one", "two"):
-            await part.send(name, Ready(name, False))
-        first = part.send("one", NextFrame(0.0))
-        await asyncio.sleep(0.01)
+            await one.send(name, Ready(name, False))
+        first = one.send("one", NextFrame(0.0))
+        await settled()
         assert not first.done()  # the other one may have an earlier frame
-        second = part.send("two", NextFrame(0.0))
+        second = one.send("two", NextFrame(0.0))
         assert await first == GO
-        await part.send("one", seen("one", 0, 0.0))
-        await part.send("one", CameraEnded("one", 1))
+        await one.send("one", seen("one", 0, 0.0))
+        await one.send("one", CameraEnded("one", 1))
         assert await second == GO
-        await part.send("two", seen("two", 0, 0.0))
-        await part.send("two", CameraEnded("two", 1))
-        news = await part.taken()
-        reports = [each.report.camera for each in news if isinstance(each, Associated)]
-        assert reports == ["one", "two"]
-        assert isinstance(news[-1], PartEnded)
+        await one.send("two", seen("two", 0, 0.0))
+        await one.send("two", CameraEnded("two", 1))
+        assert [each.report.camera for each in reports_of(one)] == ["one", "two"]
+        assert isinstance(one.news[0][-1], PartEnded)
 
-    go(monkeypatch, ("one", "two"), test)
+    go(test, "one", "two")
 
 
 def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
     rig = object.__new__(ClusterRig)
     rig._order = {"one": 0, "two": 1, "live": 2}
-    rig._streams = [_Stream(recorded=True), _Stream(recorded=True), _Stream(recorded=False)]
-    rig._numbers, rig.handover = _Numbers(3), Handover()
+    rig._streams = [
+        PartStream(recorded=True),
+        PartStream(recorded=True),
+        PartStream(recorded=False),
+    ]
+    rig._numbers, rig.handover = Numbers(3), Handover()
     first, second, live = (stream.news for stream in rig._streams)
     first += [Associated(seen("one", n, n / 10), {1: 1}, 1, False) for n in range(2)]
     assert list(rig._ready()) == []  # something earlier may come
@@ -233,34 +206,47 @@ def test_rows_of_several_parts_are_in_the_order_of_time() -> None:
 class Batches:
     """Stands for Ray and for an actor whose news come in batches."""
 
-    exceptions = types.SimpleNamespace(RayError=OSError)
+    exceptions = types.SimpleNamespace(
+        RayError=OSError, ActorUnavailableError=TimeoutError, ObjectLostError=TimeoutError
+    )
 
     def __init__(self, *batches: list[Any]) -> None:
-        self._batches, self.taken, self.take = [*batches], 0, self
+        self._batches, self.taken = [*batches], 0
+        self.take = self.start = self
 
-    def remote(self) -> Batches:
+    def options(self, **_: object) -> Batches:
+        """Take options of a call."""
+        return self
+
+    def remote(self, *_: object) -> Batches:
         """Take a batch."""
         return self
 
     def wait(self, calls: list[Batches], timeout: float) -> tuple[list[Batches], None]:
         """Find one call answered: this actor is the fastest."""
-        return sorted(calls, key=lambda call: call is not self)[:1], None
+        able = [call for call in calls if call._batches]
+        return sorted(able, key=lambda call: call is not self)[:1], None
 
     def get(self, call: Batches) -> bytes:
         """Return the news of a call."""
         call.taken += 1
-        return msgspec.msgpack.encode(call._batches.pop(0))
+        return msgspec.msgpack.encode(Batch(call.taken, b"", call._batches.pop(0)))
+
+    def look(self) -> Sequence[Any]:
+        """Find all cameras alive."""
+        return ()
 
 
 def test_a_recording_that_is_ahead_waits_for_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rig_on_ray, "ROOM", 10)
+    monkeypatch.setattr(rig_streams, "ROOM", 10)
     rig = object.__new__(ClusterRig)
     rig._order, rig._numbers, rig.handover = {"one": 0, "two": 1}, None, Handover()
-    rig._streams = [_Stream(recorded=True), _Stream(recorded=True)]
+    rig._streams = [PartStream(recorded=True), PartStream(recorded=True)]
     fast = [[Associated(seen("one", n, n / 10), {1: 1}, 1, False)] for n in range(50)]
     ahead = Batches(*fast, [PartEnded(0, {})])
     late = Batches([Associated(seen("two", 0, 2.05), {1: 2}, 2, False)], [PartEnded(0, {})])
     rig._actors, rig._ray = [ahead, late], ahead
+    rig._cameras = ahead  # type: ignore[assignment]
     order = []
     for news in rig:
         order.append(_name(news))
@@ -273,7 +259,7 @@ def _name(news: Any) -> str:
 
 
 def test_identities_of_recordings_are_numbered_in_one_row() -> None:
-    numbers = _Numbers(2)
+    numbers = Numbers(2)
     report = seen("one", 0, 0.0)
     assert numbers.of(0, Associated(report, {1: 1}, 1, False)) == {1: 1}
     assert numbers.of(1, Associated(report, {1: 2, 2: 4}, 4, False)) == {1: 2, 2: 3}

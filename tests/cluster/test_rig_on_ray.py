@@ -6,6 +6,7 @@ import itertools
 import os
 import re
 import signal
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,11 +16,13 @@ import pytest
 
 from motes.cli import main
 from motes.cluster.ray_connection import connected
+from motes.cluster.rig_messages import for_rows
 from motes.cluster.rig_on_ray import ClusterRig, check_nodes
 from motes.core.errors import ConfigError
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
 from motes.mot.cameras.reidentification import REIDENTIFICATION_WINDOW
+from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Camera, Rig
 from motes.video.writer import VideoWriter
 from red_box import moving
@@ -64,12 +67,11 @@ seconds = [0.5, 4]
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Give a cluster with a head and two nodes that reach the hall."""
+    """Give a cluster with a head and two nodes that reach the hall; reports meet on these."""
     from ray.cluster_utils import Cluster
 
     head = {
         "num_cpus": 1,
-        "resources": {"handover": 1},
         "include_dashboard": False,
         "_system_config": QUICK,
     }
@@ -78,7 +80,7 @@ def cluster() -> Iterator[Any]:
         patch.setenv("PYTHONPATH", f"{here}:{here.parent / 'src'}")
         made = Cluster(initialize_head=True, head_node_args=head)
         for _ in range(2):
-            made.add_node(num_cpus=1, resources={"reaches-hall": 1}, wait=False)
+            made.add_node(num_cpus=1, resources={"reaches-hall": 1, "handover": 1}, wait=False)
         made.wait_for_nodes()
     try:
         yield made
@@ -86,21 +88,28 @@ def cluster() -> Iterator[Any]:
         made.shutdown()
 
 
-@pytest.mark.slow
-def test_recordings_have_the_rows_of_one_machine(
-    cluster: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Two neighborhoods: identities are numbered in one row although each counts on its own."""
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a folder with a rig of three recordings."""
+    folder = tmp_path_factory.mktemp("rooms")
     rng = np.random.default_rng(0)
     for name, enters in (("hall", 4), ("office", 14)):
-        with VideoWriter(f"{name}.mkv", 25) as writer:
+        with VideoWriter(folder / f"{name}.mkv", 25) as writer:
             for index in range(52):
                 pixels = rng.integers(95, 106, (96, 160, 3)).astype(np.uint8)
                 x = 4 * (index - enters) - 16
                 pixels[40:70, max(x, 0) : max(x + 16, 0)] = (230, 40, 40)
                 writer.write(pixels)
-    Path("rig.toml").write_text(ROOMS)
+    (folder / "rig.toml").write_text(ROOMS)
+    return folder
+
+
+@pytest.mark.slow
+def test_recordings_have_the_rows_of_one_machine(
+    cluster: Any, rooms: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Two neighborhoods: identities are numbered in one row although each counts on its own."""
+    monkeypatch.chdir(rooms)
     summaries = []
     for output, where in (("local.csv", []), ("cluster.csv", ["--cluster", cluster.address])):
         assert main(["watch", "rig.toml", "-o", output, *where]) == 0
@@ -163,15 +172,47 @@ def test_a_camera_goes_on_when_its_process_and_its_node_are_killed(cluster: Any)
     assert all(a < c and b < d for (a, b), (c, d) in itertools.pairwise(order))
 
 
-def _where(cluster: Any) -> tuple[int, int]:
-    """Return the processes of the node on which the camera is, and of the camera."""
-    for node in cluster.list_all_nodes():
-        raylet = node.all_processes["raylet"][0].process.pid
-        for children in Path(f"/proc/{raylet}/task").glob("*/children"):
-            for pid in children.read_text().split():
-                if b"CameraActor" in Path(f"/proc/{pid}/cmdline").read_bytes():
-                    return raylet, int(pid)
-    raise AssertionError("the camera has no process")
+@pytest.mark.slow
+def test_identities_go_on_when_handover_actors_and_their_node_are_killed(
+    cluster: Any, rooms: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each kill comes after some reports; what follows is as on one machine, to the last digit."""
+    monkeypatch.chdir(rooms)
+    cluster.add_node(num_cpus=1, resources={"reaches-hall": 1, "handover": 1})
+    rig = Rig.parse(Path("rig.toml").read_text())
+    whole, found, said = [], [], list[str]()
+    with RigRunner(rig) as local:
+        for news in local:
+            if isinstance(news, tuple):
+                whole.append((for_rows(news[0]), news[1]))
+    with connected(cluster.address) as ray, ClusterRig(ray, rig) as watching:
+        for news in watching:
+            if isinstance(news, tuple):
+                found.append(news)
+                if len(found) in (1, 30, 31, 70):
+                    os.kill(_where(cluster, b"HandoverActor")[1], signal.SIGKILL)
+                elif len(found) == 110:
+                    os.kill(_where(cluster, b"HandoverActor")[0], signal.SIGKILL)
+            elif isinstance(news, CameraMessage):
+                said.append(news.text)
+            else:
+                assert news.failure is None
+    assert found == whole
+    assert any("handover actor was lost" in text for text in said)
+
+
+def _where(cluster: Any, kind: bytes = b"CameraActor") -> tuple[int, int]:
+    """Wait for an actor of a kind; return the processes of its node, and of the actor."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        for node in cluster.list_all_nodes():
+            raylet = node.all_processes["raylet"][0].process.pid
+            for children in Path(f"/proc/{raylet}/task").glob("*/children"):
+                for pid in children.read_text().split():
+                    if kind in Path(f"/proc/{pid}/cmdline").read_bytes():
+                        return raylet, int(pid)
+        time.sleep(0.1)
+    raise AssertionError(f"no process of {kind!r}")
 
 
 def test_a_camera_that_no_node_reaches_is_pointed_out() -> None:

@@ -32,12 +32,17 @@ class CameraActor:
     ----------
     handover
         The handle of the actor that gets the reports.
+    name
+        The camera's, which Ray's dashboard shows.
     life
         How often the camera was started before; the handover listens to its newest life only.
     """
 
-    def __init__(self, handover: Any, life: int) -> None:
-        self._handover, self._life = handover, life
+    def __init__(self, handover: Any, name: str, life: int) -> None:
+        self._handover, self._name, self._life = handover, name, life
+
+    def __repr__(self) -> str:
+        return f"camera {self._name}, life {self._life}"
 
     def watch(self, camera: Camera, seed: int, epoch: float, target: Target | None) -> None:
         """Watch a camera until it ends, or until nobody listens any more.

@@ -1,4 +1,9 @@
-"""What a handover actor sends to the program, beside messages about its cameras."""
+"""The messages between handover actors and the program, beside messages about cameras.
+
+- An *entry* is what a handover actor was sent. Its state follows from its entries, in their order.
+- A `Batch` has entries, and the news that follow from them. The program holds the entries: a new
+  process of the actor starts from them.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +12,33 @@ from msgspec.structs import replace
 
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
+
+
+class Received(msgspec.Struct, frozen=True, tag=True):
+    """A message of a camera, encoded, and when it came."""
+
+    camera: str
+    data: bytes
+    time: float
+
+
+class Heard(msgspec.Struct, frozen=True, tag=True):
+    """News of another part, encoded; `first` is the number of the first one."""
+
+    part: int
+    first: int
+    data: bytes
+
+
+class Died(msgspec.Struct, frozen=True, tag=True):
+    """The actor of a camera has ended, for a reason, at a time."""
+
+    camera: str
+    why: str
+    time: float
+
+
+Entry = Received | Heard | Died
 
 
 class Associated(msgspec.Struct, frozen=True, tag=True):
@@ -30,6 +62,14 @@ class Associated(msgspec.Struct, frozen=True, tag=True):
     live: bool
 
 
+class Restart(msgspec.Struct, frozen=True, tag=True):
+    """A camera must be started again, after a pause in seconds; `life` counts its starts."""
+
+    camera: str
+    life: int
+    pause: float
+
+
 class PartEnded(msgspec.Struct, frozen=True, tag=True):
     """All cameras of a part have ended; with the attributes of its association."""
 
@@ -38,6 +78,27 @@ class PartEnded(msgspec.Struct, frozen=True, tag=True):
 
 
 PartNews = Associated | CameraMessage | CameraEnded | PartEnded
+
+
+class Batch(msgspec.Struct, frozen=True):
+    """What happened in a handover actor since the last batch.
+
+    Attributes
+    ----------
+    count
+        The number of entries since the start of the run.
+    entries
+        The new ones, as an encoded list; empty if `state` has them.
+    news
+        What follows from them for the program.
+    state
+        The state after all entries, where it takes the place of all that the program holds.
+    """
+
+    count: int
+    entries: bytes
+    news: list[PartNews | Restart]
+    state: bytes | None = None
 
 
 def for_rows(report: CameraReport) -> CameraReport:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -12,9 +11,10 @@ import msgspec
 from msgspec.structs import replace
 
 from motes.cluster.camera_actor import OPEN
-from motes.cluster.handover_actor import ROOM, HandoverActor
-from motes.cluster.remote_camera import SHARE, reason
-from motes.cluster.rig_messages import Associated, PartEnded, PartNews
+from motes.cluster.camera_actors import SHARE, CameraActors, reason
+from motes.cluster.handover_actor import HandoverActor
+from motes.cluster.rig_messages import Associated, Batch, PartEnded, PartNews, Restart
+from motes.cluster.rig_streams import Numbers, PartStream
 from motes.core.errors import ConfigError, MotesError
 from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraEnded, CameraMessage
@@ -31,6 +31,8 @@ HANDOVER = "handover"
 runs, which then has one node on which it depends."""
 LISTEN = 1.0
 """Seconds for which the program waits for news before it looks for signals."""
+TRIES = 3
+"""How often an actor that ends before it has got anywhere is started again."""
 
 
 class Handover:
@@ -69,33 +71,69 @@ class ClusterRig:
         whole = target is not None or bool(recorded)
         parts = components(rig) if whole else parts_of(rig, CAMERAS)
         self.handover = Handover()
-        self._streams = [_Stream(not recorded.isdisjoint(part)) for part in parts]
-        self._numbers = None if target is not None else _Numbers(len(parts))
-        maker = ray.remote(HandoverActor).options(
-            num_cpus=0, max_concurrency=len(rig.camera) * (OPEN + 2) + len(parts), **place(ray)
-        )
-        known = target is not None
-        self._actors = [maker.remote(rig, parts, n, known_target=known) for n in range(len(parts))]
-        peers, epoch = dict(enumerate(self._actors)), time.time()
-        ray.get([actor.start.remote(peers, seed, epoch, target) for actor in self._actors])
+        self._streams = [PartStream(not recorded.isdisjoint(part)) for part in parts]
+        self._numbers = None if target is not None else Numbers(len(parts))
+        known, where = target is not None, place(ray)
+        self._actors = [
+            ray.remote(HandoverActor)
+            .options(
+                num_cpus=0,
+                max_restarts=-1,
+                max_task_retries=-1,
+                max_concurrency=2 * (len(part) * (OPEN + 2) + len(parts)),
+                **where,
+            )
+            .remote(rig, parts, n, known_target=known)
+            for n, part in enumerate(parts)
+        ]
+        self._first = [part[0] for part in parts]
+        handovers = {name: self._actors[n] for n, part in enumerate(parts) for name in part}
+        self._cameras = CameraActors(ray, rig, handovers, seed, time.time(), target)
 
     def __iter__(
         self,
     ) -> Iterator[tuple[CameraReport, Mapping[int, int]] | CameraMessage | CameraEnded]:
-        calls: dict[Any, int] = {}
+        calls: dict[Any, int] = {self._start(part): part for part in range(len(self._actors))}
         while not all(stream.over for stream in self._streams):
             for part, stream in enumerate(self._streams):
-                if stream.wants_news and part not in calls.values():
-                    calls[self._actors[part].take.remote()] = part
+                if stream.has_room and part not in calls.values():
+                    calls[self._actors[part].take.remote(stream.count)] = part
             for call in self._ray.wait([*calls], timeout=LISTEN)[0]:
                 part = calls.pop(call)
-                try:
-                    data = self._ray.get(call)
-                except self._ray.exceptions.RayError as error:
-                    raise MotesError(f"A handover actor is lost: {reason(error)}.") from None
-                stream = self._streams[part]
-                stream.news += msgspec.msgpack.decode(data, type=list[PartNews])
+                if (data := self._answer(call)) is None:
+                    text = "contact with the handover actor was lost; it goes on where it was."
+                    yield CameraMessage(self._first[part], text)
+                    calls[self._start(part)] = part
+                else:
+                    self._hold(part, msgspec.msgpack.decode(data, type=Batch))
+            yield from self._cameras.look()
             yield from self._ready()
+
+    def _start(self, part: int) -> Any:
+        """Give a handover actor its state; return the call, which has its first batch."""
+        stream, peers = self._streams[part], dict(enumerate(self._actors))
+        start = self._actors[part].start.options(max_task_retries=TRIES)
+        return start.remote(peers, stream.count, stream.state, stream.entries)
+
+    def _answer(self, call: Any) -> bytes | None:
+        """Return a batch, or None if a handover actor has lost its state."""
+        lost = self._ray.exceptions
+        try:
+            return self._ray.get(call)  # type: ignore[no-any-return]
+        except (lost.ActorUnavailableError, lost.ObjectLostError):
+            return None
+        except lost.RayError as error:
+            raise MotesError(f"A handover actor is lost: {reason(error)}.") from None
+
+    def _hold(self, part: int, batch: Batch) -> None:
+        """Keep a batch; its news are used by and by, but a camera is started as soon as it may."""
+        stream = self._streams[part]
+        stream.hold(batch)
+        for news in batch.news:
+            if isinstance(news, Restart):
+                self._cameras.start_after(news.pause, news.camera, news.life)
+            else:
+                stream.news.append(news)
 
     def _ready(
         self,
@@ -136,56 +174,9 @@ class ClusterRig:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._cameras.close()
         for actor in self._actors:
-            self._ray.kill(actor)  # and with it the actors of its cameras
-
-
-class _Stream:
-    """The news of a part that have come."""
-
-    def __init__(self, recorded: bool) -> None:
-        self.news: deque[Any] = deque()
-        self.recorded, self.over = recorded, False
-
-    @property
-    def wants_news(self) -> bool:
-        """Whether more may come: recordings that are ahead of others wait with their news."""
-        ended = self.over or (bool(self.news) and isinstance(self.news[-1], PartEnded))
-        return not ended and len(self.news) <= ROOM
-
-    @property
-    def blocks(self) -> bool:
-        """Whether others must wait, since an earlier report may come."""
-        return self.recorded and not self.over and not self.news
-
-    def pop_urgent(self) -> PartNews | None:
-        """Take the first news, unless it is a report of a recording; else return None."""
-        first = self.news[0]
-        if isinstance(first, Associated) and not first.live:
-            return None
-        return self.news.popleft()  # type: ignore[no-any-return]
-
-
-class _Numbers:
-    """Numbers the identities of recordings in the order of their births, as one process does.
-
-    Parts count on their own, and their numbers have gaps.
-    """
-
-    def __init__(self, step: int) -> None:
-        self._step, self._names = step, dict[int, int]()
-        self._newest = [n + 1 - step for n in range(step)]
-
-    def of(self, part: int, news: Associated) -> dict[int, int]:
-        """Return the identities of a report."""
-        for number in range(self._newest[part] + self._step, news.newest + 1, self._step):
-            self._names[number] = len(self._names) + 1
-        self._newest[part] = max(self._newest[part], news.newest)
-        return {own: self._names[number] for own, number in news.identities.items()}
-
-    def named(self, merged: Mapping[int, int]) -> dict[int, int]:
-        """Return the numbers of merged identities."""
-        return {self._names[gone]: self._names[kept] for gone, kept in merged.items()}
+            self._ray.kill(actor)
 
 
 def place(ray: Any) -> dict[str, Any]:

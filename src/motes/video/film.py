@@ -121,7 +121,7 @@ class Film:
         self.frames = range(start, len(self.times))
         known = [stamp for stamp in self._stamps if stamp is not None]
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
-            self._keys = []  # frames cannot be told by their stamps: read from the beginning
+            self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
 
     def _first(self, begin: float | None) -> Load:

@@ -219,11 +219,12 @@ def test_the_first_frame_stays_when_a_followed_run_goes_on(shown: Shown) -> None
     shown.open()
     shown.draw()
     shown.track()
-    for goes in (
+    ways: tuple[Callable[[], None], ...] = (
         lambda: page.keyboard.press("Home"),
         lambda: page.keyboard.press(","),
         lambda: page.get_by_role("button", name="First frame (Home)").click(),
-    ):
+    )
+    for goes in ways:
         page.evaluate(f"{START} app.store.set({{ frame: 30, following: true }}))")
         goes()
         page.evaluate(f"{START} app.store.set({{ newest: {{ object: 1, frame: 40 }} }}))")

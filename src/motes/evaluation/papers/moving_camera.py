@@ -40,7 +40,7 @@ PERIOD = 4.0
 TURN, ZOOM, SHAKE = np.radians(2), 0.1, 1.0
 """Largest turn; largest change of scale; standard deviation of the shake in pixels."""
 SEED = 0
-"""Of the shake: all trackers see the same film."""
+"""Seed of the shake: all trackers see the same film."""
 GRID = 5
 """Points in x and y at which two motions are compared."""
 HIT = 0.3

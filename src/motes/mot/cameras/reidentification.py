@@ -6,7 +6,6 @@ person to the camera of the other room: an `Arrival`, made of `ObjectReport`s, a
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import defaultdict
 from collections.abc import Sequence
@@ -71,7 +70,7 @@ class CrossCameraAssociation:
         self._known = KnownObjects()
         self._times: dict[str, float] = {}
         self._sizes: dict[str, tuple[int, int]] = {}
-        self._identities = itertools.count(first, step)
+        self._step = step
         self._memory = max(
             [REIDENTIFICATION_WINDOW, *(passage.seconds[1] for passage in rig.passage)]
         )
@@ -147,7 +146,7 @@ class CrossCameraAssociation:
     def _new(self) -> int:
         if self._known_target:
             return 1
-        self.newest = next(self._identities)
+        self.newest += self._step
         return self.newest
 
     def _here(self, camera: str) -> set[int]:
@@ -263,7 +262,8 @@ class CrossCameraAssociation:
         pairs = [(ones[i], others[j]) for i, j in assign(np.where(off <= 1, off, np.inf))]
         same = [(one, other) for one, other in pairs if one.identity == other.identity]
         learned = ground.overlap.homography is None
-        for one, other in {*same, *(unmistakable(ones, others) if learned else ())}:
+        taught = (*same, *(unmistakable(ones, others) if learned else ()))
+        for one, other in dict.fromkeys(taught):  # in the same order in each process
             feet = one.foot(now), other.foot(now)
             ground.add(feet, one.last.box, other.last.box)
         seen = {*ones, *others}
@@ -278,7 +278,7 @@ class CrossCameraAssociation:
                 self._merge(*pair)
 
     def _merge(self, one: KnownObject, other: KnownObject) -> None:
-        """Give two objects the older identity of theirs; whoever else had it gets a new one."""
+        """Give two objects the older one of their identities; others that had it get new ones."""
         keep, gone = sorted((one.identity, other.identity))
         for each in self._known.named(keep, gone):
             rival = each.camera in (one.camera, other.camera) and each.last.seen

@@ -80,6 +80,10 @@ class RigCamera(ABC):
     def _send(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send a `Go`; a process that died is noticed elsewhere."""
 
+    def _now(self) -> float:
+        """Return the reading of a clock, in seconds."""
+        return time.monotonic()
+
     def upcoming(self) -> tuple[float, int, bool]:
         """Return the next event of a recording: its key in time, its kind, and whether it is known.
 
@@ -114,7 +118,7 @@ class RigCamera(ABC):
         """
         return self.live and not self._told and self.due is None and not self.over
 
-    def tell(self, arrivals: tuple[Arrival, ...]) -> None:
+    def announce(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send arrivals to a camera that listens."""
         if arrivals:
             self._told = True
@@ -145,7 +149,7 @@ class RigCamera(ABC):
         if self._working:
             self._working.popleft()
         if self._ended is not None:
-            away = time.monotonic() - self._ended
+            away = self._now() - self._ended
             self._ended = None
             yield CameraMessage(self.name, f"it is back after {away:.1f} s.")
         self._reported += 1
@@ -164,9 +168,9 @@ class RigCamera(ABC):
             yield CameraEnded(self.name, self._reported, failure=why)
             return
         self._pause = min(2 * self._pause, LONGEST_PAUSE) if again else CAMERA_TIMEOUT
-        self.due, self._failed_at = time.monotonic() + self._pause, self._reported
+        self.due, self._failed_at = self._now() + self._pause, self._reported
         if self._ended is None:
-            self._ended = time.monotonic()
+            self._ended = self._now()
             yield CameraMessage(self.name, f"{why}. It is started again, with growing pauses.")
 
 

@@ -163,7 +163,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         super().__post_init__()
         if not 0 < self.least < self.most:
             raise ConfigError(
-                f"An object is 0 < least < most <= 1 of a frame; got {self.least}, {self.most}."
+                f"The shares of a frame must be 0 < least < most <= 1; got {self.least}, "
+                f"{self.most}."
             )
 
     def detector(self) -> BackgroundDetector:
