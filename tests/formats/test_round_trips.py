@@ -236,7 +236,7 @@ def test_gaps_without_end_are_not_filled(
     path = tmp_path / NAMES[name]
     path.write_text(text)
     facts = FilmFacts(source="film", width=FACTS.width, height=FACTS.height)
-    with pytest.raises(SourceError, match="no film has|neighboring keyframes of a film"):
+    with pytest.raises(SourceError, match=r"no film has|neighboring keyframes of a film"):
         registry.read(path, name, facts)
 
 
