@@ -13,12 +13,15 @@ import copy
 from collections.abc import Generator, Iterable, Iterator
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
-from motes.video.sources import find_reader, is_recorded, timed
+from motes.video.sources import Reader, find_reader, is_recorded, timed
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -82,7 +85,8 @@ class Film:
         self._source, self._quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
-        self.name, reader = find_reader(self._source)
+        self._matrices: dict[int, NDArray[np.int32]] = {}
+        self.name, reader = self._opened()
         if quick and isinstance(reader, Decoder) and (index := reader.index()) is not None:
             first, listed = self._first(), index
             reader.keys.extend(stamp for stamp, key in listed if key)
@@ -115,9 +119,19 @@ class Film:
             self._keys = []  # frames cannot be told by their stamps: read from the beginning
         self._keys = sorted(self._keys)
 
+    def _opened(self) -> tuple[str, Reader]:
+        """Return the film's name for messages, and a reader that knows what earlier ones found.
+
+        So no decoder but the first reads a display matrix, which costs the memory of a picture.
+        """
+        name, reader = find_reader(self._source)
+        if isinstance(reader, Decoder):
+            reader.matrices = self._matrices
+        return name, reader
+
     def _first(self) -> Load:
         """Return a function that returns the pixels of the first picture, which is decoded here."""
-        _, reader = find_reader(self._source)
+        _, reader = self._opened()
         with contextlib.closing(reader), contextlib.closing(reader.pictures(Report())) as pictures:
             for _, load in pictures:
                 pixels = load()
@@ -139,7 +153,7 @@ class Film:
 
     def decoder(self) -> Decoder:
         """Open the file of a video once more."""
-        _, reader = find_reader(self._source)
+        _, reader = self._opened()
         assert isinstance(reader, Decoder)  # images have no key pictures
         return reader
 
@@ -204,7 +218,7 @@ class Film:
         while not found:
             # The first key is the beginning.
             key = keys.pop() if len(keys) > (not self._quick) else None
-            _, reader = find_reader(self._source)
+            _, reader = self._opened()
             with contextlib.closing(reader):
                 pictures = reader.pictures(Report())
                 if key is not None and goal is not None and isinstance(reader, Decoder):
