@@ -14,7 +14,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.messages import counted, log
-from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, Workers
+from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, Metrics, Workers
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MissingDependencyError
@@ -63,12 +63,7 @@ class WorkOptions:
             "those whose size or time has changed."
         ),
     ] = False
-    metrics: Annotated[
-        str | None,
-        Parameter(
-            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
-        ),
-    ] = None
+    metrics: Metrics = None
     log: Annotated[
         str | None,
         Parameter(help="File of JSON Lines to which each start, end and new attempt is added."),

@@ -98,6 +98,10 @@ KeyframeError = Annotated[
         "they interpolate between keyframes, in pixels; 0 makes each frame one. [default: 1]",
     ),
 ]
+Metrics = Annotated[
+    str | None,
+    Parameter(help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."),
+]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, OutputOptions
+from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, Metrics, OutputOptions
 from motes.core.errors import ConfigError
 
 QUEUE = "motes-events.sqlite"
@@ -101,12 +101,7 @@ class WatchOutputs(OutputOptions):
     home_assistant: Annotated[
         bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
     ] = False
-    metrics: Annotated[
-        str | None,
-        Parameter(
-            help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."
-        ),
-    ] = None
+    metrics: Metrics = None
     slit: Annotated[
         Path | None,
         Parameter(
