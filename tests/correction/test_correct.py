@@ -217,6 +217,11 @@ def test_smoothing_bridges_losses_and_jumps() -> None:
     assert motes.smooth(nothing) == nothing
 
 
+def test_one_pass_is_not_surer_than_its_tracker() -> None:
+    tracks = [replace(track, covariance=100 * np.eye(5)) for track in walk(60)]
+    assert all(track.covariance[0, 0] >= 100 for track in motes.smooth(tracks))
+
+
 def test_the_first_doubt_is_where_most_is_gained() -> None:
     ellipses = np.tile([50.0, 50, 10, 10, 0], (101, 1))
     variances = np.ones((101, 5)) * 1e-6
