@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -143,3 +144,22 @@ def test_damage_shows_when_a_quick_film_meets_it(tmp_path: Path) -> None:
     seeker, found = Seeker(whole), [frame.pixels for frame in whole.forward(0, 28)]
     for index in (20, 3, 15, 16, 0, 28):
         assert np.array_equal(seeker.pixels(index), found[index])
+
+
+def test_read_backward_no_picture_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reading a display matrix keeps the picture that has it; it is read once for a film."""
+    film = Film(video(tmp_path / "film.mp4", "libx264", {"g": "8"}))
+    monkeypatch.setattr(film_module, "PART", 3 * 3 * film.width * film.height)
+    gc.collect()
+    gc.disable()
+    try:
+        before = _pictures()
+        seen = [frame.index for frame in film.backward(film.frames.stop - 1, 0)]
+        assert _pictures() == before
+    finally:
+        gc.enable()
+    assert len(seen) == 30
+
+
+def _pictures() -> int:
+    return sum(isinstance(each, av.VideoFrame) for each in gc.get_objects())

@@ -7,6 +7,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol, TypeVar
 
+from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import log
 from motes.cli.progress import FrameProgress
 from motes.core import interrupts
@@ -119,6 +120,16 @@ def run_and_report(
         raise
     report(interrupted)
     return interrupted
+
+
+def exit_code(interrupted: KeyboardInterrupt | None, found: bool, missing: str) -> int:
+    """Return the exit code of a run that is over; log what is missing if nothing was found."""
+    if interrupted:
+        return interrupts.code(interrupted)
+    if not found:
+        log(f"error: {missing}")
+        return NOT_FOUND
+    return DONE
 
 
 def summarize(

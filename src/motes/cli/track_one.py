@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.frame_loop import run_and_report, summarize
-from motes.cli.messages import log
+from motes.cli.frame_loop import exit_code, run_and_report, summarize
 from motes.cli.options import FrameOptions
 from motes.cli.progress import RunStatistics
 from motes.cli.track_loop import Begin, Steps, follow
@@ -18,7 +16,6 @@ from motes.cli.track_options import TrackOutputs
 from motes.cli.track_outputs import Output
 from motes.cli.track_units import check_size, measured, motion_names
 from motes.cli.watch_outputs import format_of, row_form
-from motes.core import interrupts
 from motes.core.errors import ConfigError
 from motes.mot.analytics.real_units import PIXELS
 from motes.output.track_rows import COLUMNS
@@ -77,9 +74,5 @@ def _run(
 
     quiet = quiet and sys.stdout.isatty()
     interrupted = run_and_report(film, outputs, steps, tally.add, report, quiet=quiet)
-    if interrupted:
-        return interrupts.code(interrupted)
-    if not tally.found:
-        log("error: The target was never found; look for another one, or elsewhere.")
-        return NOT_FOUND
-    return DONE
+    missing = "The target was never found; look for another one, or elsewhere."
+    return exit_code(interrupted, bool(tally.found), missing)

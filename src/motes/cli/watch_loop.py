@@ -6,12 +6,10 @@ import contextlib
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 
-from motes.cli.exit_codes import DONE, NOT_FOUND
-from motes.cli.frame_loop import run_and_report, summarize
+from motes.cli.frame_loop import exit_code, run_and_report, summarize
 from motes.cli.messages import counted, log
 from motes.cli.watch_counting import table
 from motes.cli.watch_outputs import FrameResult, Output
-from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.mot.analytics.events import EventCounter
@@ -68,9 +66,5 @@ def watch_scene(
             log(text)
 
     interrupted = run_and_report(film, outputs, moments, note, report)
-    if interrupted:
-        return interrupts.code(interrupted)
-    if not scene.created:
-        log("error: No object was ever found; try another --detector.")
-        return NOT_FOUND
-    return DONE
+    missing = "No object was ever found; try another --detector."
+    return exit_code(interrupted, scene.created > 0, missing)

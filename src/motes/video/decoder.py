@@ -84,6 +84,8 @@ class Decoder:
         Whether pictures may arrive in real time, without an end: the source gives no duration.
     keys
         The time stamps of the key pictures so far: those that need no others.
+    matrices
+        The display matrices so far, by the angles of the pictures.
 
     Raises
     ------
@@ -113,7 +115,7 @@ class Decoder:
         self._reached = 0.0
         self.keys: list[float] = []
         self._goal = 0.0
-        self._turned: tuple[int, NDArray[np.int32]] | None = None
+        self.matrices: dict[int, NDArray[np.int32]] = {}
 
         kind = self._container.format.name
         # This format sends JPEG images without times; their times of arrival are used.
@@ -348,14 +350,14 @@ class Decoder:
         return as_rgb(upright(np.asarray(pixels, np.uint8), self._matrix(frame)))
 
     def _matrix(self, frame: VideoFrame) -> NDArray[np.int32]:
-        """Return the display matrix of a picture, which is read anew when its angle changes.
+        """Return the display matrix of a picture, which is read once for each angle.
 
         PyAV's frame and its side data refer to each other, so reading them keeps the memory of each
         picture until Python's next search for such cycles: hundreds of megabytes.
         """
-        if self._turned is None or self._turned[0] != frame.rotation:
-            self._turned = frame.rotation, display_matrix(frame)
-        return self._turned[1]
+        if frame.rotation not in self.matrices:
+            self.matrices[frame.rotation] = display_matrix(frame)
+        return self.matrices[frame.rotation]
 
 
 def camera(number: int) -> Decoder:

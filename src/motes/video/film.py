@@ -13,12 +13,15 @@ import copy
 from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
-from motes.video.sources import find_reader, is_recorded, timed
+from motes.video.sources import Reader, find_reader, is_recorded, timed
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -91,7 +94,8 @@ class Film:
         self._source, self.quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
-        self.name, reader = find_reader(self._source)
+        self._matrices: dict[int, NDArray[np.int32]] = {}
+        self.name, reader = self._opened()
         if quick and isinstance(reader, Decoder) and (index := reader.index()) is not None:
             first, listed = self._first(index[0][0] if index else None), index
             reader.keys.extend(stamp for stamp, key in listed if key)
@@ -124,10 +128,20 @@ class Film:
             self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
 
+    def _opened(self) -> tuple[str, Reader]:
+        """Return the film's name for messages, and a reader that knows what earlier ones found.
+
+        So no decoder but the first reads a display matrix, which costs the memory of a picture.
+        """
+        name, reader = find_reader(self._source)
+        if isinstance(reader, Decoder):
+            reader.matrices = self._matrices
+        return name, reader
+
     def _first(self, begin: float | None) -> Load:
         """Return a function that returns the pixels of the first picture, which is decoded here."""
         report = Report()
-        _, reader = find_reader(self._source)
+        _, reader = self._opened()
         with contextlib.closing(reader), contextlib.closing(reader.pictures(report)) as pictures:
             for stamp, load in pictures:
                 if stamp != begin:
@@ -160,7 +174,7 @@ class Film:
 
     def decoder(self) -> Decoder:
         """Open the file of a video once more."""
-        _, reader = find_reader(self._source)
+        _, reader = self._opened()
         assert isinstance(reader, Decoder)  # images have no key pictures
         return reader
 
@@ -226,7 +240,7 @@ class Film:
             # The first key is the beginning.
             key = keys.pop() if len(keys) > (not self.quick) else None
             report = Report()
-            _, reader = find_reader(self._source)
+            _, reader = self._opened()
             with contextlib.closing(reader):
                 pictures = reader.pictures(report)
                 if key is not None and goal is not None and isinstance(reader, Decoder):

@@ -27,7 +27,7 @@ from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
-from motes.mot.detection.images import opencv
+from motes.mot.detection.morphology import opencv
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector
 from motes.mot.scene import Scene
 from motes.mot.scene_config import SceneConfig
