@@ -21,7 +21,7 @@ class Film(msgspec.Struct, frozen=True):
 class FilmFacts(msgspec.Struct, frozen=True):
     """A film that is open: its name, its size in pixels, its number of frames and its rate.
 
-    `problems` says what could not be read, in one line; None if nothing is known to be wrong.
+    `problems` is one line about what could not be read; None if nothing is known to be wrong.
     """
 
     name: str

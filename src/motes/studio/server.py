@@ -231,7 +231,7 @@ class _Api:
             return
         client = Client(session.rows_of, session.watching.messages)
         session.join(client)
-        sending = asyncio.create_task(_talk(client, socket))
+        sending = asyncio.create_task(_send_to(client, socket))
         try:
             while True:
                 text = await socket.receive_text()
@@ -255,7 +255,7 @@ class _Api:
             session.leave(client)
 
 
-async def _talk(client: Client, socket: WebSocket) -> None:
+async def _send_to(client: Client, socket: WebSocket) -> None:
     """Send a page what waits for it; at the end, let it connect again."""
     await client.run(socket.send_text)
     await socket.close(AGAIN)

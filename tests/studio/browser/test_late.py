@@ -150,3 +150,10 @@ def test_a_damaged_film_is_read_as_a_whole(shown: Shown, films: Path) -> None:
     shown.tracked()
     shown.page.keyboard.press("End")
     shown.until(f"s.pictured === {frames - 1}")
+
+
+def test_a_session_that_is_removed_elsewhere_leads_home(shown: Shown) -> None:
+    session = shown.open()
+    shown.page.evaluate(f"fetch('/api/sessions/{session}', {{ method: 'DELETE' }})")
+    shown.page.get_by_role("heading", name="See, correct and trust tracks").wait_for()
+    shown.page.get_by_role("alert").locator("span").first.wait_for()
