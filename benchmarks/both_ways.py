@@ -2,6 +2,7 @@
 
     python benchmarks/both_ways.py                      rendered clips
     python benchmarks/both_ways.py DATASET --gap 40     sequences, with the box of every 40th frame
+    python benchmarks/both_ways.py DATASET --gap 0      one pass from the first frame, smoothed
 
 Before: the preset, started anew at each keyframe. After: passes in both directions between the same
 keyframes, joined and smoothed. The first and last frame of each stretch are left out, as they are
@@ -12,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,9 @@ import numpy as np
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse, iou
+from motes.core.track import Track
 from motes.core.types import Floats
-from motes.correction.correct import correct_stretch
+from motes.correction.correct import correct_stretch, smooth
 from motes.correction.join import Stretch, enclosing
 from motes.correction.passes import run_pass
 from motes.evaluation import synthetic
@@ -74,27 +76,44 @@ def stretch_numbers(
     config = preset(name)
     ahead = run_pass(config, seed, reader.forward(first, last), begin)
     joined = correct_stretch(reader, Stretch(first, last, begin, end), config, seed)
-    truth = boxes[first : last + 1]
+    after = np.array([np.diag(row) for row in joined.variances[:, :2]])
+    return compared(ahead, (joined.ellipses, after), boxes[first : last + 1])[1:-1]
+
+
+def one_pass_numbers(
+    reader: FrameReader, boxes: Floats, first: int, last: int, name: str, seed: int
+) -> Floats:
+    """Return the same numbers of one pass, before and after `smooth`."""
+    frames = reader.forward(first, last)
+    ahead = run_pass(preset(name), seed, frames, Ellipse.from_box(boxes[first]))
+    return compared(ahead, regions(smooth(ahead)), boxes[first : last + 1])[1:]
+
+
+def regions(tracks: Sequence[Track]) -> tuple[Floats, Floats]:
+    """Return the ellipses (n, 5) of tracks, and the covariances of their centers (n, 2, 2)."""
+    covariances = np.array([track.covariance[:2, :2] for track in tracks])
+    return np.array([track.ellipse for track in tracks]), covariances
+
+
+def compared(ahead: Sequence[Track], after: tuple[Floats, Floats], truth: Floats) -> Floats:
+    """Return the numbers (n, 6) of a pass, and of what became of it."""
     centers = truth[:, :2] + (truth[:, 2:] - 1) / 2
     sides = np.sqrt(truth[:, 2:].prod(axis=1))
     columns = []
-    before = np.array([track.ellipse for track in ahead])
-    covariances = np.array([track.covariance[:2, :2] for track in ahead])
-    after = np.array([np.diag(row) for row in joined.variances[:, :2]])
-    for ellipses, spread in ((before, covariances), (joined.ellipses, after)):
+    for ellipses, spread in (regions(ahead), after):
         offsets = ellipses[:, :2] - centers
         inverse = np.linalg.inv(spread + 1e-9 * np.eye(2))
         hits = np.einsum("ni,nij,nj->n", offsets, inverse, offsets) <= CHI_SQUARE_95
         errors = np.minimum(np.hypot(*offsets.T) / sides, 1)
         columns += [iou(enclosing(ellipses), truth), errors, hits]
-    return np.stack(columns, axis=1)[1:-1]
+    return np.stack(columns, axis=1)
 
 
 def main() -> None:
     """Print a table with a row for each film, and the means."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("dataset", nargs="?", type=Path)
-    parser.add_argument("--gap", type=int, default=40)
+    parser.add_argument("--gap", type=int, default=40, help="frames between keyframes; 0: one")
     parser.add_argument("--longest", type=int, default=10**9, help="frames of a sequence at most")
     parser.add_argument("--first-pixel", type=int, help="as for motes evaluate")
     parser.add_argument("--preset", default="default")
@@ -104,15 +123,14 @@ def main() -> None:
     print("film | IoU ≥ 0.7 | after | error | after | in the 95 % ellipse | after")
     for name, reader, boxes in films(options.dataset, options.longest, options.first_pixel):
         present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-        keys = [*present[:: options.gap].tolist()]
+        measure = stretch_numbers if options.gap else one_pass_numbers
+        keys = [*present[:: options.gap or len(boxes)].tolist()]
         if keys[-1] != present[-1]:
             keys.append(int(present[-1]))
         rows = []
         for first, last in itertools.pairwise(keys):
             try:
-                rows.append(
-                    stretch_numbers(reader, boxes, first, last, options.preset, options.seed)
-                )
+                rows.append(measure(reader, boxes, first, last, options.preset, options.seed))
             except MotesError as error:
                 print(f"{name}, frames {first} to {last}: {error}")
         numbers = np.concatenate(rows)

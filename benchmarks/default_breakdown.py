@@ -25,12 +25,18 @@ from motes.evaluation.report import markdown
 from motes.evaluation.report.tables import Cell, Table, number
 from motes.evaluation.speed.measure import MAIN, SIZE, Film, timed
 from motes.evaluation.synthetic.clips import still
+from motes.sot.discriminative import prediction, tracker
+from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer
+from motes.sot.discriminative.report import Reporter
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.tracker import Discriminative
 
 FRAMES, ROUNDS = 31, 10
 PARTS = {
+    "predict: small picture": (tracker, "small_picture"),
+    "predict: shift of the camera": (prediction, "predictions"),
+    "light: measured": (Light, "followed"),
     "place: window sampled": (Grid, "sample_window"),
     "place: gradient and color cells, transform": (Correlation, "spectra"),
     "place: responses of both filters": (Correlation, "responses"),
@@ -41,7 +47,7 @@ PARTS = {
     "learn: filter": (Correlation, "updated"),
     "learn: colors": (Posterior, "updated"),
     "learn: size": (ScaleFilter, "updated"),
-    "report: mean, covariance": (Discriminative, "_report"),
+    "report: mean, covariance": (Reporter, "report"),
     "rest: Python between all these": (Discriminative, "step"),
 }
 
@@ -70,13 +76,13 @@ class Clock:
 
 def measure(film: Film) -> dict[str, float]:
     """Return the microseconds of each part in an update."""
-    clock, tracker = Clock(), Tracker(seed=0)
-    tracker.init(film.frames[0], film.regions[0])
+    clock, follower = Clock(), Tracker(seed=0)
+    follower.init(film.frames[0], film.regions[0])
     with ExitStack() as stack:
         for part, (owner, name) in PARTS.items():
             timing = clock.timing(part, getattr(owner, name))
             stack.enter_context(patch.object(owner, name, timing))
-        timed(tracker.update, film.frames[1:])
+        timed(follower.update, film.frames[1:])
     return {part: 1e6 * clock.seconds[part] / (len(film.frames) - 1) for part in PARTS}
 
 

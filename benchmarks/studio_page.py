@@ -29,8 +29,9 @@ from motes.evaluation.datasets.sot import load_dataset
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import browsers
-from browsers import Program, Shown, browsing
+from browsers import Shown, browsing
 from studio import render
+from studios import Program
 
 browsers.PATIENCE = 600_000  # a long film on a busy machine is no failure
 

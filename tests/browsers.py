@@ -1,14 +1,9 @@
-"""A studio in a process of its own, and its page in a browser without a window."""
+"""The page of a studio, in a browser without a window."""
 
 from __future__ import annotations
 
 import os
-import re
-import select
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,37 +31,6 @@ def film(path: Path, frames: int = FRAMES) -> Path:
         for frame, _ in still((320, 240), target=(60, 80), frames=frames):
             writer.write(frame.pixels, frame.time)
     return path
-
-
-class Program:
-    """`motes studio` in a process of its own."""
-
-    def __init__(self, folder: Path, data: Path, port: int = 0) -> None:
-        command = [sys.executable, "-m", "motes", "studio", str(folder), "--port", str(port)]
-        self.process = subprocess.Popen(
-            [*command, "--data", str(data), "--headless"], stderr=subprocess.PIPE, text=True
-        )
-        assert self.process.stderr is not None
-        assert select.select([self.process.stderr], [], [], PATIENCE / 1000)[0]
-        found = re.search(r"http://127\.0\.0\.1:(\d+)/", self.process.stderr.readline())
-        assert found is not None
-        self.address, self.port = found.group(), int(found.group(1))
-
-    def kill(self) -> None:
-        """End the server as a power cut does."""
-        self.process.kill()
-        self._ended()
-
-    def close(self) -> None:
-        """End the server as a user does."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
-        self._ended()
-
-    def _ended(self) -> None:
-        self.process.wait(PATIENCE / 1000)
-        assert self.process.stderr is not None
-        self.process.stderr.close()
 
 
 @contextmanager
@@ -169,6 +133,10 @@ class Shown:
     def track(self) -> None:
         """Track all objects, and wait for the result."""
         self.page.keyboard.press("t")
+        self.tracked()
+
+    def tracked(self) -> None:
+        """Wait until all objects are tracked."""
         self.until("s.session.objects.every(({ tracked }) => tracked)")
         self.settle()
 

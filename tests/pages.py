@@ -48,15 +48,15 @@ def commands(block: Block) -> list[str]:
     return [line for line in lines if line.startswith("motes ")]
 
 
-def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Run all blocks of a page in the current folder.
+def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> int:
+    """Run all blocks of a page in the current folder; return how many pieces of code ran.
 
     A block with a title is written into that file. Commands of motes must end with exit code 0.
     All Python shares one namespace. Every line of a text block must be in what was printed since
     the last such block, but for its measured numbers.
     """
     names: dict[str, Any] = {}
-    output = ""
+    output, ran = "", 0
     for block in blocks(page):
         where = f"{page.name}:{block.line}"
         if block.title:
@@ -66,11 +66,14 @@ def run_page(page: Path, capfd: pytest.CaptureFixture[str]) -> None:
                 code = main(shlex.split(command)[1:])
                 output += "".join(capfd.readouterr())
                 assert code == 0, (where, command, output)
+                ran += 1
         elif block.language == "python":
             exec(compile("\n" * block.line + block.text, str(page), "exec"), names)
+            ran += 1
             output += "".join(capfd.readouterr())
         elif block.language == "text":
             there = NUMBER.sub("#", output).splitlines()
             for line in block.text.splitlines():
                 assert NUMBER.sub("#", line) in there, (where, line, output)
             output = ""
+    return ran

@@ -1,7 +1,12 @@
-"""A studio that runs in this process, and a page without a browser."""
+"""A studio that runs in this process or in one of its own, and a page without a browser."""
 
 from __future__ import annotations
 
+import re
+import select
+import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,12 +16,13 @@ from typing import Any
 
 import httpx
 import msgspec
+import pytest
 import uvicorn
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from motes.evaluation.synthetic.clips import still
 from motes.studio.protocol import (
-    LARGEST_MESSAGE,
     Item,
     Message,
     Progress,
@@ -27,12 +33,14 @@ from motes.studio.protocol import (
 )
 from motes.studio.safety import Guard, Limits
 from motes.studio.serve import listening, settings
-from motes.studio.server import app
+from motes.studio.server import AGAIN, app
 from motes.studio.studio import Studio
 from motes.video.writer import VideoWriter
 
 FRAMES = 40
 BOX = (30.0, 25.0, 30.0, 40.0)
+SLOW = "particles = 100000"
+"""A configuration whose run goes on while a test acts, on any computer: 0.1 s or more a frame."""
 ACTIVE = ("waiting", "running", "paused")
 PATIENCE = 150.0
 """Seconds after which an answer is taken to be missing."""
@@ -44,6 +52,47 @@ def film(path: Path, frames: int = FRAMES) -> Path:
         for frame, _ in still((96, 80), target=(30, 40), frames=frames):
             writer.write(frame.pixels, frame.time)
     return path
+
+
+class Program:
+    """`motes studio` in a process of its own, which ends with a `with`."""
+
+    def __init__(self, folder: Path, data: Path, port: int = 0) -> None:
+        command = [sys.executable, "-m", "motes", "studio", str(folder), "--port", str(port)]
+        self.process = subprocess.Popen(
+            [*command, "--data", str(data), "--headless"], stderr=subprocess.PIPE, text=True
+        )
+        assert self.process.stderr is not None
+        assert select.select([self.process.stderr], [], [], PATIENCE)[0]
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/", self.process.stderr.readline())
+        assert found is not None
+        self.address, self.port = found.group(), int(found.group(1))
+
+    def client(self) -> httpx.Client:
+        """Return a client of it."""
+        return httpx.Client(base_url=self.address.rstrip("/"), timeout=PATIENCE)
+
+    def __enter__(self) -> Program:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def kill(self) -> None:
+        """End the server as a power cut does."""
+        self.process.kill()
+        self._ended()
+
+    def close(self) -> None:
+        """End the server as a user does."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+        self._ended()
+
+    def _ended(self) -> None:
+        self.process.wait(PATIENCE)
+        assert self.process.stderr is not None
+        self.process.stderr.close()
 
 
 @contextmanager
@@ -95,6 +144,13 @@ class Page:
             left = end - time.monotonic()
             assert left > 0, f"nothing came; the last: {self.messages[-3:]}"
             self._take(self._socket.recv(timeout=left))
+
+    def until_left(self) -> None:
+        """Receive until the server lets the page come again."""
+        with pytest.raises(ConnectionClosed) as closed:
+            self.until(lambda: False)
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == AGAIN
 
     def _take(self, text: str | bytes) -> None:
         message = msgspec.json.decode(text, type=Message)
@@ -181,6 +237,3 @@ def begin(client: httpx.Client, name: str = "film.mkv") -> str:
     answer = client.post("/api/sessions", json={"film": name})
     assert answer.status_code == 201, answer.text
     return str(answer.json()["id"])
-
-
-__all__ = ["BOX", "FRAMES", "LARGEST_MESSAGE", "Page", "begin", "film", "looking", "running"]

@@ -156,7 +156,7 @@ def test_cues_that_break_a_rule(
 
 def test_what_is_no_cue() -> None:
     motion: Any = EllipseWalk()
-    with pytest.raises(AssertionError, match="EllipseWalk is no subclass of"):
+    with pytest.raises(AssertionError, match="EllipseWalk is not a subclass of"):
         check_cue(motion)
 
 

@@ -105,8 +105,11 @@ def test_every_command_runs(page: Path, folder: Path, capfd: pytest.CaptureFixtu
 def test_make_targets_exist() -> None:
     makefile = (ROOT / "Makefile").read_text()
     for page in (README, ROOT / "CONTRIBUTING.md", ROOT / "docs/gallery.md"):
-        text = page.read_text(encoding="utf-8")
-        for target in re.findall(r"(?:^ *|`)make ([a-z]+)", text, re.MULTILINE):
+        targets = re.findall(
+            r"(?:^ *|`)make ([a-z]+)", page.read_text(encoding="utf-8"), re.MULTILINE
+        )
+        assert targets, page
+        for target in targets:
             assert re.search(rf"^{target}:", makefile, re.MULTILINE), (page, target)
 
 
@@ -138,5 +141,7 @@ def test_python_code_of_watch_runs(folder: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_linked_files_exist() -> None:
-    for link in re.findall(r"\]\((?!http)([^)]+)\)", README.read_text(encoding="utf-8")):
+    links = re.findall(r"\]\((?!http)([^)]+)\)", README.read_text(encoding="utf-8"))
+    assert links
+    for link in links:
         assert (ROOT / link).exists(), link

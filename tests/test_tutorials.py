@@ -22,4 +22,4 @@ def test_runs(
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])  # for the modules that it writes
-    run_page(page, capfd)
+    assert run_page(page, capfd) > 0

@@ -89,11 +89,8 @@ if TYPE_CHECKING:  # type checkers read the names here, and `_NAMES` has them fo
     )
     from motes.sot.step_info import StepInfo as StepInfo
     from motes.sot.tracker import Tracker as Tracker
-    from motes.video.sources import (
-        Source as Source,
-        open_source as open_source,
-        read_image as read_image,
-    )
+    from motes.video.image_files import read_image as read_image
+    from motes.video.sources import Source as Source, open_source as open_source
     from motes.video.writer import VideoWriter as VideoWriter
 
 __version__ = "0.1.0"
@@ -139,7 +136,8 @@ _NAMES = {
     "sot.presets": "PRESETS TrackerConfig configure preset",
     "sot.step_info": "StepInfo",
     "sot.tracker": "Tracker",
-    "video.sources": "Source open_source read_image",
+    "video.image_files": "read_image",
+    "video.sources": "Source open_source",
     "video.writer": "VideoWriter",
 }
 """The public names of each module. They are loaded on first use: `import motes` costs nothing."""

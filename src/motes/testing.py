@@ -166,8 +166,10 @@ def _check_config(config: Any, base: type, *, tagged: bool = False) -> None:
     """Check the rules for every configuration."""
     kind = type(config)
     path = f"{base.__module__}.{base.__qualname__}"
-    assert isinstance(config, base), f"{kind.__name__} is no subclass of {path}"
-    assert isinstance(config, Config), f"{kind.__name__} is no subclass of motes.core.config.Config"
+    assert isinstance(config, base), f"{kind.__name__} is not a subclass of {path}"
+    assert isinstance(config, Config), (
+        f"{kind.__name__} is not a subclass of motes.core.config.Config"
+    )
     assert kind.__struct_config__.frozen, f"{kind.__name__} is not frozen; write frozen=True"
     assert not tagged or isinstance(tag_of(kind), str), f"{kind.__name__} has no tag; write tag=..."
     plain = msgspec.json.decode(msgspec.json.encode(to_dict(config)))

@@ -440,7 +440,10 @@ def test_one_part_is_measured(small: Path, capfd: pytest.CaptureFixture[str]) ->
     assert main(line) == 0
     assert {path.name for path in Path("new").iterdir()} == {"bench.md", "bench-files.csv"}
     for more, message in (
-        (["--plot"], "Plots are of the parts trackers and growth; omit --plot."),
+        (
+            ["--plot"],
+            "--plot draws the parts trackers and growth; measure one of them, or omit --plot.",
+        ),
         (["--against", "none.md"], "--against compares the part trackers"),
         (["--part", "sequences"], "Real sequences are in a folder; give it with --data."),
     ):

@@ -480,7 +480,7 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
 
 
 @pytest.mark.parametrize(
-    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "Medians need")]
+    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "A median needs")]
 )
 def test_a_bench_of_nothing_is_refused(go: Go, line: str, said: str) -> None:
     code, _, error = go(line)
@@ -825,5 +825,5 @@ def test_a_live_source_cannot_be_resumed(go: Go, monkeypatch: pytest.MonkeyPatch
         lambda self, name, value: None if name == "live" else object.__setattr__(self, name, value),
     )
     code, _, error = go("track FILM --init BOX -o s.csv --resume")
-    assert (code, "is live and will not repeat itself" in error) == (2, True)
+    assert (code, "is live and cannot be read again" in error) == (2, True)
     assert not os.path.exists("s.csv")

@@ -356,6 +356,20 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
     assert go("check FILM keys.csv --count 1")[0] == 0
 
 
+def test_files_are_written_though_the_reader_of_the_list_has_gone(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> None:
+        raise BrokenPipeError
+
+    assert go(f"track FILM --init BOX -o rows.csv {OPTIONS}")[0] == 0
+    monkeypatch.setattr("motes.cli.check.print", gone, raising=False)
+    line = f"check FILM rows.csv --count 3 -o list.csv --sheet sheet.png {OPTIONS}"
+    assert go(line)[0] == 0
+    assert Path("list.csv").exists()
+    assert Path("sheet.png").exists()
+
+
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
@@ -406,7 +420,11 @@ def test_doubtful_frames(go: Go, capfd: pytest.CaptureFixture[str]) -> None:
         ("track FILM --at 3=BOX --start 5 --end 3", 2, "No frame is from 5 to 3"),
         ("track FILM --at -1=BOX", 2, "'-1' is no frame"),
         ("track FILM --at 3=BOX --absent 0:9999999", 2, "are more than 1000000"),
-        ("track FILM --at 3=BOX --figures path,a", 2, "'a' is none of path, speed, size"),
+        (
+            "track FILM --at 3=BOX --figures path,a",
+            2,
+            "There is no 'a'; known are path, speed, size",
+        ),
         ("track FILM --at 3=BOX --scale nan", 2, "--scale is nan; give pixels per metre"),
         ("track FILM --at 3=BOX -o rows.csv", 5, "error: rows.csv exists; choose another name"),
         ("track FILM --at 3=BOX -o none/a.csv", 5, "There is no folder none for a.csv"),

@@ -87,7 +87,7 @@ def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
     [
         ("a b -o out", "a,0,40,30,20,30\n", "no keyframe of b; add a row b,0,x,y,w,h"),
         ("a b -o out", "0,40,30,20,30\n", "a row names no film; begin each row"),
-        ("a b -o out", f"{BOTH}c,0,1,1,9,9\n", "c is none of the films"),
+        ("a b -o out", f"{BOTH}c,0,1,1,9,9\n", "c is not one of the films"),
         ("a a -o out", "a,0,40,30,20,30\n", "a is given twice"),
         ("a b -o out", f"{BOTH}a,99,40,30,20,30\n", "keyframe 99 is outside of a, .* frames 0"),
         ("a b -o out", "a,0,400,30,20,30\nb,0,40,30,20,30\n", "Keyframe 0 of a: .* outside"),
@@ -97,7 +97,7 @@ def test_a_film_that_fails_does_not_end_the_others(go: Go) -> None:
         ("a b -o out --masks m.json", BOTH, "--masks m.json: several films need a folder"),
         ("a b -o out --init 1,2,9,9", BOTH, "targets of several films are in the file"),
         ("a b -o out --at 3=1,2,9,9", BOTH, "targets of several films are in the file"),
-        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "a is a and ./b/../a; name one"),
+        ("a ./b/../a -o out", "a,0,40,30,20,30\n", "a fits a and ./b/../a; name one"),
     ],
 )
 def test_wrong_input_is_one_line_before_anything_is_computed(

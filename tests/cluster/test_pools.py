@@ -69,6 +69,7 @@ def test_tasks_are_taken_as_there_is_room() -> None:
 
     for ended, _ in enumerate(run(pool, all_()), 1):  # type: ignore[arg-type]
         assert taken <= ended + 4
+    assert taken == 1000
 
 
 def test_a_task_may_ask_for_another_attempt() -> None:

@@ -217,6 +217,11 @@ def test_smoothing_bridges_losses_and_jumps() -> None:
     assert motes.smooth(nothing) == nothing
 
 
+def test_one_pass_is_not_surer_than_its_tracker() -> None:
+    tracks = [replace(track, covariance=100 * np.eye(5)) for track in walk(60)]
+    assert all(track.covariance[0, 0] >= 100 for track in motes.smooth(tracks))
+
+
 def test_the_first_doubt_is_where_most_is_gained() -> None:
     ellipses = np.tile([50.0, 50, 10, 10, 0], (101, 1))
     variances = np.ones((101, 5)) * 1e-6
@@ -245,6 +250,19 @@ def test_doubts_have_reasons() -> None:
     reasons = {d.frame: d.reasons for d in motes.doubts(tracks, {0: None}, 60)}
     assert "jump" in reasons[30]
     assert reasons[45] == ("a tracker was elsewhere", "low confidence")
+
+
+def test_a_run_is_no_jump() -> None:
+    steps = np.zeros(60)
+    steps[20:26] = steps[40:46] = 12.0
+    at = 50 + np.cumsum(steps) + np.random.default_rng(0).normal(0, 0.2, 60)
+    tracks = [
+        replace(track, ellipse=track.ellipse._replace(x=x))
+        for track, x in zip(walk(60), at.tolist(), strict=True)
+    ]
+    doubts = motes.doubts(tracks, {0: None}, 60)
+    assert doubts
+    assert not any("jump" in doubt.reasons for doubt in doubts)
 
 
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:

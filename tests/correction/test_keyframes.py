@@ -61,7 +61,7 @@ def test_a_file_without_keyframes(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="has no keyframe"):
         read_keyframes(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FormatError, match="no text"):
+    with pytest.raises(FormatError, match="are not text"):
         read_keyframes(path)
 
 

@@ -83,6 +83,24 @@ def test_jumps_away_and_back_are_outliers() -> None:
     assert not outliers(seen, valid, 13.82).any()
 
 
+def test_a_target_that_rests_and_runs_does_not_jump() -> None:
+    rng = np.random.default_rng(2)
+    rest, run = np.zeros(30), np.full(5, 4.0)
+    steps = np.concatenate([rest, run, rest, run, rest, -run, rest])
+    seen = np.cumsum(steps)[:, None] + rng.normal(0, 0.1, (len(steps), 2))
+    valid = np.ones(len(seen), bool)
+    assert not outliers(seen, valid, 13.82).any()
+    seen[50:53] += 9
+    assert np.flatnonzero(outliers(seen, valid, 13.82)).tolist() == [50, 51, 52]
+
+
+def test_a_target_that_leaps_from_place_to_place_is_followed() -> None:
+    rng = np.random.default_rng(2)
+    places = np.repeat([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]], 30, axis=0)
+    seen = places + rng.normal(0, 0.1, places.shape)
+    assert not outliers(seen, np.ones(len(seen), bool), 13.82).any()
+
+
 def test_one_pass_that_leaves_the_target_is_left_out() -> None:
     n = 40
     agree = np.ones(n, bool)

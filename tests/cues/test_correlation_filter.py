@@ -427,7 +427,9 @@ def test_what_learns_by_itself_takes_no_strategy() -> None:
     config: Any = configure(preset("nummiaro"), changes)
     assert list(config.strategies) == ["color"]
     changes["adaptation"]["cues"] = {"correlation": {"type": "kalman"}}
-    with pytest.raises(ConfigError, match=r"correlation.*learns at a rate of its own\.$"):
+    with pytest.raises(
+        ConfigError, match=r"correlation.*has a learning_rate of its own; leave it out there\.$"
+    ):
         configure(preset("nummiaro"), changes)
 
 

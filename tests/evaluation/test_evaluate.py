@@ -609,6 +609,7 @@ def test_peers_get_whole_pixels_and_bgr(
 def test_programs(version: int, home: Path) -> None:
     said = answers(trax(version), frames=4)
     x, y, width, height = film()[0][1]
+    assert len(said) == 4
     for i, answer in enumerate(said):
         assert answer.ellipse is not None
         assert tuple(answer.ellipse.box) == pytest.approx((x + i, y, width, height), abs=1e-4)

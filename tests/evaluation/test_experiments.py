@@ -906,6 +906,18 @@ def test_what_is_known_when_it_is_cut_short_is_kept(
     assert closed == [True] * 3
 
 
+def test_tables_are_written_though_their_reader_has_gone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(*_: object) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("rich.console.Console.print", gone)
+    with pytest.raises(BrokenPipeError):
+        Output("it", ("",), tmp_path, overwrite=False).show(Result({"": TABLE}))
+    assert (tmp_path / "it.csv").read_text() == as_csv(TABLE)
+
+
 def test_an_interrupt_between_steps_ends_the_experiment() -> None:
     class Interrupting(Result):
         @property

@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
 
 
-def close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
+def assert_close(found: Any, expected: Any, rtol: float = 1e-12) -> None:
     np.testing.assert_allclose(found, expected, rtol=rtol, atol=rtol)
 
 
@@ -44,7 +44,7 @@ def test_walk(orders: int) -> None:
         far = np.log(np.maximum(expected[:, column], 1) / half)
         scaled = half * np.exp((1 - returned) ** steps * far + growth)
         expected[:, column] = np.maximum(scaled, 1)
-    close(out, expected)
+    assert_close(out, expected)
     assert (out[:, 2:4] == 1).any()
 
 
@@ -65,28 +65,28 @@ def test_gaussian(epsilon: float) -> None:
     distances, sigmas = RNG.random((2, 30)), np.array([0.2, 0.4])
     logs = np.empty_like(distances)
     kernels.particles.gaussian(distances, sigmas, epsilon, logs)
-    close(logs, np.log(np.exp(-(distances**2) / (2 * sigmas[:, None] ** 2)) + epsilon))
+    assert_close(logs, np.log(np.exp(-(distances**2) / (2 * sigmas[:, None] ** 2)) + epsilon))
 
 
 def test_normalize() -> None:
     logs, values = np.append(RNG.normal(0, 300, 20), [np.nan, np.inf, -np.inf]), np.empty(23)
     expected = np.where(np.isfinite(logs), np.exp(logs - logs[:20].max()), 0)
     assert not kernels.particles.normalize(logs, values)
-    close(values, expected / expected.sum())
+    assert_close(values, expected / expected.sum())
     assert (logs[20:] == -np.inf).all()
     assert kernels.particles.normalize(np.full(4, np.nan), values[:4])
-    close(values[:4], 0.25)
+    assert_close(values[:4], 0.25)
 
 
 def test_combine_and_appearing() -> None:
     distances, shares, weights = RNG.random((3, 40)), RNG.random(3), RNG.random(40)
     out = np.empty(40)
     kernels.particles.combine(distances, shares, out)
-    close(out, np.sqrt(shares @ distances**2))
+    assert_close(out, np.sqrt(shares @ distances**2))
     seen = 1 - distances[0] ** 2 > 0.4
     count, support = kernels.particles.appearing(distances[0], weights, 0.4)
     assert count == np.count_nonzero(seen)
-    close(support, weights[seen].sum())
+    assert_close(support, weights[seen].sum())
 
 
 def test_moments() -> None:
@@ -95,10 +95,10 @@ def test_moments() -> None:
     weights, mean, covariance = RNG.dirichlet(np.ones(60)), np.empty(5), np.empty((5, 5))
     kernels.particles.moments(ellipses, weights, mean, covariance)
     turn = np.angle(weights @ np.exp(2j * ellipses[:, 4])) / 2
-    close(mean, [*(weights @ ellipses[:, :4]), turn])
+    assert_close(mean, [*(weights @ ellipses[:, :4]), turn])
     off = ellipses - mean
     off[:, 4] -= math.pi * np.round(off[:, 4] / math.pi)
-    close(covariance, (off.T * weights) @ off)
+    assert_close(covariance, (off.T * weights) @ off)
 
 
 def test_ridge_regression_on_spectra() -> None:
@@ -109,11 +109,11 @@ def test_ridge_regression_on_spectra() -> None:
     power = RNG.random(50).astype(np.float32) + 1
     out = np.empty_like(label)
     kernels.fourier_ridge.correlate(learned, power, seen, out)
-    close(out, (learned.conj() * seen).sum(axis=0) / power, 1e-5)
+    assert_close(out, (learned.conj() * seen).sum(axis=0) / power, 1e-5)
     numerator, denominator = learned.copy(), power.copy()
     kernels.fourier_ridge.teach(seen, label, 0.3, numerator, denominator)
-    close(numerator, 0.7 * learned + 0.3 * label * seen, 1e-5)
-    close(denominator, 0.7 * power + 0.3 * (np.abs(seen) ** 2).sum(axis=0), 1e-5)
+    assert_close(numerator, 0.7 * learned + 0.3 * label * seen, 1e-5)
+    assert_close(denominator, 0.7 * power + 0.3 * (np.abs(seen) ** 2).sum(axis=0), 1e-5)
 
 
 def test_a_response_is_padded_and_centered() -> None:
@@ -124,7 +124,7 @@ def test_a_response_is_padded_and_centered() -> None:
     kernels.fourier_ridge.pad(learned, first, 0.3, 4.0, out)
     plane = np.fft.irfft2(out, more).astype(np.float32)
     expected = np.fft.irfft2(0.7 * learned + 0.3 * first, shape)
-    close(plane[::2, ::2], expected, 1e-4)
+    assert_close(plane[::2, ::2], expected, 1e-4)
     for size in ((7, 10), (6, 9)):
         values, middle = RNG.random(size).astype(np.float32), np.empty(size, np.float32)
         kernels.fourier_ridge.center(values, middle)
@@ -149,7 +149,7 @@ def test_cells_of_sizes_are_those_of_each_size() -> None:
         pixels, tuple(corner.tolist()), tuple((step[0] * across).tolist()),
         tuple((step[1] * down).tolist()), again,
     )  # fmt: skip
-    close(window, again, 1e-3)
+    assert_close(window, again, 1e-3)
 
 
 def test_colors_in_a_box_and_outside_of_another() -> None:
@@ -167,11 +167,11 @@ def test_colors_in_a_box_and_outside_of_another() -> None:
     inside, outside = np.zeros((2, 32**3), np.float32)
     kernels.color_posterior.add_colors(samples, inner, outer, 0.4, inside, outside)
     for found, where in ((inside, box(*inner)), (outside, ~box(*outer))):
-        close(found, 0.4 * np.bincount(number[where], minlength=32**3) / where.sum(), 1e-5)
+        assert_close(found, 0.4 * np.bincount(number[where], minlength=32**3) / where.sum(), 1e-5)
     sums = np.empty((21, 31))
     kernels.color_posterior.color_integral(samples, inside, outside, sums)
     posterior = (inside[number] + 1e-6) / (inside[number] + outside[number] + 2e-6)
-    close(np.diff(np.diff(sums, axis=0), axis=1), posterior, 1e-6)
+    assert_close(np.diff(np.diff(sums, axis=0), axis=1), posterior, 1e-6)
     assert not sums[0].any()
     assert not sums[:, 0].any()
 
@@ -189,7 +189,7 @@ def test_values_between_points() -> None:
     kernels.bilinear.look_up(plane, points, 1.25, out)
     for value, (x, y) in zip(out, points / 1.25 + np.array([6, 4]), strict=True):
         inside = 0 <= x <= 11 and 0 <= y <= 8
-        close(value, bilinear(plane.astype(float), x, y) if inside else 0)
+        assert_close(value, bilinear(plane.astype(float), x, y) if inside else 0)
     assert (out == 0).any()
 
 
@@ -205,9 +205,9 @@ def test_means_over_boxes() -> None:
         right, bottom = np.clip(x + across, left + 1, 20), np.clip(y + down, top + 1, 15)
         total = bilinear(integral, right, bottom) - bilinear(integral, left, bottom)
         total += bilinear(integral, left, top) - bilinear(integral, right, top)
-        close(mean, total / ((right - left) * (bottom - top)), 1e-9)
+        assert_close(mean, total / ((right - left) * (bottom - top)), 1e-9)
     boxes[:, 2:] = 3, 4
     kernels.bilinear.box_means(integral, boxes, means)
     expected = 0.7 * pooled + 0.3 * means
     kernels.bilinear.pool(integral, (3.0, 4.0), 0.3, boxes[:, :2], pooled)
-    close(pooled, expected)
+    assert_close(pooled, expected)

@@ -151,7 +151,7 @@ def test_a_callable_is_a_detector_or_makes_one(name: str, module: str) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("my_finders:number", "returns a int, which is no detector"),
+        ("my_finders:number", "returns a int, which is not a detector"),
         ("my_finders:it", "is a int, which is not callable"),
         ("my_finders:none", "AttributeError"),
         ("no_such_module:none", "ModuleNotFoundError"),

@@ -19,7 +19,7 @@ from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.background_models import Method
 from motes.mot.detection.blobs import blobs
 from motes.mot.detection.pretrained import PeopleDetector, RecordedDetections
-from motes.video.sources import read_image
+from motes.video.image_files import read_image
 
 WALKER = (16, 30)
 
@@ -208,7 +208,7 @@ def test_detections_in_a_file(tmp_path: Path) -> None:
 def test_a_line_that_is_no_detection_is_named(line: str, tmp_path: Path) -> None:
     path = tmp_path / "det.txt"
     path.write_text(f"1,-1,1,1,5,6,2\n{line}\n")
-    with pytest.raises(SourceError, match="line 2, is no detection"):
+    with pytest.raises(SourceError, match="line 2, is not a detection"):
         RecordedDetections(path)
     with pytest.raises(SourceError, match="check the name"):
         RecordedDetections(tmp_path / "nothing.txt")

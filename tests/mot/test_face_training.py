@@ -73,10 +73,10 @@ def test_files_that_are_no_faces(tmp_path: Path) -> None:
     table = pictures(tmp_path, [])
     assert len(read_examples(table)) == 5
     for text, message in (
-        ("0.png,1,2,3", "line 1, is no face: picture,x,y,width,height; got"),
-        ("0.png,1,2,3,x", "line 1, is no face"),
-        ("0.png,1,2,0,9", "line 1, is no face"),
-        ("0.png,nan,2,9,9", "line 1, is no face"),
+        ("0.png,1,2,3", "line 1, is not a face: picture,x,y,width,height; got"),
+        ("0.png,1,2,3,x", "line 1, is not a face"),
+        ("0.png,1,2,0,9", "line 1, is not a face"),
+        ("0.png,nan,2,9,9", "line 1, is not a face"),
         ("none.png,1,2,9,9", "none.png"),
         ("", "names no picture"),
     ):
@@ -96,7 +96,7 @@ def test_what_dlib_cannot_learn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         train_faces([Example(picture, (Box(0, 0, 4, 90),))], tmp_path)
     (tmp_path / "text").write_text("hello")
     for name in ("text", "none"):
-        with pytest.raises(SourceError, match=f"{name} is no detector of faces; make one with"):
+        with pytest.raises(SourceError, match=f"{name} is not a detector of faces; make one with"):
             FacesConfig(model=str(tmp_path / name)).detector()
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):

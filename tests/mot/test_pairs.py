@@ -10,7 +10,7 @@ from motes.mot import assignment, overlaps, pairs
 from motes.mot.assignment import assign, assign_pairs
 from motes.mot.association import Association
 from motes.mot.boxes import intersection_over_first
-from motes.mot.overlaps import overlapping, singles
+from motes.mot.overlaps import overlapping_pairs, without_duplicates
 from motes.mot.pairs import candidates, meeting
 
 Floats = NDArray[np.float64]
@@ -50,8 +50,8 @@ def test_boxes_that_meet_are_all_that_share_an_area(
 
 def test_without_a_least_overlap_all_pairs_are_possible() -> None:
     far = np.array([[0, 0, 10, 10], [100, 0, 10, 10]], float)
-    assert len(overlapping(far, far, 0.0)[0]) == 4
-    assert len(overlapping(far, far, 0.01)[0]) == 2
+    assert len(overlapping_pairs(far, far, 0.0)[0]) == 4
+    assert len(overlapping_pairs(far, far, 0.01)[0]) == 2
 
 
 def test_where_hidden_objects_may_come_up_is_what_all_pairs_say() -> None:
@@ -80,7 +80,7 @@ def test_each_detection_drops_those_after_it_that_are_the_same(
         for i in range(len(boxes)):
             if not same[i, kept].any():
                 kept.append(i)
-        assert singles(boxes, 0.6) == kept
+        assert without_duplicates(boxes, 0.6) == kept
 
 
 @pytest.mark.parametrize("dense", [0, 30])

@@ -63,7 +63,7 @@ def test_opencvs_calibration_files(ending: str, tmp_path: Path) -> None:
     [
         ("", "no camera_matrix and distortion_coefficients"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
-        ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "camera_matrix holds what is no"),
+        ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "holds a value that is not"),
     ],
 )
 def test_other_files_are_refused(text: str, message: str) -> None:

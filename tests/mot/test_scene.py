@@ -300,6 +300,7 @@ def test_tracks_of_one_object_do_not_depend_on_others() -> None:
         second = together.show([walker(i)], found)
         assert [t.track.ellipse for t in first] == [t.track.ellipse for t in second[:1]]
         assert [t.track.distance for t in first] == [t.track.distance for t in second[:1]]
+    assert (len(first), len(second)) == (1, 2)
 
 
 @pytest.mark.slow

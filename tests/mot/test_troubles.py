@@ -14,7 +14,7 @@ from motes.core.frame import Frame
 from motes.evaluation.synthetic.scenery import noise, to_bytes
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.background_models import Method
-from motes.mot.detection.camera_motion import ReferenceImage
+from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.scene import Scene
 
 Picture = NDArray[np.uint8]

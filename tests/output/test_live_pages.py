@@ -6,6 +6,7 @@ import http.client
 import io
 import socket
 import sys
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -217,15 +218,23 @@ def test_prometheus_reads_metrics() -> None:
     assert "version=0.0.4" in CONTENT_TYPE
 
 
-def test_a_reader_that_leaves_is_no_error() -> None:
+def test_a_reader_that_leaves_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
     page = Page()
     page.offer(lambda: gray(1))
+    before = set(threading.enumerate())
     reader = Reader(page.address)
     reader.next()
+    (serving,) = set(threading.enumerate()) - before
     reader.close()
-    for value in range(3):
-        page.offer(partial(gray, value))
+
+    def ended() -> bool:
+        page.offer(lambda: gray(1))
+        return not serving.is_alive()
+
+    wait_until(ended)
+    page.offer(lambda: gray(2))
     other = Reader(page.address)
-    wait_until(lambda: other.next() == 2)
+    assert other.next() == 2
     page.close()
     other.close()
+    assert capsys.readouterr().err == ""

@@ -122,7 +122,7 @@ def test_several_cameras_and_a_head_without_rows(tmp_path: Path) -> None:
 def test_other_files_are_refused(tmp_path: Path, name: str, content: str, why: str) -> None:
     path = tmp_path / name
     path.write_text(content)
-    with pytest.raises(FormatError, match="is no file of tracks") as error:
+    with pytest.raises(FormatError, match="is not a file of tracks") as error:
         read_track(path)
     assert why in str(error.value)
     assert "\n" not in str(error.value)
@@ -132,7 +132,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="No such file or directory"):
         read_track(tmp_path / "none.csv")
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FormatError, match="it is no text"):
+    with pytest.raises(FormatError, match="it is not text"):
         read_track(tmp_path / "bytes.csv")
     with pytest.raises(ConfigError, match=r"neither in \.csv nor in \.jsonl"):
         read_track(tmp_path / "rows.txt")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from motes.studio import protocol
-from studios import FRAMES, begin, film, looking, running
+from studios import FRAMES, Page, Program, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
 
@@ -29,3 +29,27 @@ def test_a_run_of_many_objects_goes_on_after_a_restart(tmp_path: Path) -> None:
             )
             found = [*page.jobs.values()]
     assert not found
+
+
+def test_a_run_of_many_objects_begins_again_after_a_kill(tmp_path: Path) -> None:
+    """Frames that were found before the kill are not there twice."""
+    frames = 80
+
+    def found(page: Page) -> list[int]:
+        return [each.frame for rows in page.of(protocol.SceneRows) for each in rows.frames]
+
+    folder = tmp_path / "films"
+    folder.mkdir()
+    film(folder / "film.mkv", frames)
+    with Program(folder, tmp_path / "data") as program, program.client() as client:
+        session = begin(client)
+        with looking(client, session) as page:
+            page.do("watch", seed=2)
+            page.until(lambda: found(page))
+            program.kill()
+    for runs in (1, 0):
+        with running(folder, tmp_path / "data") as client, looking(client, session) as page:
+            assert len(page.jobs) == runs
+            page.until(lambda: all(each.status == "done" for each in page.jobs.values()))
+            page.until(lambda: len(found(page)) >= frames)
+            assert found(page) == [*range(frames)]

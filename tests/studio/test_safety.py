@@ -22,7 +22,7 @@ from motes.studio import protocol
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.tasks import Picture
-from studios import begin, film, looking, running
+from studios import SLOW, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
 
@@ -206,8 +206,8 @@ def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
     one, two = begin(client), begin(client)
     with looking(client, one) as page, looking(client, two):
         assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
-        first = page.drawn(preset="nummiaro:printed")
-        second = page.drawn(preset="nummiaro:printed")
+        first = page.drawn(preset="nummiaro", config=SLOW)
+        second = page.drawn()
         job = page.do("track", objects=[first]).job
         page.do("pause", job=job)
         assert "1 jobs" in str(page.ask("track", objects=[second]).error)

@@ -5,45 +5,23 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-import httpx
 import pytest
 
 from motes.core.errors import FormatError
 from motes.studio.document import Document
 from motes.studio.store import Store
-from studios import BOX, begin, film, looking, running
+from studios import BOX, PATIENCE, Program, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
-
-
-@contextmanager
-def program(folder: Path, data: Path) -> Iterator[tuple[httpx.Client, subprocess.Popen[str]]]:
-    """Run `motes studio`, and give a client of it and its process."""
-    words = [sys.executable, "-m", "motes", "studio", str(folder), "--data", str(data)]
-    with subprocess.Popen(
-        [*words, "--port", "0", "--headless"], stderr=subprocess.PIPE, text=True
-    ) as running:
-        assert running.stderr is not None
-        line = running.stderr.readline()
-        address = next(word for word in line.split() if word.startswith("http"))
-        try:
-            with httpx.Client(base_url=address.rstrip("/"), timeout=30) as client:
-                yield client, running
-        finally:
-            running.kill()
 
 
 def test_a_killed_server_loses_nothing(tmp_path: Path) -> None:
     (tmp_path / "films").mkdir()
     film(tmp_path / "films" / "film.mkv")
     data = tmp_path / "data"
-    with program(tmp_path / "films", data) as (client, process):
+    with Program(tmp_path / "films", data) as program, program.client() as client:
         session = begin(client)
         with looking(client, session) as page:
             number = page.drawn(preset="nummiaro")
@@ -53,7 +31,7 @@ def test_a_killed_server_loses_nothing(tmp_path: Path) -> None:
             rows = dict(page.rows[number])
             page.do("change_object", object=number, name="renamed")
             page.do("undo")
-            process.send_signal(signal.SIGKILL)
+            program.kill()
     with running(tmp_path / "films", data) as client:
         (card,) = client.get("/api/sessions").json()
         assert (card["id"], card["film"], card["objects"]) == (session, "film.mkv", 1)
@@ -86,11 +64,12 @@ def test_a_job_goes_on_after_a_restart(tmp_path: Path) -> None:
 
 def test_a_command_ends_the_server_cleanly(tmp_path: Path) -> None:
     (tmp_path / "films").mkdir()
-    with program(tmp_path / "films", tmp_path / "data") as (client, process):
-        assert client.get("/api/films").json() == []
-        process.send_signal(signal.SIGTERM)
-        _, said = process.communicate(timeout=30)
-        assert process.returncode == 143
+    with Program(tmp_path / "films", tmp_path / "data") as program:
+        with program.client() as client:
+            assert client.get("/api/films").json() == []
+        program.process.send_signal(signal.SIGTERM)
+        _, said = program.process.communicate(timeout=PATIENCE)
+        assert program.process.returncode == 143
         assert "Traceback" not in said
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from motes.cli import main
 from motes.studio import protocol
-from studios import BOX, FRAMES, Page, begin, film, looking, running
+from studios import BOX, FRAMES, SLOW, Page, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
 
@@ -303,7 +303,7 @@ def test_pictures(client: httpx.Client, session: str) -> None:
 
 
 def test_a_job_is_paused_and_stopped(page: Page) -> None:
-    number = page.drawn(preset="nummiaro:printed")
+    number = page.drawn(preset="nummiaro", config=SLOW)
     job = page.do("track").job
     page.do("pause", job=job)
     page.until(lambda: page.of(protocol.Progress)[-1].status == "paused")
@@ -311,8 +311,8 @@ def test_a_job_is_paused_and_stopped(page: Page) -> None:
     page.do("stop", job=job)
     page.until(lambda: page.of(protocol.Progress)[-1].status == "stopped")
     assert not page.item(number).tracked
+    page.do("change_object", object=number, preset="mean_shift", config=None)
     page.tracked(number)
-    page.settle()
 
 
 def test_errors_are_replies(page: Page) -> None:
@@ -338,3 +338,14 @@ def test_presets_and_formats(client: httpx.Client) -> None:
     assert {"default", "nummiaro"} <= {each["name"] for each in presets["track"]}
     assert "default" not in {each["name"] for each in presets["watch"]}
     assert "csv" in client.get("/api/formats").json()
+
+
+def test_layers_go_to_the_page_that_asks(client: httpx.Client, session: str, page: Page) -> None:
+    number = page.drawn(preset="nummiaro")
+    page.tracked(number)
+    with looking(client, session) as other:
+        for each, frame in ((page, 30), (other, 10)):
+            each.do("look", object=number, frame=frame, layers=["rho"])
+        for each, frame in ((page, 30), (other, 10)):
+            each.until(lambda each=each: each.of(protocol.Layers))  # type: ignore[misc]
+            assert [found.frame for found in each.of(protocol.Layers)] == [frame]

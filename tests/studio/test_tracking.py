@@ -19,6 +19,7 @@ from motes.studio.job import Audience, Desk
 from motes.studio.jobs import Jobs
 from motes.studio.line import Line
 from motes.studio.pool import Pool
+from motes.studio.processes import Wish
 from motes.studio.protocol import FilmFacts, Region
 from motes.studio.store import Store
 from motes.studio.tables import MILLISECONDS, unpack
@@ -91,10 +92,7 @@ class Waiting:
         """Give itself."""
         yield self
 
-    def wish(self, value: int) -> None:
-        """Take a wish."""
-
-    async def run(self, task: Task, part: Callable[[Part], None]) -> Done:
+    async def run(self, task: Task, part: Callable[[Part], None], wish: Wish) -> Done:
         """Note a task, and wait."""
         self.tasks.append(task)
         await asyncio.Event().wait()

@@ -11,7 +11,8 @@ from PIL.TiffImagePlugin import ImageFileDirectory_v2
 
 from clips import picture
 from motes.core.errors import SourceError
-from motes.video.sources import open_source, read_image
+from motes.video.image_files import read_image
+from motes.video.sources import open_source
 
 IMAGES = [Image.fromarray(picture(index)) for index in range(5)]
 SHOWN = [40, 120, 20, 40, 40]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import av
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -15,8 +16,9 @@ from coded import KINDS, video
 from motes.core.errors import ConfigError, SourceError
 from motes.video import film as film_module
 from motes.video.decoder import Decoder, Stamped
-from motes.video.film import Film
+from motes.video.film import DamagedError, Film
 from motes.video.report import Report
+from motes.video.seeker import Seeker
 from motes.video.sources import open_source
 from oracles import mosaic
 
@@ -133,10 +135,15 @@ def test_damage_shows_when_a_quick_film_meets_it(tmp_path: Path) -> None:
     data = bytearray(path.read_bytes())
     data[where] = bytes(len(data[where]))
     path.write_bytes(data)
-    film = Film(path, quick=True)
-    with pytest.raises(SourceError, match="the second time, at frame"):
-        [*film.forward(0, len(film.times) - 1)]
-    assert len(Film(path).times) < len(film.times)
+    film, whole = Film(path, quick=True), Film(path)
+    assert len(whole.times) < len(film.times)
+    for first, last in ((0, len(film.times) - 1), (10, 20)):
+        with pytest.raises(DamagedError, match="is read as a whole"):
+            [*film.forward(first, last)]
+    assert [*film.forward(0, 3)]
+    seeker, found = Seeker(whole), [frame.pixels for frame in whole.forward(0, 28)]
+    for index in (20, 3, 15, 16, 0, 28):
+        assert np.array_equal(seeker.pixels(index), found[index])
 
 
 def test_read_backward_no_picture_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,8 +42,9 @@ from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video import decoder
 from motes.video.decoder import MAX_BAD_PACKETS
+from motes.video.image_files import read_image
 from motes.video.report import Report
-from motes.video.sources import open_source, read_image
+from motes.video.sources import open_source
 
 DATA = Path(os.environ.get("MOTES_DATA", Path(__file__).parents[3] / "shared" / "data")) / "video"
 KNOWN = {

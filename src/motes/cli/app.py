@@ -37,10 +37,16 @@ app = App(
 app.command(
     "motes.cli.track:app", name="track", help="Track one object, or several, through a video."
 )
-app.command("motes.cli.refine:app", name="refine", help="Correct rows; track only what changes.")
-app.command("motes.cli.smooth:app", name="smooth", help="Smooth rows, and bridge gaps.")
-app.command("motes.cli.check:app", name="check", help="List doubtful frames of rows.")
-app.command("motes.cli.watch:app", name="watch", help="Track and count all that moves.")
+app.command(
+    "motes.cli.refine:app",
+    name="refine",
+    help="Correct tracks; only what changes is tracked again.",
+)
+app.command("motes.cli.smooth:app", name="smooth", help="Smooth tracks, and fill gaps.")
+app.command(
+    "motes.cli.check:app", name="check", help="List the frames in which tracks are doubtful."
+)
+app.command("motes.cli.watch:app", name="watch", help="Track and count all objects that move.")
 app.command("motes.cli.batch:app", name="batch", help="Track in many films, on many machines.")
 app.command(
     "motes.cli.convert:app", name="convert", help="Convert tracks and annotations between formats."
@@ -55,9 +61,7 @@ app.command(
     name="experiment",
     help="Reproduce tables and figures of the papers.",
 )
-app.command(
-    "motes.cli.studio:app", name="studio", help="See, correct and trust tracks in a browser."
-)
+app.command("motes.cli.studio:app", name="studio", help="Track, check and correct in a browser.")
 app.command("motes.cli.serve:app", name="serve", help="Track for annotation tools.")
 app.command("motes.cli.demo:demo", name="demo", help="Compare three trackers on a rendered clip.")
 app.command("motes.cli.bench:bench", name="bench", help="Measure the speed on this machine.")

@@ -14,7 +14,7 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.messages import counted, log
-from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, Metrics, Workers
+from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, MetricsPlace, Workers
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MissingDependencyError
@@ -31,8 +31,8 @@ Out = Annotated[
     Parameter(
         name=["--output", "-o"],
         group=OUTPUT,
-        help="Folder of the results, or an address such as s3://BUCKET/PREFIX. With the same one, "
-        "a batch that was ended goes on.",
+        help="Folder of the results, or an address such as s3://BUCKET/PREFIX. Give the same "
+        "one again to continue a batch.",
     ),
 ]
 
@@ -45,14 +45,17 @@ class WorkOptions:
     workers: Workers = None
     cluster: Cluster = None
     attempts: Annotated[
-        int, Parameter(help="How often a job is tried whose worker dies, as for lack of memory.")
+        int,
+        Parameter(
+            help="How often a job is tried if its worker dies, for example from lack of memory."
+        ),
     ] = ATTEMPTS
     time_limit: Annotated[float, Parameter(help="Seconds for a job.")] = TIME_LIMIT
     split: Annotated[
         int | None,
         Parameter(
-            help="Split films at keyframes into parts of this many frames or more, which are jobs "
-            "of their own, for track with keyframes. The rows are the same."
+            help="With track and keyframes: split films at keyframes into parts of this many "
+            "frames or more. Each part is a job. The rows are the same."
         ),
     ] = None
     checksums: Annotated[
@@ -63,7 +66,7 @@ class WorkOptions:
             "those whose size or time has changed."
         ),
     ] = False
-    metrics: Metrics = None
+    metrics: MetricsPlace = None
     log: Annotated[
         str | None,
         Parameter(help="File of JSON Lines to which each start, end and new attempt is added."),
@@ -85,7 +88,7 @@ class JobOptions:
     """Values of columns that a row leaves empty, or a pattern does not have."""
 
     do: Annotated[
-        Literal["track", "watch", "refine"] | None, Parameter(help="What is done with the films.")
+        Literal["track", "watch", "refine"] | None, Parameter(help="What to do with the films.")
     ] = None
     region: Annotated[
         str | None, Parameter(allow_leading_hyphen=True, help="Region: x,y,width,height.")
@@ -164,7 +167,7 @@ def status(out: str, /) -> int:
     Parameters
     ----------
     out
-        Its folder or address.
+        The folder or the address of the batch.
     """
     from motes.cluster.state import counts, load_options
     from motes.cluster.store import open_store
@@ -196,7 +199,7 @@ def retry(
     Parameters
     ----------
     out
-        Its folder or address.
+        The folder or the address of the batch.
     """
     from motes.cluster.state import load_options
     from motes.cluster.store import open_store

@@ -85,12 +85,16 @@ def bench(
     """
     check_counts(frames=frames, rounds=rounds)
     if frames < 3:
-        raise ConfigError("Medians need --frames of 3 or more.")
+        raise ConfigError("A median needs 3 frames or more; give a larger --frames.")
     wanted = set(part or PARTS)
     if plot and not {"trackers", "growth"} & wanted:
-        raise ConfigError("Plots are of the parts trackers and growth; omit --plot.")
+        raise ConfigError(
+            "--plot draws the parts trackers and growth; measure one of them, or omit --plot."
+        )
     if against is not None and "trackers" not in wanted:
-        raise ConfigError("--against compares the part trackers; omit it, or measure that too.")
+        raise ConfigError(
+            "--against compares the part trackers; measure that too, or omit --against."
+        )
     if data is None:
         if part and "sequences" in wanted:
             raise ConfigError("Real sequences are in a folder; give it with --data.")

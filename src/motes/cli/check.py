@@ -14,8 +14,8 @@ from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, TrackPreset
-from motes.cli.settings import HELP, Settings
+from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, Preset
+from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
 if TYPE_CHECKING:
@@ -28,13 +28,7 @@ if TYPE_CHECKING:
 COUNT = 20
 HEAD = ("rank", "frame", "time", "gain", "reasons", "x", "y", "width", "height")
 
-app = App(
-    name="check",
-    help_epilogue=HELP.format(
-        example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
-    ),
-    help_format="plaintext",
-)
+app = App(name="check", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
 
 @app.default
@@ -54,7 +48,7 @@ def check(
         Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
     ] = None,
     overwrite: Overwrite = False,
-    preset: TrackPreset = None,
+    preset: Preset = "default",
     values: ConfigOptions = ConfigOptions(),
     **settings: Settings,
 ) -> int:
@@ -91,7 +85,7 @@ def check(
         film, history = known_film(source, known), known
         table.check(film)
     else:
-        config = tracker_config(app, preset or "default", values.config, settings)
+        config = tracker_config(app, preset, values.config, settings)
         film = film_of(source, table)
         history = begun(film, table, config, values.seed)
     tracks = table.tracks
@@ -99,14 +93,15 @@ def check(
         tracks = _compared(film, table, history.tracker, history.seed)
     found = doubts(tracks, history.keys, count)
     by_frame = {track.frame: track for track in tracks}
-    for rank, doubt in enumerate(found, 1):
-        print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
-    if not found:
-        log("No frame is in doubt.")
+    # Files come first: a reader of the list, such as `head`, may end it early.
     if output is not None:
         _write(output, _table(found, by_frame).encode())
     if sheet is not None:
         _write(sheet, _sheet(film, found, by_frame))
+    for rank, doubt in enumerate(found, 1):
+        print(f"{rank:>3}  frame {doubt.frame:<7} gain {doubt.gain:6.1f}  {_why(doubt)}")
+    if not found:
+        log("No frame is in doubt.")
     written = [str(path) for path in (output, sheet) if path is not None]
     if written:
         log(f"wrote {', '.join(written)}.")
@@ -115,7 +110,7 @@ def check(
 
 def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list[Track]:
     """Return the rows, those up to the last tracked one judged by a pass back from there."""
-    from motes.cli.progress import Progress
+    from motes.cli.progress import FrameProgress
     from motes.core.track import Status
     from motes.correction.passes import run_pass
     from motes.correction.suspects import compare
@@ -125,7 +120,7 @@ def _compared(film: Film, table: Rows, config: TrackerConfig, seed: int) -> list
     part = table.tracks[first : last + 1]
     if part[-1].frame - part[0].frame + 1 != len(part):
         raise InputError("Frames between these rows are missing; make rows of every frame.")
-    with Progress(len(part)) as progress:
+    with FrameProgress(len(part)) as progress:
 
         def counted() -> Iterator[object]:
             for frame in film.backward(part[-1].frame, part[0].frame):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from motes.formats.recording import FilmFacts, Recorded
 
 app = App(name="convert", help_format="plaintext")
-FILM = Group("Film, as far as the file does not hold it", sort_key=2)
+FILM = Group("Film (what the file does not contain)", sort_key=2)
 FORMS = Group("Formats", sort_key=1)
 
 
@@ -30,7 +30,7 @@ def convert(
     *,
     output: Annotated[
         Path | None,
-        Parameter(name=["--output", "-o"], group=OUTPUT, help="File to make, as the second name."),
+        Parameter(name=["--output", "-o"], group=OUTPUT, help="File to make; the same as TARGET."),
     ] = None,
     from_: Annotated[
         str | None,
@@ -78,7 +78,7 @@ def convert(
     """
     from motes.cli.watch_outputs import check_place, format_of
     from motes.formats import registry
-    from motes.formats.recording import aspects
+    from motes.formats.aspects import aspects
 
     if list_:
         print("\n".join(_table()))

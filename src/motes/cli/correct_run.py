@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext, suppress
 
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.interrupts import deferred
@@ -46,7 +46,7 @@ def run_stretches(
     show: Callable[[], None] | None = None,
     *,
     quiet: bool = False,
-    bar: Progress | None = None,
+    bar: FrameProgress | None = None,
 ) -> tuple[int, KeyboardInterrupt | None]:
     """Track stretches; call `done` after each one, and with the beginning of an interrupted one.
 
@@ -77,7 +77,7 @@ def run_stretches(
     count = sum((each.last - each.first + len(each.keys)) * len(each.keys) for each in parts)
     finished, so_far = 0, list[Track]()
     try:
-        with nullcontext(bar) if bar else Progress(count, quiet=quiet) as progress:
+        with nullcontext(bar) if bar else FrameProgress(count, quiet=quiet) as progress:
             for each in parts:
                 state = f"frames {each.first} to {each.last}"
                 counted = _Counted(

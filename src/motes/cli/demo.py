@@ -63,7 +63,7 @@ def demo(
     Parameters
     ----------
     frames
-        Length of the video in frames; 300 include all difficulties.
+        Length of the video in frames; 300 frames show all difficulties.
     seed
         Seed of the scenery and of the particles: 0 or more.
     out

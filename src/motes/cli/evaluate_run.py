@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from motes.cli.evaluate_options import RunOptions
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import worker_count
 from motes.cli.messages import log
+from motes.cli.progress import TerminalBar
 from motes.cluster.open_pool import open_pool
 from motes.cluster.pool import ATTEMPTS
 from motes.core import interrupts
@@ -48,7 +49,7 @@ def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass,
     attempts = 1 if options.cluster is None else ATTEMPTS
     with (
         open_pool(options.cluster, worker_count(options.workers)) as pool,
-        Progress(total, total - missing) as progress,
+        PassProgress(total, total - missing) as progress,
     ):
         for job, failed in runner.run(pool, left, out, options.time_limit, attempts):
             check()
@@ -59,19 +60,17 @@ def run_jobs(jobs: list[Job], out: Path, options: RunOptions, errors: dict[Pass,
                 progress.end(job, len(failed))
 
 
-class Progress:
-    """A progress bar on standard error; without a terminal it shows nothing."""
+class PassProgress(TerminalBar):
+    """The progress of an evaluation over passes."""
 
     def __init__(self, total: int, done: int) -> None:
-        self._bar: Any = None
         self._failures = 0
         if not sys.stderr.isatty():
             return
         from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as Bar
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        self._bar = Bar(
+        self._bar = Progress(
             TextColumn("{task.completed:.0f}/{task.total:.0f} passes"),
             BarColumn(),
             TimeRemainingColumn(compact=True),
@@ -92,15 +91,6 @@ class Progress:
         self._failures += failures
         if self._bar is not None:
             self._bar.update(self._task, advance=len(job.passes), failures=self._failures)
-
-    def __enter__(self) -> Self:
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
 
 
 def write_crowds(

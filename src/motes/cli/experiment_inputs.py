@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from motes.cli.experiment_output import Output, show
-from motes.cli.input_checks import check_counts, first_pixels, numbers_of
+from motes.cli.input_checks import check_counts, first_pixels, numbers_of, worker_count
 from motes.cli.options import RUN
 from motes.core.errors import ConfigError, SourceError
 
@@ -42,6 +42,20 @@ def on_clips(
     """Run an experiment on rendered clips, each with its own scenery; return the exit code."""
     check_counts(seeds=seeds, clips=clips)
     return show(run(presets, [clip(seed=seed) for seed in range(clips)], seeds), output)
+
+
+def on_films(
+    run: Callable[[Sequence[Film], int, int], Experiment],
+    dataset: Path,
+    first_pixel: Sequence[str] | None,
+    seeds: int,
+    workers: int | None,
+    output: Output,
+) -> int:
+    """Run an experiment on the sequences of a dataset, in processes; return the exit code."""
+    check_counts(seeds=seeds)
+    films, problems = films_of(dataset, first_pixel)
+    return show(run(films, seeds, worker_count(workers)), output, problems)
 
 
 def films_of(dataset: Path, first_pixel: Sequence[str] | None) -> tuple[list[Film], list[Problem]]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from motes.cli.experiment_inputs import Clips, films_of, on_clips
+from motes.cli.experiment_inputs import Clips, on_clips, on_films
 from motes.cli.experiment_output import ResultOptions, show
-from motes.cli.input_checks import check_counts, worker_count
+from motes.cli.input_checks import check_counts
 from motes.cli.options import FirstPixel, Seeds, Workers
 
 
@@ -26,14 +26,10 @@ def maggio_table1(
     dataset
         A folder of sequences as for motes evaluate.
     """
-    check_counts(seeds=seeds)
+    from motes.evaluation.papers.maggio_table1_figure5 import table1
+
     output = results.output("maggio-table1", "sequences", "means")
-    films, problems = films_of(dataset, first_pixel)
-
-    from motes.evaluation.papers import maggio_table1_figure5
-
-    steps = maggio_table1_figure5.table1(films, seeds, worker_count(workers))
-    return show(steps, output, problems)
+    return on_films(table1, dataset, first_pixel, seeds, workers, output)
 
 
 def maggio_figure5(
@@ -52,14 +48,10 @@ def maggio_figure5(
     dataset
         A folder of sequences as for motes evaluate.
     """
-    check_counts(seeds=seeds)
+    from motes.evaluation.papers.maggio_table1_figure5 import figure5
+
     output = results.output("maggio-figure5", plot=True)
-    films, problems = films_of(dataset, first_pixel)
-
-    from motes.evaluation.papers import maggio_table1_figure5
-
-    steps = maggio_table1_figure5.figure5(films, seeds, worker_count(workers))
-    return show(steps, output, problems)
+    return on_films(figure5, dataset, first_pixel, seeds, workers, output)
 
 
 def maggio_figure3(

@@ -82,11 +82,15 @@ class Output:
         prepare_folder(folder, files(name, tables, plot), overwrite)
 
     def show(self, result: Result) -> None:
-        """Print the tables, and write tables and plots into the folder."""
+        """Write tables and plots into the folder, and print the tables."""
         if not result.tables:
             log("There are no results yet.")
             return
 
+        if self._folder is not None:  # first: a reader of the tables, such as `head`, may end early
+            from motes.evaluation.papers.result import save
+
+            save(result, self._folder, self._name)
         from rich.console import Console
 
         if isinstance(sys.stdout, io.TextIOWrapper):
@@ -97,9 +101,6 @@ class Output:
         for table in result.tables.values():
             console.print(_rich(table))
         if self._folder is not None:
-            from motes.evaluation.papers.result import save
-
-            save(result, self._folder, self._name)
             log(f"wrote {self._folder / self._name}.md, with CSV{' and PNG' * self._plot}.")
         elif self._plot:
             log("For the plot, give a folder with --out.")

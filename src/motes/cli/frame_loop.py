@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 
 from motes.cli.exit_codes import DONE, NOT_FOUND
 from motes.cli.messages import log
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.core import interrupts
 from motes.core.errors import MotesError
 from motes.core.frame import Frame
@@ -75,7 +75,7 @@ def run(
             for output in outputs:
                 opened.enter_context(output)
             making = opened.enter_context(contextlib.closing(steps(iter(frames))))
-            with Progress(film.frame_count, quiet=quiet) as bar:
+            with FrameProgress(film.frame_count, quiet=quiet) as bar:
                 try:
                     for step in making:
                         with deferred():

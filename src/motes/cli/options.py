@@ -38,7 +38,8 @@ TrackPreset = Annotated[
     str | None,
     Parameter(
         group=CONFIGURATION,
-        help=f"{PRESETS} The default is default; with --histogram or --fps-target, nummiaro.",
+        help=f"{PRESETS} The default is the preset default, or nummiaro with --histogram or "
+        "--fps-target.",
     ),
 ]
 ObjectPreset = Annotated[
@@ -50,6 +51,10 @@ ObjectPreset = Annotated[
 ]
 Workers = Annotated[
     int | None, Parameter(group=RUN, help="Number of processes; by default one for each core.")
+]
+MetricsPlace = Annotated[
+    str | None,
+    Parameter(help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."),
 ]
 Cluster = Annotated[
     str | None,
@@ -94,13 +99,10 @@ KeyframeError = Annotated[
     float | None,
     Parameter(
         group=OUTPUT,
-        help="For CVAT and Label Studio, and for keyframes: largest deviation of the boxes that "
-        "they interpolate between keyframes, in pixels; 0 makes each frame one. [default: 1]",
+        help="Formats with keyframes (CVAT, Label Studio and keyframes): largest deviation of "
+        "a box that is interpolated between them, in pixels; with 0, each frame is one. [default: "
+        "1]",
     ),
-]
-Metrics = Annotated[
-    str | None,
-    Parameter(help="Serve metrics for Prometheus at this port of this computer, or at HOST:PORT."),
 ]
 Overwrite = Annotated[bool, FLAG, Parameter(group=OUTPUT, help="Replace existing files.")]
 
@@ -116,8 +118,8 @@ class FrameOptions:
     reconnect: Annotated[
         float | None,
         Parameter(
-            help="Seconds for which a live source that broke is opened again, with growing pauses; "
-            "then the run ends with an error. By default without end."
+            help="If a live source fails, try to open it again for this many seconds, with growing "
+            "pauses; then end with an error. The default is no limit."
         ),
     ] = None
 

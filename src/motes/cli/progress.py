@@ -18,8 +18,23 @@ EVENTS = 6
 """Most losses and recoveries that are listed."""
 
 
-class Progress:
-    """A progress bar on standard error; without a terminal it shows nothing.
+class TerminalBar:
+    """The base of progress bars on standard error; without a terminal `_bar` is None."""
+
+    _bar: Any = None
+
+    def __enter__(self) -> Self:
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+
+class FrameProgress(TerminalBar):
+    """The progress of a run over frames.
 
     Parameters
     ----------
@@ -30,14 +45,12 @@ class Progress:
     """
 
     def __init__(self, count: int | None, *, quiet: bool = False) -> None:
-        self._bar: Any = None
         if quiet or not sys.stderr.isatty():
             return
         from rich.console import Console
-        from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-        from rich.progress import Progress as Bar
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        self._bar = Bar(
+        self._bar = Progress(
             TextColumn("{task.completed}/{task.fields[of]} frames"),
             BarColumn(bar_width=None),
             TextColumn("{task.fields[rate]:.0f} frames/s"),
@@ -70,15 +83,6 @@ class Progress:
             refresh=True,
         )
         self._shown, self._at = self._frames, self._at + passed
-
-    def __enter__(self) -> Self:
-        if self._bar is not None:
-            self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.stop()
 
 
 class RunStatistics:

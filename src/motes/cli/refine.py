@@ -13,7 +13,7 @@ from motes.cli.keyframe_options import Absent, At, File, marks
 from motes.cli.load_config import tracker_config
 from motes.cli.messages import counted, log
 from motes.cli.options import CONFIGURATION, OUTPUT, PRESETS, ConfigFile, Overwrite
-from motes.cli.settings import HELP, Settings
+from motes.cli.settings import TRACKER_HELP, Settings
 from motes.cli.track_units import UnitOptions
 from motes.core import interrupts
 from motes.core.errors import ConfigError
@@ -25,13 +25,7 @@ if TYPE_CHECKING:
     from motes.sot.presets import TrackerConfig
     from motes.video.film import Film
 
-app = App(
-    name="refine",
-    help_epilogue=HELP.format(
-        example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
-    ),
-    help_format="plaintext",
-)
+app = App(name="refine", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
 
 @app.default

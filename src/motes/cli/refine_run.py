@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from motes.cli.correct_run import run_stretches
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.core.track import Track
 from motes.correction.history import History, history_path
 from motes.correction.join import Stretch
@@ -31,7 +31,7 @@ def refine_rows(
     goal: Path,
     *,
     quiet: bool = False,
-    bar: Progress | None = None,
+    bar: FrameProgress | None = None,
 ) -> Refined:
     """Track what changes and what is not finished; write rows and history.
 

@@ -21,7 +21,7 @@ def label_studio(
     /,
     *,
     host: Annotated[
-        str, Parameter(help="Address to listen at; others cannot reach the default.")
+        str, Parameter(help="Address to listen at. Other computers cannot reach the default.")
     ] = "127.0.0.1",
     port: Annotated[int, Parameter(help="Port to listen at.")] = 9090,
     preset: ObjectPreset = "default",

@@ -23,6 +23,9 @@ Every key of the configuration is an option too, such as {example}. The preset c
 the file of --config, then these options. motes config lists the presets; {command} lists all \
 keys with their types, values and meanings.
 """
+TRACKER_HELP = HELP.format(
+    example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
+)
 
 
 def _read_setting(_: Any, tokens: Any) -> Any:

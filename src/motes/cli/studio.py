@@ -22,7 +22,7 @@ def studio(
     *,
     host: Annotated[
         str,
-        Parameter(help="Address to listen at. Others than 127.0.0.1 ask for a token."),
+        Parameter(help="Address to listen at. Any but 127.0.0.1 asks for a token."),
     ] = "127.0.0.1",
     port: Annotated[int, Parameter(help="Port to listen at; 0 for any free one.")] = 8765,
     data: Annotated[

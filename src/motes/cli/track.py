@@ -25,7 +25,7 @@ from motes.cli.options import (
     FrameOptions,
     TrackPreset,
 )
-from motes.cli.settings import HELP, Settings, default_preset
+from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs
 from motes.cli.track_target import TargetOptions
 from motes.cli.track_units import UnitOptions, motion_names
@@ -36,13 +36,7 @@ if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
 
-app = App(
-    name="track",
-    help_epilogue=HELP.format(
-        example="--motion.noise.size 0.1 of preset nummiaro", command="motes config PRESET"
-    ),
-    help_format="plaintext",
-)
+app = App(name="track", help_epilogue=TRACKER_HELP, help_format="plaintext")
 
 
 @app.default
@@ -108,7 +102,9 @@ def track(
         )
     (source,) = sources
     if outputs.resume and fps_target is not None:
-        raise ConfigError("With --fps-target no run repeats itself; omit it or --resume.")
+        raise ConfigError(
+            "A run with --fps-target cannot be repeated exactly; omit it or --resume."
+        )
     boxes = target.boxes()
     begin = target.begin(known)
     if len(boxes) > 1:

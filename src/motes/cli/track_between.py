@@ -9,7 +9,7 @@ from pathlib import Path
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.keyframe_options import KeyframeOptions
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
 from motes.cli.track_opened import pictures_outputs, rows_output
@@ -121,7 +121,7 @@ def track_film(
     opened: list[Output],
     *,
     quiet: bool = False,
-    bar: Progress | None = None,
+    bar: FrameProgress | None = None,
 ) -> None:
     """Track a target between keyframes; with --resume, only what is missing.
 

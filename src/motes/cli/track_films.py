@@ -13,7 +13,7 @@ from motes.cli.input_checks import prepare_folder, refuse
 from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
 from motes.cli.options import FrameOptions
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.cli.track_between import Between, track_film
 from motes.cli.track_keyframes import Run
 from motes.cli.track_options import TrackOutputs
@@ -23,7 +23,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframes
 from motes.formats.registry import named
 from motes.video.film import Film as ReadableFilm
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 if TYPE_CHECKING:
     from motes.mot.analytics.real_units import RealUnits
@@ -80,8 +80,8 @@ def marks_of_films(films: Sequence[str], file: Path) -> dict[str, Keyframes]:
     for name, each in given.items():
         fitting = [film for film in films if name in (film, Path(film).name, Path(film).stem)]
         if len(fitting) != 1:
-            what = "none of the films" if not fitting else " and ".join(fitting)
-            raise ConfigError(f"{file}: {name} is {what}; name one of the films that are given.")
+            what = f"fits {' and '.join(fitting)}" if fitting else "is not one of the films"
+            raise ConfigError(f"{file}: {name} {what}; name one of the films that are given.")
         marks[fitting[0]] = each
     missing = [film for film in films if film not in marks]
     if missing:
@@ -120,7 +120,7 @@ def track_films(
     both = 2 * sum(count for count in known if count is not None)  # forward and backward
     done: list[str] = []
     tracked, interrupted = 0, None
-    with Progress(None if None in known else both) as bar:
+    with FrameProgress(None if None in known else both) as bar:
         for film in chosen:
             try:
                 run = _track(film, frames, outputs, units, config, seed, bar)
@@ -158,7 +158,9 @@ def _checked(
     stems = [Path(film).stem for film in marks]
     for stem in stems:
         if stems.count(stem) > 1:
-            raise ConfigError(f"Two films have the name {stem}, and so had their rows; rename one.")
+            raise ConfigError(
+                f"Two films have the name {stem}, and so would their rows; rename one film."
+            )
     ending = named(form).endings[0]
     anew = outputs.overwrite or outputs.resume
     prepare_folder(folder, [f"{stem}{ending}" for stem in stems], anew)
@@ -188,7 +190,7 @@ def _track(
     units: RealUnits | None,
     config: TrackerConfig,
     seed: int,
-    bar: Progress,
+    bar: FrameProgress,
 ) -> Run:
     """Track the target of a film into its outputs."""
     source = ReadableFilm(film.name, start=frames.start, end=frames.end)

@@ -13,7 +13,7 @@ import numpy as np
 
 from motes.cli.correct_run import run_stretches
 from motes.cli.messages import counted
-from motes.cli.progress import Progress
+from motes.cli.progress import FrameProgress
 from motes.cli.track_loop import Step
 from motes.cli.track_outputs import Output
 from motes.core.frame import Frame
@@ -94,7 +94,7 @@ def write_stretches(
     run: Run,
     *,
     quiet: bool = False,
-    bar: Progress | None = None,
+    bar: FrameProgress | None = None,
 ) -> None:
     """Track a target between its keyframes, and write its frames in order.
 

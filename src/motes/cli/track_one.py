@@ -48,7 +48,7 @@ def track_one(
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     with frames.open(source) as film:
         if resume and film.live:
-            raise ConfigError(f"{film.name} is live and will not repeat itself; omit --resume.")
+            raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
         opened = pictures_outputs(
             film, source, output, outputs, units, config=tracker.config, stride=frames.stride

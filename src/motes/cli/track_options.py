@@ -20,15 +20,15 @@ class TrackOutputs(OutputOptions):
     figures: Annotated[
         str | None,
         Parameter(
-            help="Folder for the figures of the papers; or the names of figures of the motion, "
-            "path,speed,size, which become NAME.path.pdf and so on, beside the rows NAME.csv."
+            help="Folder for the figures of the papers. Or path,speed,size, or some of these: "
+            "figures of the motion, written beside the rows NAME.csv as NAME.path.pdf and so on."
         ),
     ] = None
     masks: Annotated[
         Path | None,
         Parameter(
-            help="Pixels of the target, as far as its colors differ from those around it: a folder "
-            "for PNG files, or a .json document of COCO."
+            help="Masks of the target: its pixels, where their colors differ from those around "
+            "it. A folder for PNG files, or a .json document of COCO."
         ),
     ] = None
     resume: Annotated[
@@ -36,7 +36,8 @@ class TrackOutputs(OutputOptions):
         FLAG,
         Parameter(
             help="Continue the rows of an interrupted run. Give the same source, options and seed. "
-            "The run is repeated at its usual speed, with keyframes only what is missing: existing "
-            "rows are kept, overlay, masks and figures are made anew."
+            "Existing rows are kept; overlay, masks and figures are made again. With "
+            "keyframes, only missing frames are tracked; otherwise the run is repeated up to the "
+            "missing rows."
         ),
     ] = False

@@ -132,7 +132,7 @@ class TargetOptions:
         """Return the search for a known target, in the places and before the background given."""
         from motes.cli.track_loop import on_target
         from motes.sot.places import load_places
-        from motes.video.sources import read_image
+        from motes.video.image_files import read_image
 
         places: tuple[Place, ...] = ()
         if self.places is not None:

@@ -128,7 +128,7 @@ def motion_names(figures: str | None) -> tuple[str, ...]:
     unknown = [name for name in names if name not in MOTION]
     if unknown and len(unknown) < len(names):
         raise ConfigError(
-            f"--figures {figures}: {unknown[0]!r} is none of {', '.join(MOTION)}; correct it."
+            f"--figures {figures}: There is no {unknown[0]!r}; known are {', '.join(MOTION)}."
         )
     return () if unknown else names
 

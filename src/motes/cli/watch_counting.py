@@ -41,8 +41,8 @@ class CountingOptions:
     dwell: Annotated[
         float | None,
         Parameter(
-            help="Count the objects that stay in a zone for this time, in seconds. A zone's own "
-            "dwell comes first."
+            help="Count the objects that stay in a zone for this time, in seconds. A dwell of "
+            "the zone in --places has priority."
         ),
     ] = None
     places: Annotated[

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
-from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, Metrics, OutputOptions
+from motes.cli.options import FLAG, HYPHEN, OUTPUT, REPEATED, MetricsPlace, OutputOptions
 from motes.core.errors import ConfigError
 
 QUEUE = "motes-events.sqlite"
@@ -35,13 +35,13 @@ class ObjectOptions:
         Parameter(help="Track only objects of these classes of the detector: person,car,..."),
     ] = None
     least: Annotated[
-        float | None, HYPHEN, Parameter(help="Least score of a detection that is used.")
+        float | None, HYPHEN, Parameter(help="Lowest score of detections that are used.")
     ] = None
     camera: Annotated[
         Literal["still", "moving"] | None,
         Parameter(
-            help="Whether the camera is still, as by default, or moves: its motion is then part of "
-            "all predictions, and the background moves along."
+            help="Whether the camera stands still or moves. If it moves, its motion is part of all "
+            "predictions, and of the background. The default is still."
         ),
     ] = None
     own_process: Annotated[
@@ -62,16 +62,16 @@ class ObjectOptions:
         str | None,
         HYPHEN,
         Parameter(
-            help="Track all that look like the target in this box of the first frame, such as the "
-            "players of a team: x,y,width,height; of what moves, or of what --detector finds. "
-            "Without --detector, the camera may move.",
+            help="Track only objects that look like the one in this box of the first frame, "
+            "such as the players of a team: x,y,width,height. They are chosen from what --detector "
+            "finds; without it, from what moves, and then the camera may move too.",
         ),
     ] = None
     histogram: Annotated[
         Path | None,
         Parameter(
-            help="For a file of several cameras: all wait for the target in this file, which motes "
-            "histogram has written, and tell each other where they saw it.",
+            help="With a file of several cameras: search for the target in this file, which motes "
+            "histogram has written. A camera that finds it reports its place to the others.",
         ),
     ] = None
 
@@ -101,16 +101,17 @@ class WatchOutputs(OutputOptions):
     home_assistant: Annotated[
         bool, FLAG, Parameter(help="Announce the counts to Home Assistant, over MQTT of --events.")
     ] = False
-    metrics: Metrics = None
+    metrics: MetricsPlace = None
     slit: Annotated[
         Path | None,
         Parameter(
-            help="Picture of the pixels under each line, .png: time downwards, the line across, "
-            "each counted crossing marked. With several lines, a file for each."
+            help="Picture of the pixels under each line over time, .png. A row is a frame, and "
+            "each counted crossing is marked. With several lines, a file for each."
         ),
     ] = None
     heatmap: Annotated[
-        Path | None, Parameter(help="Picture of how long feet have been at each place, .png.")
+        Path | None,
+        Parameter(help="Picture of the time that feet of objects spent at each place, .png."),
     ] = None
     paths: Annotated[
         Path | None, Parameter(help="Picture of the path of each object's foot, .png.")

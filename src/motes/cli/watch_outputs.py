@@ -18,10 +18,10 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.frame import Frame
 from motes.formats.mot import result_line
-from motes.formats.recording import visible
 from motes.formats.registry import format_for, named
 from motes.formats.registry import write as write_format
 from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
+from motes.formats.visibility import visible
 from motes.mot.analytics.events import Event
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack

@@ -12,8 +12,8 @@ import glob
 import os
 
 from motes.cluster.jobs import Job
+from motes.video.image_files import IMAGE_ENDINGS
 from motes.video.shared import HELD
-from motes.video.sources import IMAGE_ENDINGS
 
 PARTICLES, DEFAULT, WATCH = 80 << 20, 100 << 20, 160 << 20
 """Bytes for a preset with particles, for the default tracker, and for many objects."""

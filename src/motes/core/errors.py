@@ -1,4 +1,4 @@
-"""The errors that motes raises; every message says what is wrong and what to do."""
+"""The errors that motes raises; every message names the problem and the remedy."""
 
 LONGEST = 1200
 """Largest number of characters of a message."""

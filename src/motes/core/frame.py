@@ -14,23 +14,33 @@ from motes.core.types import Bytes
 
 FRAME_INTERVAL = 1 / 25
 """Seconds between frames if a source does not give them (PAL; the papers' cameras)."""
-
-
+LARGEST_VIEW = 2**31 - 1
+"""Bytes from the first to the last row of an image that is read where it lies."""
 WHOLE, NUMBER = (int, np.integer), (float, int, np.floating, np.integer)
+"""The types of whole numbers and of numbers that users may give."""
 
 
 class Frame(msgspec.Struct, frozen=True, eq=False):
-    """A picture: `index` from 0, `time` in seconds, `pixels` RGB uint8 of shape (H, W, 3).
+    """A picture of a video, with its number and its time.
 
-    Pixels may be given in any form that `as_rgb` takes, and are read where they lie in memory: do
-    not change them while a tracker works on the frame. `cache` holds features that cues have
-    computed from them, each under its own key. `arrived` is the reading of `time.monotonic` when a
-    live source sent the picture, else None.
+    Attributes
+    ----------
+    index
+        Number of the frame, from 0.
+    time
+        In seconds.
+    pixels
+        RGB uint8 of shape (H, W, 3). They may be given in any form that `as_rgb` takes. They are
+        read where they lie in memory: do not change them while a tracker works on the frame.
+    cache
+        Features that cues have computed from the pixels, each under its own key.
+    arrived
+        The reading of `time.monotonic` when a live source sent the picture, else None.
 
     Raises
     ------
     SourceError
-        If the index is no whole number, the time no number, or the pixels no image.
+        If the index is not a whole number, the time not a number, or the pixels not an image.
     """
 
     index: int
@@ -103,10 +113,6 @@ def as_rgb(pixels: NDArray[Any]) -> Bytes:
     height, width, channels = image.shape
     image = np.broadcast_to(image, (height, width, 3)) if channels == 1 else image[:, :, :3]
     return image if _in_order(image) else np.ascontiguousarray(image)
-
-
-LARGEST_VIEW = 2**31 - 1
-"""Bytes from the first to the last row of an image that is read where it lies."""
 
 
 def _in_order(image: Bytes) -> bool:

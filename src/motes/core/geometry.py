@@ -22,7 +22,15 @@ FARTHEST = 1e15
 
 
 class Box(NamedTuple):
-    """An axis-parallel box: first pixel's x and y, width and height, in pixels."""
+    """A box whose sides are parallel to those of the picture.
+
+    Attributes
+    ----------
+    x, y
+        The first column and the first row of pixels; they count from 0, to the right and downwards.
+    width, height
+        Numbers of columns and of rows.
+    """
 
     x: float
     y: float
@@ -31,7 +39,17 @@ class Box(NamedTuple):
 
 
 class Ellipse(NamedTuple):
-    """An ellipse: center (x, y) and half-axes (a, b) in pixels, angle of a in radians."""
+    """An ellipse in a picture, upright or turned.
+
+    Attributes
+    ----------
+    x, y
+        The center in pixels. Centers of pixels have whole numbers, from 0.
+    a, b
+        The half-axes in pixels.
+    theta
+        Angle of a in radians, from the x axis to the y axis: clockwise on the screen.
+    """
 
     x: float
     y: float

@@ -125,7 +125,7 @@ class Registry(Generic[T]):
         bases = {"motes.core.config.Config": msgspec.Struct, _path(self.base): self.base}
         for path, base in bases.items():
             if not (isinstance(found, type) and issubclass(found, base)):
-                raise PluginError(f"{named} is no subclass of {path}.")
+                raise PluginError(f"{named} is not a subclass of {path}.")
         implementation: type[T] = found
         if self._tagged and tag_of(found) != entry.name:
             raise PluginError(

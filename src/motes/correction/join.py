@@ -178,6 +178,8 @@ def fuse(
         path = smooth(seen, used, relative, exact, motion, None)
         hidden *= 2
     ellipses, variances = space.ellipses(path.mean, path.variance + hidden)
+    if not keys:  # nothing shows how far the pass has gone: it is not surer than the tracker was
+        variances = np.maximum(variances, passes[0].variances)
 
     supported: Flags = np.logical_or.reduce(used, axis=0)
     supported[[*keys]] = True

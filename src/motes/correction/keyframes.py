@@ -94,6 +94,17 @@ def marks_of(frames: str, region: str) -> list[tuple[int, Sequence[float] | None
 def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     """Return the keyframes of a file, by the film that their rows name; "" without a name.
 
+    Parameters
+    ----------
+    path
+        A file of comma-separated rows: `frame,x,y,width,height`, `frame,x,y,a,b,theta`, or
+        `frame,absent` and `first:last,absent`. Frames and pixels count from 0. The name of a film
+        may be in front.
+
+    Returns
+    -------
+    For each film the target's ellipse by frame; None where the target is absent.
+
     Raises
     ------
     InputError
@@ -106,7 +117,7 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
             f"The keyframes {path} cannot be read: {error.strerror}; check the name."
         ) from None
     except UnicodeDecodeError:
-        raise InputError(f"The keyframes {path} are no text; check the name.") from None
+        raise InputError(f"The keyframes {path} are not text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
     for number, line in enumerate(text.splitlines(), start=1):
         fields = [field.strip().strip('"') for field in line.rstrip(", \t").split(",")]

@@ -15,7 +15,6 @@ the target, nothing is observed: the path is a bridge, and its variance grows fr
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +31,10 @@ NOISE_RATIOS = (0.01, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0)
 LEAST_DEVIATION = 0.02
 """Least standard deviation of noise and of motion from frame to frame, in the coordinates' units
 (hundredths of a side, see `coordinates`): a film at rest is not known better than that."""
+RUN = 3
+"""Fast steps in a row from which a target has run, and has not jumped."""
+NORMAL_MEDIAN = 0.6745
+"""The median of the absolute value of a standard normal variable."""
 UNKNOWN = 1e4
 """Standard deviation of a position that nothing is known of."""
 
@@ -210,12 +213,12 @@ def _updated(
 
 
 def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
-    """Return which observations (n,) neither the past nor the future explains.
+    """Return which observations (n,) are jumps away and back.
 
-    A filter runs through them forward and another one backward. Each leaves out what lies outside
-    of its gate, and its uncertainty grows until it accepts an observation again (Bar-Shalom and
-    Fortmann, Tracking and data association, 1988, section 4.2). What both leave out is an outlier:
-    a jump away and back. After a jump to a new place, the backward filter follows.
+    A filter runs through the observations forward and another one backward. Each leaves out what
+    lies outside of its gate, and its uncertainty grows until it accepts an observation again
+    (Bar-Shalom and Fortmann, Tracking and data association, 1988, section 4.2). What both leave out
+    is an outlier.
 
     Parameters
     ----------
@@ -227,33 +230,51 @@ def outliers(seen: Floats, valid: Flags, gate: float) -> Flags:
         Quantile of the normalized squared innovation, of k degrees of freedom.
     """
     where = np.flatnonzero(valid)
-    if len(where) < 3:
-        return np.zeros(len(seen), bool)
-    spread = robust_spread(seen[where], where)
     left = np.zeros(len(seen), bool)
-    left[where] = _left_out(seen[where], where, spread, gate)
-    back = _left_out(seen[where[::-1]], -where[::-1], spread, gate)[::-1]
-    left[where] &= back
+    if len(where) < 3:
+        return left
+    kept = seen[where]
+    variance = local_variance(kept, where)
+    back = _left_out(kept[::-1], variance[::-1], gate)[::-1]
+    left[where] = _left_out(kept, variance, gate) & back
     return left
 
 
 def robust_spread(seen: Floats, times: NDArray[np.int64]) -> Floats:
     """Return the standard deviation (k,) of the motion in a frame, from observations at times.
 
-    It is the median of the steps over 0.6745, the median of a normal variable's absolute value.
+    It is the median of the steps over that of a standard normal variable's absolute value.
     """
     steps = np.abs(np.diff(seen, axis=0)) / np.sqrt(np.diff(times))[:, None]
-    return np.maximum(np.median(steps, axis=0) / 0.6745, LEAST_DEVIATION)
+    return np.maximum(np.median(steps, axis=0) / NORMAL_MEDIAN, LEAST_DEVIATION)
 
 
-def _left_out(seen: Floats, times: NDArray[np.int64], spread: Floats, gate: float) -> Flags:
-    """Return which observations a random walk with a deviation per frame leaves out."""
+def local_variance(seen: Floats, times: NDArray[np.int64]) -> Floats:
+    """Return the variance (n - 1, k) of the motion from each observation to the next.
+
+    It is that of the whole track, or that of the steps around where the target moves faster: it may
+    rest most of the time and run now and then. A jump is one fast step, a run has several.
+    """
+    steps = np.abs(np.diff(seen, axis=0)) / np.sqrt(np.diff(times))[:, None]
+    padded = np.pad(steps, ((RUN - 1, RUN - 1), (0, 0)), constant_values=np.nan)
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * RUN - 1, axis=0)
+    nearby = np.nanmedian(around, axis=2) / NORMAL_MEDIAN
+    spread = np.maximum(nearby, robust_spread(seen, times))
+    out: Floats = spread**2 * np.diff(times)[:, None]
+    return out
+
+
+def _left_out(seen: Floats, variance: Floats, gate: float) -> Flags:
+    """Return which observations lie outside of the gate of a random walk, which then comes back.
+
+    Where the walk never comes back, it has gone to another place, and nothing is left out.
+    """
     out = np.zeros(len(seen), bool)
+    total = np.concatenate([np.zeros((1, seen.shape[1])), np.cumsum(variance, axis=0)])
     last = 0
     for i in range(1, len(seen)):
-        step = (seen[i] - seen[last]) / (spread * math.sqrt(times[i] - times[last]))
-        if float(step @ step) > gate:
-            out[i] = True
-        else:
+        spread = total[i] - total[last]
+        if float(((seen[i] - seen[last]) ** 2 / spread).sum()) <= gate:  # it has come back
+            out[last:i] = ((seen[last:i] - seen[last]) ** 2 / spread).sum(axis=1) > gate
             last = i
     return out

@@ -16,7 +16,7 @@ from motes.correction.doubts import ranked
 from motes.correction.join import DRIFT, Flags, Stretch, both, shared_variance
 from motes.correction.keyframes import Keyframes
 from motes.correction.passes import Pass, as_pass
-from motes.correction.smoothing import robust_spread
+from motes.correction.smoothing import local_variance
 
 PLANE_GATE = 13.82
 """The 99.9 % quantile of the chi-square distribution with 2 degrees of freedom."""
@@ -122,10 +122,9 @@ def _jumps(only: Pass, tracking: Flags) -> tuple[Flags, Flags]:
         return jumps, leaps
     space = Coordinates.of([Ellipse(*row) for row in only.ellipses[where].tolist()], only.ellipses)
     values = space.values(only.ellipses)[where, :4]
-    spread = robust_spread(values, where)
-    steps = np.diff(values, axis=0) / (spread * np.sqrt(np.diff(where))[:, None])
-    jumps[where[1:]] = (steps[:, :2] ** 2).sum(axis=1) > PLANE_GATE
-    leaps[where[1:]] = (steps[:, 2:] ** 2).sum(axis=1) > PLANE_GATE
+    steps = np.diff(values, axis=0) ** 2 / local_variance(values, where)
+    jumps[where[1:]] = steps[:, :2].sum(axis=1) > PLANE_GATE
+    leaps[where[1:]] = steps[:, 2:].sum(axis=1) > PLANE_GATE
     return jumps, leaps
 
 

@@ -6,9 +6,6 @@ surroundings (Bertinetto et al., Staple, CVPR 2016, section 3.4).
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import msgspec
 import numpy as np
 from msgspec.structs import replace
 
@@ -16,10 +13,10 @@ from motes import kernels
 from motes.core.config import Config, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import SAME, NotNegativeSingles
+from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles
 from motes.cues.base import Cue
-from motes.cues.search_window import Grid, grid
+from motes.cues.search_window import WindowModel
 
 COLORS = 32**3
 CORE_FRACTION = 0.8
@@ -30,30 +27,17 @@ SURROUNDINGS = 1.4
 """Size of the outer box of the contrast, relative to the target's box."""
 
 
-class PosteriorModel(msgspec.Struct, frozen=True, eq=False, tag="posterior"):
+class PosteriorModel(WindowModel, frozen=True, eq=False, tag="posterior"):
     """The learned colors of a target and of its surroundings.
 
     Attributes
     ----------
     inside, outside
         (32768,), shares of the colors in the target and around it; each sums to 1.
-    a, b
-        Half-axes of the target's first region, from which the grid follows.
-    place
-        The target's last place, where the model was updated. `distances` reads the window there
-        first.
     """
 
     inside: NotNegativeSingles
     outside: NotNegativeSingles
-    a: Annotated[float, SAME]
-    b: Annotated[float, SAME]
-    place: Ellipse
-
-    @property
-    def grid(self) -> Grid:
-        """The samples of the window around the target."""
-        return grid(self.a, self.b)
 
 
 class Posterior(Cue, Config, frozen=True):
@@ -74,7 +58,7 @@ class Posterior(Cue, Config, frozen=True):
     def learn(self, frame: Frame, ellipse: Ellipse) -> PosteriorModel:
         """Return the colors of the region in `ellipse` and of its surroundings."""
         inside, outside = np.zeros((2, COLORS), np.float32)
-        model = PosteriorModel(inside, outside, ellipse.a, ellipse.b, ellipse)
+        model = PosteriorModel(ellipse.a, ellipse.b, ellipse, inside, outside)
         return self.updated(model, model.grid.sample_window(frame, ellipse), 1.0)
 
     def distances(self, model: PosteriorModel, frame: Frame, ellipses: Floats) -> Floats:

@@ -8,9 +8,7 @@ estimation for robust visual tracking, BMVC 2014, equations 3 to 5).
 from __future__ import annotations
 
 import math
-from typing import Annotated
 
-import msgspec
 import numpy as np
 from msgspec.structs import replace
 
@@ -18,7 +16,7 @@ from motes import kernels
 from motes.core.config import Config, Positive, Share
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
-from motes.core.saved_state import SAME, NotNegativeSingles
+from motes.core.saved_state import NotNegativeSingles
 from motes.core.types import Floats, Singles, Spectra
 from motes.cues.base import Cue
 from motes.cues.fourier_ridge import (
@@ -29,13 +27,13 @@ from motes.cues.fourier_ridge import (
     half_frequencies,
     updated,
 )
-from motes.cues.search_window import CELL_SIZE, Grid, features, grid
+from motes.cues.search_window import CELL_SIZE, Grid, WindowModel, features, grid
 
 UPSAMPLING = 2
 """Number of a response's values per side of a cell."""
 
 
-class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation"):
+class CorrelationModel(WindowModel, frozen=True, eq=False, tag="correlation"):
     """A learned filter, numerator over power, and the filter of the first frame.
 
     Attributes
@@ -44,25 +42,12 @@ class CorrelationModel(msgspec.Struct, frozen=True, eq=False, tag="correlation")
         (30, h, w // 2 + 1): conjugate label times features.
     power, first_power
         (h, w // 2 + 1): energy of the features.
-    a, b
-        Half-axes of the target's first region, from which the grid follows.
-    place
-        The target's last place, where the model was updated. `distances` reads the window there
-        first.
     """
 
     numerator: Spectra
     power: NotNegativeSingles
     first_numerator: Spectra
     first_power: NotNegativeSingles
-    a: Annotated[float, SAME]
-    b: Annotated[float, SAME]
-    place: Ellipse
-
-    @property
-    def grid(self) -> Grid:
-        """The samples that the filter reads."""
-        return grid(self.a, self.b)
 
 
 class Correlation(Cue, Config, frozen=True):
@@ -96,7 +81,7 @@ class Correlation(Cue, Config, frozen=True):
         samples = grid(ellipse.a, ellipse.b)
         spectra = self.spectra(samples, samples.sample_window(frame, ellipse))
         numerator, power = np.zeros_like(spectra), np.zeros(spectra.shape[1:], np.float32)
-        model = CorrelationModel(numerator, power, numerator, power, ellipse.a, ellipse.b, ellipse)
+        model = CorrelationModel(ellipse.a, ellipse.b, ellipse, numerator, power, numerator, power)
         model = self.updated(model, spectra, 1.0)
         return replace(model, first_numerator=model.numerator, first_power=model.power)
 

@@ -10,13 +10,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from motes import kernels
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
+from motes.core.saved_state import SAME
 from motes.core.types import Bytes, Floats, Singles
 from motes.cues.base import visible
 
@@ -128,6 +131,28 @@ class Grid:
         turns = place.theta + TURN * steps[:, 4]
         for row, mine in zip(np.column_stack([centers, halves, turns]).tolist(), own, strict=True):
             yield Ellipse(*row), rows[mine]
+
+
+class WindowModel(msgspec.Struct, frozen=True, eq=False):
+    """The base of target models that are learned in a window around the target.
+
+    Attributes
+    ----------
+    a, b
+        Half-axes of the target's first region in pixels, from which the grid follows.
+    place
+        The target's last place, where the model was updated. `distances` reads the window there
+        first.
+    """
+
+    a: Annotated[float, SAME]
+    b: Annotated[float, SAME]
+    place: Ellipse
+
+    @property
+    def grid(self) -> Grid:
+        """The samples of the window around the target."""
+        return grid(self.a, self.b)
 
 
 def _hann(cells: int, side: float) -> Floats:

@@ -20,14 +20,7 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse, area
 from motes.core.track import Status
 from motes.formats import runs
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.regions import region_of_corners
 from motes.formats.shapes import (
     Corners,

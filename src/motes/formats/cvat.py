@@ -19,7 +19,6 @@ from motes.core.track import Status
 from motes.formats.recording import (
     ANONYMOUS,
     MOST_FRAMES,
-    SHOWN,
     FilmFacts,
     Recorded,
     Recording,
@@ -30,6 +29,7 @@ from motes.formats.recording import (
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.formats.visibility import SHOWN
 from motes.output.journal import ObjectRow
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     try:
         root = ElementTree.fromstring(read_text(path))
     except ElementTree.ParseError as error:
-        raise FormatError(f"it is no XML: {error}") from None
+        raise FormatError(f"it is not XML: {error}") from None
     if root.tag != "annotations":
         raise FormatError("it has no annotations of CVAT")
     objects: list[tuple[int, ObjectRow]] = []
@@ -188,7 +188,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     end = _whole(root.findtext("meta/task/size")) or _whole(root.findtext("meta/job/size"))
     count = facts.frames or end or 0
     if count > MOST_FRAMES:
-        raise FormatError(f"its size of {count} frames is none of a film")
+        raise FormatError(f"its size is {count} frames, which no film has")
     times = {frame: facts.time(frame) for frame in range(count)}
     named = {frame: name for frame, name in files.items() if name}
     return recording_of(facts, objects, times, _size(root, images), named)

@@ -16,21 +16,14 @@ from pathlib import Path
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-    visible,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, number, read_text, whole
+from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 POINTS = ("center", "axis_a", "axis_b")
 NAME = "object_"
-"""Before the identity, the name of an individual."""
+"""Prefix of the name of an individual; the identity follows."""
 VALUES = ("x", "y", "likelihood")
 TITLES = ("scorer", "individuals", "bodyparts", "coords")
 UNKNOWN = ("", "nan")
@@ -42,17 +35,19 @@ def write(recorded: Recorded) -> Iterator[bytes]:
     identities = sorted({each.identity for row in recorded for each in visible(row)})
     if ANONYMOUS in identities:
         raise FormatError("DeepLabCut holds individuals, and there are boxes without identities.")
-    columns = [(who, point, value) for who in identities for point in POINTS for value in VALUES]
+    columns = [
+        (identity, point, value) for identity in identities for point in POINTS for value in VALUES
+    ]
     titles = [("scorer", ["motes"] * len(columns))]
     if len(identities) > 1:
-        titles.append(("individuals", [f"{NAME}{who}" for who, _, _ in columns]))
+        titles.append(("individuals", [f"{NAME}{each}" for each, _, _ in columns]))
     titles.append(("bodyparts", [point for _, point, _ in columns]))
     titles.append(("coords", [value for _, _, value in columns]))
     for title, values in titles:
         yield ",".join([title, *values]).encode() + b"\n"
     for row in recorded:
         here = {each.identity: each for each in visible(row)}
-        fields = [field for who in identities for field in _fields(here.get(who))]
+        fields = [field for identity in identities for field in _fields(here.get(identity))]
         yield ",".join([str(row.frame), *fields]).encode() + b"\n"
 
 

@@ -15,16 +15,10 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.correction.keyframes import read_keyframes
-from motes.formats.recording import (
-    FilmFacts,
-    Recorded,
-    Recording,
-    only_object,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.formats.visibility import only_object
 from motes.output.journal import ObjectRow
 
 TITLES = b"frame,x,y,width,height\n"

@@ -28,11 +28,11 @@ from motes.formats.recording import (
     frames_between,
     recording_of,
     sound,
-    visible,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
 from motes.formats.text import at, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
+from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 REGION = "videorectangle"

@@ -11,17 +11,10 @@ from pathlib import Path
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.mot_files import UNKNOWN, Kind, Rows, read_rows
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    shown,
-    visible,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of
 from motes.formats.regions import MAX_FRAME
 from motes.formats.shapes import label_or_none
+from motes.formats.visibility import shown, visible
 from motes.output.journal import ObjectRow
 
 CLASSES = {

@@ -10,16 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.core.track import Status
-from motes.formats.recording import (
-    FilmFacts,
-    Recorded,
-    Recording,
-    only_object,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
 from motes.formats.text import read_text
+from motes.formats.visibility import only_object
 from motes.output.journal import ObjectRow
 
 FIRST_PIXEL = 1

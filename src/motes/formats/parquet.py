@@ -52,7 +52,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     try:
         table = pyarrow.parquet.read_table(path)
     except (pyarrow.ArrowException, ValueError) as error:
-        raise FormatError(f"it is no table of Parquet: {error}") from None
+        raise FormatError(f"it is not a table of Parquet: {error}") from None
     if "frame" not in table.column_names:
         raise FormatError(f"its columns are {', '.join(table.column_names)}; it needs one frame")
     return recording_of_rows(iter(table.to_pylist()), table.column_names, facts)

@@ -12,30 +12,13 @@ from typing import Protocol
 from motes.core.errors import FormatError
 from motes.core.frame import FRAME_INTERVAL
 from motes.core.geometry import FARTHEST
-from motes.core.track import Status
 from motes.formats.regions import MAX_FRAME
 from motes.output.journal import FrameRow, Header, ObjectRow
 
 MOST_FRAMES = 1_000_000
 """Frames in a row that a file may leave out at most; more than nine hours of film."""
-VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
-"""The states of an object that is in the picture."""
-SHOWN = (*VISIBLE, Status.OCCLUDED)
-"""The states with a known position; that of a searched or lost object is only a guess."""
 ANONYMOUS = -1
 """Identity of a detection: which object it shows is not known."""
-
-ANGLES = "angles"
-CONFIDENCES = "confidences"
-IDENTITIES = "identities"
-CLASSES = "classes"
-HIDDEN = "hidden objects"
-GUESSES = "guessed places of searched and lost targets"
-MASKS = "masks"
-TIMES = "times"
-COLUMNS = "further columns"
-ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, COLUMNS)
-"""What some formats hold and others do not, beside the boxes in each frame."""
 
 
 class Recorded(Protocol):
@@ -136,7 +119,7 @@ def recording_of(
         frames.setdefault(frame, []).append(each)
     for frame in frames:
         if not 0 <= frame <= MAX_FRAME:
-            raise FormatError(f"frame {frame} is none of a film")
+            raise FormatError(f"no film has a frame {frame}")
         if not abs(known.get(frame, 0.0)) <= FARTHEST:
             raise FormatError(f"frame {frame} has the time {known[frame]:g}")
     width, height = size or (facts.width, facts.height)
@@ -170,58 +153,8 @@ def frames_between(first: int, last: int) -> range:
     Raises
     ------
     FormatError
-        If a frame is none of a film, or there are too many in between: a number is damaged.
+        If no film has such a frame, or there are too many in between: a number is damaged.
     """
     if not 0 <= first <= last <= MAX_FRAME or last - first > MOST_FRAMES:
-        raise FormatError(f"frames {first} and {last} are no neighboring keyframes of a film")
+        raise FormatError(f"frames {first} and {last} cannot be neighboring keyframes of a film")
     return range(first + 1, last)
-
-
-def shown(row: FrameRow) -> Iterator[ObjectRow]:
-    """Yield the objects of a frame whose positions are known, or predicted while hidden."""
-    return (each for each in row.objects if each.status in SHOWN)
-
-
-def visible(row: FrameRow) -> Iterator[ObjectRow]:
-    """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
-    return (each for each in row.objects if each.status in VISIBLE)
-
-
-def aspects(recorded: Recorded) -> set[str]:
-    """Return those of `ASPECTS` that a recording has."""
-    found: set[str] = {TIMES}
-    for row in recorded:
-        for each in row.objects:
-            held = {
-                ANGLES: each.ellipse.theta != 0 and each.ellipse.a != each.ellipse.b,
-                CONFIDENCES: each.confidence != 1,
-                IDENTITIES: each.identity > 1,
-                CLASSES: each.label not in (None, recorded.head.label),
-                HIDDEN: each.status is Status.OCCLUDED,
-                GUESSES: each.status not in SHOWN,
-                MASKS: each.mask is not None,
-                COLUMNS: bool(each.more),
-            }
-            found.update(name for name, has in held.items() if has)
-    return found
-
-
-def only_object(recorded: Recorded, what: str) -> dict[int, ObjectRow]:
-    """Return the one object of a recording by frame, where it is visible.
-
-    Raises
-    ------
-    FormatError
-        If there are several objects; `what` names the format.
-    """
-    found: dict[int, ObjectRow] = {}
-    identity: int | None = None
-    for row in recorded:
-        for each in visible(row):
-            identity = each.identity if identity is None else identity
-            if each.identity != identity or row.frame in found:
-                raise FormatError(
-                    f"{what} holds one object, and there are several; choose one with --identity N."
-                )
-            found[row.frame] = each
-    return found

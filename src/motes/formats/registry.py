@@ -11,7 +11,7 @@ from typing import Any
 
 from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import remove_leftovers, write_whole
-from motes.formats.recording import (
+from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
     CLASSES,
@@ -22,9 +22,8 @@ from motes.formats.recording import (
     IDENTITIES,
     MASKS,
     TIMES,
-    FilmFacts,
-    Recorded,
 )
+from motes.formats.recording import FilmFacts, Recorded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

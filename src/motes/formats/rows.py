@@ -16,15 +16,9 @@ import msgspec
 from motes.core.errors import FormatError
 from motes.core.geometry import Box, Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    SHOWN,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-)
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, whole
+from motes.formats.visibility import SHOWN
 from motes.output.journal import FrameRow, ObjectRow
 from motes.output.read_rows import read_track
 from motes.output.track_rows import COLUMNS, Form, line_of
@@ -182,7 +176,7 @@ def _object(row: Mapping[str, Any], names: Sequence[str]) -> ObjectRow | None:
     more = {name: row[name] for name in names if name not in used and name in row}
     for name, value in more.items():
         if not isinstance(value, str | int | float):
-            raise ValueError(f"{name} is no number")
+            raise ValueError(f"{name} is not a number")
         if isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{name} is {value}")
     sure = row["confidence"] if "confidence" in names and status is Status.TRACKING else 1.0

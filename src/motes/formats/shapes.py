@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.geometry import Ellipse, area, clipped
-from motes.formats.recording import SHOWN, Recorded
+from motes.formats.recording import Recorded
+from motes.formats.visibility import SHOWN
 from motes.output.journal import Header, ObjectRow
 
 MIN_AREA = 0.01

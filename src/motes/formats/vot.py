@@ -13,7 +13,8 @@ from pathlib import Path
 
 from motes.core.geometry import Ellipse
 from motes.formats.otb import frame_count, read_frames
-from motes.formats.recording import FilmFacts, Recorded, Recording, only_object
+from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.visibility import only_object
 
 FIRST_PIXEL = 0
 ABSENT = "nan,nan,nan,nan"

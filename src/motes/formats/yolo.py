@@ -14,17 +14,10 @@ from pathlib import Path
 from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
-from motes.formats.recording import (
-    ANONYMOUS,
-    FilmFacts,
-    Recorded,
-    Recording,
-    recording_of,
-    sound,
-    visible,
-)
+from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.shapes import frame_name, label_or_none, labels_of
 from motes.formats.text import at, number, read_text, whole
+from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 NAMES = "data.yaml"
@@ -92,7 +85,7 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
         raise ValueError(f"{1 + len(rest)} numbers; a line has 5, or 6 or 7 with confidence and id")
     x, y, width, height, *more = (number(value) for value in rest)
     if not all(-1 <= center <= 2 for center in (x, y)):
-        raise ValueError(f"the center {x:g}, {y:g} is no share of the picture's sides, 0 to 1")
+        raise ValueError(f"the center {x:g}, {y:g} is not a share of the picture's sides, 0 to 1")
     box = (
         (x - width / 2) * facts.width,
         (y - height / 2) * facts.height,

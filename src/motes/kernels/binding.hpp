@@ -25,7 +25,7 @@
 
 namespace motes::binding {
 
-// An argument is not what it must be; says what it must be.
+// An argument has the wrong type or shape; `needed` is the right one.
 struct Refused {
     std::string needed;
 };

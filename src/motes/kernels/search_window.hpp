@@ -109,6 +109,21 @@ private:
     }
 };
 
+// Writes the weighted sum of the `taps` lines of a picture that count for row `i` of the samples.
+template <Index taps>
+void join(const Line& rows, const std::uint8_t* start, Index i, Index span,
+          float* __restrict line) {
+    const std::uint8_t* sources[taps];
+    float shares[taps];
+    for (Index u = 0; u < taps; ++u)
+        sources[u] = start + rows.places[i][u], shares[u] = rows.shares[i][u];
+    for (Index c = 0; c < span; ++c) {
+        float sum = 0.0f;
+        for (Index u = 0; u < taps; ++u) sum += shares[u] * float(sources[u][c]);
+        line[c] = sum;
+    }
+}
+
 // Writes a row of samples (3, W), row `i` of `out`, each from `taps` pixels of a picture's line.
 //
 // A pixel's channels are `apart` places apart: 0 if it is gray.
@@ -138,13 +153,10 @@ inline void cut_upright(Picture picture, Pair corner, Pair step, Volume<float> o
         {weigh<1, 0>, weigh<2, 0>, weigh<3, 0>, weigh<4, 0>},
         {weigh<1, 1>, weigh<2, 1>, weigh<3, 1>, weigh<4, 1>}};
     const auto weigh_row = by_taps[picture.order != Order::GRAY][columns.taps - 1];
+    constexpr decltype(&join<1>) joins[4] = {join<1>, join<2>, join<3>, join<4>};
+    const auto join_lines = joins[rows.taps - 1];
     for (Index i = 0; i < out.rows; ++i) {
-        std::fill_n(line, span, 0.0f);
-        for (Index u = 0; u < rows.taps; ++u) {
-            const float share = rows.shares[i][u];
-            const std::uint8_t* source = start + rows.places[i][u];
-            for (Index c = 0; c < span; ++c) line[c] += share * float(source[c]);
-        }
+        join_lines(rows, start, i, span, line);
         weigh_row(columns, line, picture.order == Order::BGR, i, out);
     }
 }

@@ -1,6 +1,6 @@
 """Which of two objects is which when they part: by color, or by edges where colors are alike.
 
-Zhao and Pei, section 3: the color histogram tells two objects apart after an occlusion, and the
+Zhao and Pei, section 3: the color histogram distinguishes two objects after an occlusion, and the
 histogram of oriented gradients where their colors are alike.
 """
 
@@ -16,7 +16,7 @@ from motes.mot.boxes import as_rows
 from motes.mot.tracked_object import TrackedObject
 
 EDGES = Hog(cells=3, rotation_normalized=False)
-"""The 72 bins by which the paper tells targets of one color apart, without rotation."""
+"""The 72 bins by which the paper distinguishes targets of one color, without rotation."""
 SWAP_MARGIN = 0.2
 """Least difference between the sums of distances for a decision by one cue."""
 

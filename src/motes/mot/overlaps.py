@@ -1,7 +1,7 @@
 """Overlaps of many boxes, as lists of the pairs that overlap instead of a matrix of all pairs.
 
-`overlapping`, `lying` and `nested` return indices of the first and of the second boxes, sorted by
-the first, then by the second, and a value for each pair: (k,) each.
+`overlapping_pairs`, `covered_pairs` and `nested_pairs` return indices of the first and of the
+second boxes, sorted by the first, then by the second, and a value for each pair: (k,) each.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BLOCK = 500
 """Number of boxes that are compared at a time, to limit memory where most of them overlap."""
 
 
-def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
+def overlapping_pairs(first: Floats, second: Floats, least: float) -> Overlaps:
     """Return the pairs of boxes (n, 4) and (m, 4) with a least intersection over union, and it.
 
     If the least one is 0, these are all n m pairs.
@@ -34,13 +34,13 @@ def overlapping(first: Floats, second: Floats, least: float) -> Overlaps:
     return _where(i, j, overlaps := iou(first[i], second[j]), overlaps >= least)
 
 
-def lying(first: Floats, second: Floats, share: float) -> Overlaps:
+def covered_pairs(first: Floats, second: Floats, share: float) -> Overlaps:
     """Return the pairs where the second box covers more than a share of the first, and how much."""
     i, j = meeting(first, second)
     return _where(i, j, shares := intersection_over_first(first[i], second[j]), shares > share)
 
 
-def nested(first: Floats, second: Floats, share: float) -> Overlaps:
+def nested_pairs(first: Floats, second: Floats, share: float) -> Overlaps:
     """Return the pairs where one box covers more than a share of the other, and how much."""
     i, j = meeting(first, second)
     shares = np.maximum(
@@ -49,14 +49,14 @@ def nested(first: Floats, second: Floats, share: float) -> Overlaps:
     return _where(i, j, shares, shares > share)
 
 
-def largest(i: Integers, j: Integers, values: Floats) -> dict[int, int]:
+def best_partners(i: Integers, j: Integers, values: Floats) -> dict[int, int]:
     """Return for each i the j with the largest value; of equal values, the smallest j."""
     order = np.lexsort((j, -values, i))
     rows, first = np.unique(i[order], return_index=True)
     return dict(zip(rows.tolist(), j[order][first].tolist(), strict=True))
 
 
-def singles(boxes: Floats, share: float) -> list[int]:
+def without_duplicates(boxes: Floats, share: float) -> list[int]:
     """Return which boxes (n, 4) stay if each one removes its duplicates among those after it.
 
     Two boxes are duplicates if one covers more than a share of the other.
@@ -64,9 +64,9 @@ def singles(boxes: Floats, share: float) -> list[int]:
     kept: list[int] = []
     for start in range(0, len(boxes), BLOCK):
         block = boxes[start : start + BLOCK]
-        dropped = set(nested(block, boxes[kept], share)[0].tolist())
+        dropped = set(nested_pairs(block, boxes[kept], share)[0].tolist())
         rest = np.array([n for n in range(len(block)) if n not in dropped], np.int64)
-        i, j, _ = nested(block[rest], block[rest], share)
+        i, j, _ = nested_pairs(block[rest], block[rest], share)
         for one, before in zip(rest[i[j < i]].tolist(), rest[j[j < i]].tolist(), strict=True):
             if before not in dropped:
                 dropped.add(one)
@@ -74,19 +74,21 @@ def singles(boxes: Floats, share: float) -> list[int]:
     return kept
 
 
-def holding(places: Floats, boxes: Floats, share: float, larger: float) -> dict[int, list[int]]:
+def merged_blobs(
+    places: Floats, boxes: Floats, share: float, larger: float
+) -> dict[int, list[int]]:
     """Return which boxes (m, 4) hold several objects, in places (n, 4), each with its objects.
 
     Such a box covers more than a share of two objects or more, and it is more than `larger` times
     as large as each. An object in several such boxes belongs to the one that covers most of it.
     """
-    i, j, shares = lying(places, boxes, share)
+    i, j, shares = covered_pairs(places, boxes, share)
     sizes = np.zeros(len(boxes))
     np.maximum.at(sizes, j, places[i, 2:].prod(axis=1))
     several = np.bincount(j, minlength=len(boxes)) > 1
     several &= boxes[:, 2:].prod(axis=1) > larger * sizes
     out: dict[int, list[int]] = {box: [] for box in np.flatnonzero(several).tolist()}
-    for place, box in largest(*_where(i, j, shares, several[j])).items():
+    for place, box in best_partners(*_where(i, j, shares, several[j])).items():
         out[box].append(place)
     return out
 

@@ -2,7 +2,7 @@
 
 `step` is the whole algorithm of Zhao and Pei, section 3: detections begin objects, and a particle
 filter follows each. Occlusions are predicted from the objects' places. Of two objects, the one that
-is less similar to its model is occluded, and its model finds it again when it reappears.
+is less similar to its model is occluded. Its model finds it again when it reappears.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class Scene:
     config
         A preset's name, or a configuration.
     seed
-        Of the random numbers; each object has its own, whatever the others do.
+        Seed of the random numbers. Each object has random numbers of its own.
 
     Attributes
     ----------

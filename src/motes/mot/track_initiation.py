@@ -17,7 +17,7 @@ from motes.core.detection import Detection
 from motes.core.geometry import Box
 from motes.mot.assignment import assign_pairs
 from motes.mot.boxes import as_rows
-from motes.mot.overlaps import overlapping
+from motes.mot.overlaps import overlapping_pairs
 from motes.mot.scene_config import Initiation
 
 Tentative: TypeAlias = tuple[tuple[float, Box], ...]
@@ -70,7 +70,7 @@ class TrackInitiation(msgspec.Struct, frozen=True):
         before = self.candidates
         boxes = as_rows(each.box for each in free)
         latest = as_rows(candidate[-1][1] for candidate in before)
-        i, j, overlaps = overlapping(latest, boxes, overlap)
+        i, j, overlaps = overlapping_pairs(latest, boxes, overlap)
         same = assign_pairs(i, j, 1 - overlaps, (len(before), len(free)))
         history = {j: before[i] for i, j in same}
         least = np.quantile(self.scores, config.min_score_quantile) if free else 0.0

@@ -114,7 +114,7 @@ class TrackedObject(msgspec.Struct, frozen=True, eq=False):
     shape_model
         Its edges when another object last came so near.
     occluder_candidate
-        The identity of the object that last occluded it, until both are told apart.
+        The identity of the object that last occluded it, until both have been compared.
     votes
         How many of its detections had each class, in the order of their first appearance.
     origin

@@ -120,7 +120,7 @@ class MessageQueue:
 
     @contextlib.contextmanager
     def _problems(self) -> Iterator[None]:
-        """Turn an error of the database into a FormatError that says what to do."""
+        """Turn an error of the database into a FormatError with what to do."""
         try:
             yield
         except sqlite3.Error as error:

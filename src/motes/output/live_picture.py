@@ -1,7 +1,7 @@
 """Pictures of a run that goes on: in a window, or in a browser on this computer.
 
-A picture is offered as a function that draws it, which is called only if somebody looks. Whoever is
-slow misses pictures; the run never waits.
+A picture is offered as a function that draws it. The function is called only while a viewer is
+connected. A slow viewer misses pictures; the run never waits.
 """
 
 from __future__ import annotations

@@ -77,12 +77,13 @@ class Mqtt:
         self._published = state
 
     def close(self) -> None:
-        """Say goodbye to the broker, if it is there."""
+        """Disconnect from the broker, if it is there."""
         client, self._client, self._published = self._client, None, ""
         if client is None:
             return
         if client.is_connected():
-            # A client that says goodbye has no last will. The connection may break at any moment.
+            # The broker publishes no last will of a client that disconnects. The connection may
+            # break at any moment.
             with contextlib.suppress(RuntimeError, ValueError):
                 client.publish(f"{self.topic}/status", OFFLINE, 1, True).wait_for_publish(1.0)
         client.disconnect()
@@ -148,7 +149,7 @@ def topic_of(address: str) -> str:
         parts = urlsplit(address)
         host, _ = parts.hostname, parts.port
     except ValueError as error:
-        raise ConfigError(f"{address} is no address: {error}.") from error
+        raise ConfigError(f"{address} is not an address: {error}.") from error
     topic = unquote(parts.path).strip("/")
     name = without_password(address)
     if not host or not topic:

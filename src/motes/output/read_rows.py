@@ -32,12 +32,17 @@ TYPES: dict[str, type] = {
 }
 
 
+# Editors show the docstring of the overload that fits a call.
 @overload
-def read_track(path: str | Path, *, pandas: Literal[False] = False) -> NDArray[np.void]: ...
+def read_track(  # noqa: D418
+    path: str | Path, *, pandas: Literal[False] = False
+) -> NDArray[np.void]:
+    """Return the rows as a structured array."""
 
 
 @overload
-def read_track(path: str | Path, *, pandas: Literal[True]) -> Any: ...
+def read_track(path: str | Path, *, pandas: Literal[True]) -> Any:  # noqa: D418
+    """Return the rows as a DataFrame."""
 
 
 def read_track(path: str | Path, *, pandas: bool = False) -> Any:
@@ -93,7 +98,7 @@ def read_text(path: str | Path) -> str:
         with open(path, encoding="utf-8-sig", newline="") as file:
             return file.read()
     except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is no text"
+        why = error.strerror if isinstance(error, OSError) else "it is not text"
         raise InputError(f"Cannot read the rows in {path}: {why}; check the name.") from None
 
 
@@ -113,7 +118,7 @@ def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
         return _table(_csv_lines(text) if form == "csv" else _json_lines(text))
     except (ValueError, OverflowError, csv.Error) as error:
         raise InputError(
-            f"{path} is no file of tracks ({error}); give one that motes track or watch wrote."
+            f"{path} is not a file of tracks ({error}); give one that motes track or watch wrote."
         ) from None
 
 

@@ -82,7 +82,7 @@ def respond(body: Any) -> dict[str, list[Any]]:
         request: Request = msgspec.convert(given, Request)
         pixels = picture(base64.b64decode(request.image, validate=True))
     except BROKEN as error:
-        raise ConfigError(f"The request is none of CVAT for a tracker: {error}") from None
+        raise ConfigError(f"This is not a request of CVAT to a tracker: {error}") from None
     shapes: list[list[float]] = []
     states: list[str] = []
     for i, shape in enumerate(request.shapes):
@@ -139,7 +139,7 @@ def unpacked(state: str) -> Tracker:
     try:
         data = zlib.decompressobj().decompress(base64.b64decode(state), LARGEST_STATE)
     except (ValueError, zlib.error):
-        raise ConfigError("A state is none of motes; begin the track anew.") from None
+        raise ConfigError("A state was not made by motes; begin the track anew.") from None
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "tracker"
         path.write_bytes(data)

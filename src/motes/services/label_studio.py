@@ -86,7 +86,7 @@ def predict(body: bytes, files: Path, preset: str = "default") -> dict[str, Any]
     try:
         request = msgspec.json.decode(body, type=Request)
     except (msgspec.MsgspecError, RecursionError) as error:
-        raise ConfigError(f"The request is none of Label Studio: {error}") from None
+        raise ConfigError(f"This is not a request of Label Studio: {error}") from None
     box, video, key = tags(request.label_config)
     results = []
     for task in request.tasks:
@@ -115,7 +115,7 @@ def tags(config: str) -> tuple[str, str, str]:
     try:
         root = ElementTree.fromstring(config)
     except ElementTree.ParseError:
-        raise ConfigError("The labeling configuration is no XML.") from None
+        raise ConfigError("The labeling configuration is not XML.") from None
     box, video = root.find(".//VideoRectangle"), root.find(".//Video")
     if box is None or video is None:
         raise ConfigError(
@@ -138,7 +138,7 @@ def video_path(data: Mapping[str, Any], key: str, files: Path) -> Path:
         address = urlsplit(whole)
         given = parse_qs(address.query).get("d", [unquote(address.path)])[0]
     except ValueError:
-        raise ConfigError(f"{whole!r} is no address of a video.") from None
+        raise ConfigError(f"{whole!r} is not the address of a video.") from None
     parts = [part for part in Path(given).parts if part not in ("/", "..", ".")]
     root = files.resolve()
     for start in range(len(parts)):

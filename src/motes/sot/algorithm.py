@@ -44,11 +44,33 @@ class Algorithm(Generic[S, I_co]):
 
     @abstractmethod
     def init(self, rng: np.random.Generator, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
-        """Learn the target in `region` and start tracking it."""
+        """Learn the target in `region` and start tracking it.
+
+        Parameters
+        ----------
+        rng
+            Source of randomness.
+        frame, region
+            The first frame, and an ellipse in its pixels.
+        """
 
     @abstractmethod
     def step(self, rng: np.random.Generator, state: S, frame: Frame) -> tuple[S, I_co]:
-        """Find the target in the next frame."""
+        """Find the target in the next frame.
+
+        Parameters
+        ----------
+        rng
+            Source of randomness.
+        state
+            The state after the frame before; it is not changed.
+        frame
+            The next frame, with a later time in seconds.
+
+        Returns
+        -------
+        The state after this frame, and what the algorithm reports of it.
+        """
 
     def learn_also(self, state: S, frame: Frame, region: Ellipse) -> S:
         """Return a state that was just begun, whose target also looks as in another frame's region.
@@ -59,7 +81,10 @@ class Algorithm(Generic[S, I_co]):
 
     @abstractmethod
     def correct(self, state: S, frame: Frame, region: Ellipse) -> tuple[S, I_co]:
-        """Put the target at `region` of the current frame; the target model is kept."""
+        """Put the target at an ellipse `region` of the frame of `state`; the target model is kept.
+
+        It returns the new state and a report of the same frame.
+        """
 
     @abstractmethod
     def check(self, state: S, frame: Frame) -> S:

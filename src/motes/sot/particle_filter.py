@@ -12,7 +12,6 @@ from typing import ClassVar, Self
 import numpy as np
 from msgspec.structs import replace
 
-from motes import kernels
 from motes.core.config import Config, Particles
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
@@ -27,22 +26,22 @@ from motes.cues.edge_histogram import Edges
 from motes.cues.hog import Hog
 from motes.cues.structure_tensor import Orientation
 from motes.sot.algorithm import BudgetedAlgorithm, SearchingAlgorithm
+from motes.sot.cue_names import check_cue_names
 from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics, Calibration
 from motes.sot.filtering.color_step import ColorStep
-from motes.sot.filtering.fusion import Adaptive, FusionRule, WeightedProduct, fuse_distances
+from motes.sot.filtering.fusion import Adaptive, FusionRule
 from motes.sot.filtering.likelihood import Gaussian, Likelihood
 from motes.sot.filtering.model_update import (
     Adaptation,
     ExponentialForgetting,
     ModelUpdate,
-    PerCue,
     Strategy,
     any_changes,
     update_models,
 )
 from motes.sot.filtering.moments import mean_ellipse
 from motes.sot.filtering.motion import LONGEST_INTERVAL, ConstantVelocity, Motion
-from motes.sot.filtering.observation import Observation
+from motes.sot.filtering.observation import Observation, Observer
 from motes.sot.filtering.resampling import Resampling, Weights
 from motes.sot.filtering.sample_size import KldSampling
 from motes.sot.filtering.scatter import scatter
@@ -124,22 +123,11 @@ class ParticleFilter(
             raise ConfigError(f"A particle filter needs a cue: {', '.join(CUES.known())}.")
         for name in self.extra_cues:
             if name in self.__struct_fields__:
-                raise ConfigError(f"extra_cues names {name!r}, which is a key of its own.")
-        named: dict[str, Mapping[str, object]] = {}
-        if isinstance(self.likelihood, Gaussian):
-            named["likelihood.cues"] = self.likelihood.cues
-        if isinstance(self.fusion, WeightedProduct):
-            named["fusion.weights"] = self.fusion.weights
-        if isinstance(self.adaptation, PerCue):
-            named["adaptation.cues"] = self.adaptation.cues
-        for key, values in named.items():
-            for name in values:
-                if name not in self.cues:
-                    raise ConfigError(
-                        f"{key} names {name!r}; the cues in use are {', '.join(self.cues)}."
-                    )
-                if key == "adaptation.cues" and name not in self.strategies:
-                    raise ConfigError(f"{key} names {name!r}, which learns at a rate of its own.")
+                raise ConfigError(
+                    f"extra_cues names {name!r}, which is the name of another key; choose "
+                    "another name."
+                )
+        check_cue_names(self.cues, self.strategies, self.likelihood, self.fusion, self.adaptation)
 
     @cached_property
     def cues(self) -> dict[str, Cue]:
@@ -163,6 +151,11 @@ class ParticleFilter(
         """The compiled step that gives the same as one part by part; None for most filters."""
         parts = self.resampling, self.motion, self.cues, self.likelihood, self.presence
         return ColorStep.of(*parts)
+
+    @cached_property
+    def observer(self) -> Observer:
+        """The comparison of particles with a frame, with the parts of this configuration."""
+        return Observer(self.motion, self.cues, self.likelihood, self.fusion, self.presence)
 
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
@@ -357,22 +350,7 @@ class ParticleFilter(
         """Weight new states, with log-weights `prior`, by the frame, and estimate the target."""
         if self.color_step is not None:  # which resamples in every frame, so that no prior is left
             return self.color_step.observe(frame, states, *self._color(state))
-        ellipses = self.motion.ellipses(states)
-        distances = self._distances(state.models, frame, ellipses)
-        names = list(self.cues)
-        logs = self.likelihood.log(names, distances)
-        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
-        estimate, covariance = mean_ellipse(ellipses, weights.values)
-        seen = self._distances(state.models, frame, np.array([estimate]))
-        reliability = self.fusion.reliability(names)
-        overall = fuse_distances(distances, reliability)
-        distance = float(fuse_distances(seen, reliability)[0])
-        each = map(self.presence.threshold, state.backgrounds.values())
-        threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
-        counted = self.presence.counted(overall, ellipses, frame)
-        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
-        found = estimate, covariance, distance, appearing, support
-        return Observation(states, ellipses, weights, overall, shares, *found)
+        return self.observer.observe(frame, states, prior, state.models, state.backgrounds)
 
     def _color(self, state: FilterState) -> tuple[ColorModel, float]:
         """Return the model of the only cue, and the rho above which a particle appears."""
@@ -408,9 +386,3 @@ class ParticleFilter(
             models=update.models, memories=update.memories, status=status, frames_missed=missed,
         )  # fmt: skip
         return after, info
-
-    def _distances(self, models: Mapping[str, Model], frame: Frame, ellipses: Floats) -> Floats:
-        """Return the distances (J, N) of ellipses (N, 5) by each cue."""
-        return np.array(
-            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
-        )

@@ -98,7 +98,7 @@ def segmented(colors: Colors, window: Window, side: float) -> Mask:
     inside, outside = (each[window.bins] for each in colors)
     joint, other = inside * prior, outside * (1 - prior)
     total = joint + other
-    # A color that was never seen says nothing.
+    # A color that was never seen is no evidence.
     posterior = np.divide(joint, total, out=prior.copy(), where=total > 0)
     smooth = ndimage.gaussian_filter(posterior, SMOOTHING * side, mode="nearest")
     mask = (smooth > 0.5) & (window.radius <= REACH)

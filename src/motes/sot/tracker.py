@@ -94,6 +94,8 @@ class Tracker:
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
 
+        Numbers are in pixels, theta is in radians.
+
         Raises
         ------
         ConfigError
@@ -235,7 +237,15 @@ class Tracker:
         return track
 
     def correct(self, region: Sequence[float]) -> Track:
-        """Put the target at `region` of the last frame; the target model is kept."""
+        """Put the target at `region` of the last frame; the target model is kept.
+
+        `region` is a box (x, y, w, h) or an ellipse (x, y, a, b, theta), in pixels and radians.
+
+        Raises
+        ------
+        ConfigError
+            Before `init` or `search`, or if the region is not valid or does not fit the frame.
+        """
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
         return self._take(last, self._algorithm.correct(state, self._seen(last), ellipse))
@@ -245,6 +255,8 @@ class Tracker:
 
         Raises
         ------
+        ConfigError
+            Before `init` or `search`.
         FormatError
             If the file cannot be written.
         """
@@ -286,8 +298,8 @@ class Tracker:
         except FormatError:
             raise
         except UNREADABLE as error:
-            said = " ".join(str(error).split()) or type(error).__name__
-            raise FormatError(f"{path} is not a saved tracker ({said}).") from None
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise FormatError(f"{path} is not a saved tracker ({reason}).") from None
         return tracker
 
     def _continue(self, saved: _Saved) -> None:

@@ -44,7 +44,7 @@ class Client:
         self._progress: dict[int, Progress] = {}
         self._overlays: dict[int, Overlay] = {}
         self._number = self._acknowledged = 0
-        self._more = False
+        self._more = self._ended = False
         self._news = asyncio.Event()
 
     def send(self, message: Message) -> None:
@@ -90,9 +90,14 @@ class Client:
         self._acknowledged = max(self._acknowledged, min(number, self._number))
         self._news.set()
 
+    def end(self) -> None:
+        """Let the page come again: the session is opened anew."""
+        self._ended = True
+        self._news.set()
+
     async def run(self, send: Callable[[str], Awaitable[None]]) -> None:
-        """Send what waits, until cancelled."""
-        while True:
+        """Send what waits, until the page is to come again, or cancelled."""
+        while not self._ended:
             await self._news.wait()
             self._news.clear()
             for message in self._batch():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.studio.safety import Limits
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,asf,flv,mpegvideo,h264,hevc"
 """FFmpeg's formats that hold their pictures themselves; no playlist, script or address."""

@@ -12,7 +12,7 @@ from motes.core.errors import FormatError, SourceError
 from motes.studio.protocol import Film
 from motes.studio.safety import VIDEO_ENDINGS, Limits, check_film, film_name, inside
 from motes.studio.sample import sample
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 DEPTH = 4
 """Folders in folders that are looked into."""

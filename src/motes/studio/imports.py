@@ -13,7 +13,8 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status, Track
 from motes.formats import registry
-from motes.formats.recording import VISIBLE, FilmFacts, Recorded
+from motes.formats.recording import FilmFacts, Recorded
+from motes.formats.visibility import VISIBLE
 from motes.output.journal import ObjectRow
 from motes.output.track_rows import DEVIATIONS
 from motes.studio import protocol

@@ -13,7 +13,7 @@ from motes.studio.document import Document, Target
 from motes.studio.job import Desk, Job
 from motes.studio.plan import PassNeed, StretchNeed, absences, needs, own_frames
 from motes.studio.pool import LONG
-from motes.studio.processes import Worker
+from motes.studio.processes import Wish
 from motes.studio.protocol import JobStatus, Overlay
 from motes.studio.results import Results, cues_of
 from motes.studio.tables import (
@@ -35,12 +35,12 @@ SHORT = 0
 
 
 class _Run:
-    """Passes that run, or wait for a worker."""
+    """Passes that run, or wait for a worker; a run that is stopped keeps what it has made."""
 
     def __init__(self, needs: list[PassNeed]) -> None:
         self.needs = needs
         self.wanted = {need.key: need.frames for need in needs}
-        self.worker: Worker | None = None
+        self.wish = Wish()
         self.task: asyncio.Task[None] | None = None
 
 
@@ -164,11 +164,10 @@ class Jobs:
         for run in {*self._runs.values()}:
             left = [key for key in run.wanted if key in wanted]
             if not left:
-                self._end(run)
+                run.wish.set(STOP)
                 continue
             run.wanted |= {key: wanted[key].frames for key in left}
-            if run.worker is not None:
-                run.worker.wish(PAUSE if all(paused[key] for key in left) else RUN)
+            run.wish.set(PAUSE if all(paused[key] for key in left) else RUN)
         for group in groups:
             new = {each.key: wanted[each.key] for each in group if not paused[each.key]}
             begun = [need for key, need in new.items() if key not in self._runs]
@@ -218,14 +217,6 @@ class Jobs:
             self._runs[need.key] = run
         run.task = asyncio.create_task(self._run(run))
 
-    def _end(self, run: _Run) -> None:
-        """Stop a run; what it has made stays."""
-        if run.worker is not None:
-            run.worker.wish(STOP)
-        elif run.task is not None:
-            run.task.cancel()
-            self._forget(run)
-
     def _forget(self, run: _Run) -> None:
         for need in run.needs:
             if self._runs.get(need.key) is run:
@@ -236,9 +227,8 @@ class Jobs:
         error = None
         try:
             async with self._pool.worker(sum(run.wanted.values())) as worker:
-                run.worker = worker
                 task = RunPasses([need.task for need in run.needs])
-                await worker.run(task, lambda part: self._part(run, part))
+                await worker.run(task, lambda part: self._part(run, part), run.wish)
         except MotesError as failed:  # also of the store, as on a full disk
             error = str(failed)
         finally:
@@ -267,7 +257,7 @@ class Jobs:
         before = self.results.have(pass_need, target)
         self.results.add_to_pass(key, part.data, table)
         if before + len(table) >= run.wanted[key] < pass_need.frames:
-            self._end(run)
+            run.wish.set(STOP)
         for target, need, first in objects:
             job = self._job_of(target.object)
             if job is None:
@@ -296,11 +286,11 @@ class Jobs:
         try:
             async with self._pool.worker(SHORT) as worker:
                 done = await worker.run(task)
-        except MotesError as error:
+            self.results.set_stretch(need.key, done.data, target)
+        except MotesError as error:  # also of the store, as on a full disk
             del self._joins[need.key]
             self._fail(need.key, str(error))
             return
-        self.results.set_stretch(need.key, done.data, target)
         del self._joins[need.key]
         self._reconcile()
 

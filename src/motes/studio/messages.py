@@ -19,13 +19,17 @@ class Film(msgspec.Struct, frozen=True):
 
 
 class FilmFacts(msgspec.Struct, frozen=True):
-    """A film that is open: its name, its size in pixels, its number of frames and its rate."""
+    """A film that is open: its name, its size in pixels, its number of frames and its rate.
+
+    `problems` says what could not be read, in one line; None if nothing is known to be wrong.
+    """
 
     name: str
     width: int
     height: int
     frames: int
     fps: float
+    problems: str | None = None
 
 
 class Preset(msgspec.Struct, frozen=True):

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import io
 from collections import OrderedDict
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from motes.core.errors import ConfigError
-from motes.core.frame import FRAME_INTERVAL
 from motes.studio.containers import check_container
+from motes.studio.opening import facts_of, opened
 from motes.studio.protocol import FilmFacts
 from motes.studio.safety import Limits
-from motes.video.film import Film
 from motes.video.seeker import Seeker
 
 QUALITY = 85
@@ -35,6 +35,10 @@ class Pictures:
         The film.
     limits
         Of its size.
+    check
+        Called now and then while it is opened.
+    whole
+        Whether it is known to be damaged.
 
     Raises
     ------
@@ -44,9 +48,11 @@ class Pictures:
         If it is larger than the limits.
     """
 
-    def __init__(self, path: str, limits: Limits) -> None:
+    def __init__(
+        self, path: str, limits: Limits, check: Callable[[], None], *, whole: bool
+    ) -> None:
         check_container(path, limits)
-        self._film = film = Film(path, quick=True)
+        self._film = film = opened(path, check, whole=whole)
         if film.width * film.height > limits.pixels:
             raise ConfigError(
                 f"{film.name} has {film.width}x{film.height} pixels, more than "
@@ -62,9 +68,7 @@ class Pictures:
     @property
     def facts(self) -> FilmFacts:
         """Size and length of the film."""
-        film = self._film
-        fps = film.fps or 1 / FRAME_INTERVAL
-        return FilmFacts(film.name, film.width, film.height, len(film.times), fps)
+        return facts_of(self._film)
 
     @property
     def times(self) -> list[float]:

@@ -7,10 +7,10 @@ import contextlib
 import heapq
 import itertools
 import os
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
-from motes.studio.processes import Worker
+from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import Limits
 
 LONG = 400
@@ -26,10 +26,15 @@ class Pool:
         The film.
     limits
         Of each worker.
+    whole, damaged
+        As of a `Worker`.
     """
 
-    def __init__(self, path: Path, limits: Limits) -> None:
+    def __init__(
+        self, path: Path, limits: Limits, *, whole: bool, damaged: Callable[[], None]
+    ) -> None:
         self._path, self._limits = path, limits
+        self._whole, self._damaged = whole, damaged
         self._idle: list[Worker] = []
         self._count = self._long = 0
         self._most = (os.cpu_count() or 1) + 1
@@ -45,7 +50,15 @@ class Pool:
 
     @contextlib.asynccontextmanager
     async def worker(self, frames: int) -> AsyncIterator[Worker]:
-        """Return a worker for a task; the task with the fewest frames comes first."""
+        """Return a worker for a task; the task with the fewest frames comes first.
+
+        Raises
+        ------
+        WorkerError
+            If the pool has been closed.
+        """
+        if self._closed:
+            raise WorkerError("The session was closed meanwhile; open it again.")
         mine: asyncio.Future[Worker] = asyncio.get_running_loop().create_future()
         heapq.heappush(self._waiting, (frames, next(self._numbers), mine))
         self._serve()
@@ -70,7 +83,9 @@ class Pool:
 
     def _started(self) -> Worker:
         self._count += 1
-        worker = Worker(self._path, self._limits, pictures=False)
+        worker = Worker(
+            self._path, self._limits, pictures=False, whole=self._whole, damaged=self._damaged
+        )
         self._all.add(worker)
         return worker
 

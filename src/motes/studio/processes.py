@@ -5,22 +5,52 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from motes.core.errors import MotesError
 from motes.core.worker_processes import blocked_signals, cause
 from motes.studio.safety import Limits
-from motes.studio.tasks import RUN, STOP, Answer, Done, Failed, Part, Ready, Task
+from motes.studio.tasks import RUN, STOP, Alive, Answer, Done, Failed, Part, Ready, Task
 from motes.studio.worker import main
 
 
 class WorkerError(MotesError):
     """A worker has failed, or has ended."""
+
+
+class Wish:
+    """What the server wants of a task: `RUN`, `PAUSE` or `STOP`; also before the task has begun."""
+
+    def __init__(self) -> None:
+        self._value = RUN
+        self._shared: Any = None
+
+    def set(self, value: int) -> None:
+        """Let the task run, pause or stop."""
+        self._value = value
+        if self._shared is not None:
+            self._shared.value = value
+
+    @property
+    def stops(self) -> bool:
+        """Whether the task is to stop."""
+        return self._value == STOP
+
+    @contextmanager
+    def counting(self, shared: Any) -> Iterator[None]:
+        """Let the wish count for a worker, by the memory that is shared with it."""
+        self._shared = shared
+        self.set(self._value)
+        try:
+            yield
+        finally:
+            self._shared = None
 
 
 class Worker:
@@ -34,19 +64,32 @@ class Worker:
         Of memory, and of the time without a sign of life.
     pictures
         Whether it makes pictures; else it tracks.
+    whole
+        Whether the film is known to be damaged.
+    damaged
+        Called if it turns out to be.
     """
 
-    def __init__(self, path: Path, limits: Limits, *, pictures: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        limits: Limits,
+        *,
+        pictures: bool,
+        whole: bool = False,
+        damaged: Callable[[], None] = lambda: None,
+    ) -> None:
         context = multiprocessing.get_context("spawn")
         self._name, self._limits = path.name, limits
         self._wish = context.Value("b", RUN, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
         self._loop = asyncio.get_running_loop()
         self._turn = asyncio.Lock()
-        self.ended = False
+        self._damaged = damaged
+        self.ended = self._closed = False
         with blocked_signals():
             self._pipe, theirs = context.Pipe()
-            arguments = (theirs, self._wish, str(path), limits, pictures)
+            arguments = (theirs, self._wish, str(path), limits, pictures, whole)
             self._process = context.Process(target=main, args=arguments, daemon=True)
             self._process.start()
             theirs.close()
@@ -67,30 +110,47 @@ class Worker:
         WorkerError
             If it cannot be opened.
         """
-        return await asyncio.shield(self._ready)
+        try:
+            return await asyncio.shield(self._ready)
+        except asyncio.CancelledError:
+            me = asyncio.current_task()
+            if self._ready.cancelled() and not (me and me.cancelling()):
+                raise self._was_closed() from None
+            raise
 
-    async def run(self, task: Task, part: Callable[[Part], None] | None = None) -> Done:
+    async def run(
+        self, task: Task, part: Callable[[Part], None] | None = None, wish: Wish | None = None
+    ) -> Done:
         """Do a task; `part` takes what comes before its end. Others wait for their turn.
 
-        Nobody may wait for it any more: then it is stopped, and the next task waits for that.
+        Nobody may wait for it any more: then it is stopped, and the next task waits for that. A
+        task that has not begun then never begins.
 
         Raises
         ------
         WorkerError
             If it fails, or the process ends.
         """
-        running = asyncio.create_task(self._run(task, part))
+        wish = wish or Wish()
+        await self.ready()
+        await self._turn.acquire()
+        running = asyncio.create_task(self._run(task, part, wish))
+        running.add_done_callback(self._end_turn)
         try:
             return await asyncio.shield(running)
         except asyncio.CancelledError:
-            running.add_done_callback(lambda done: done.cancelled() or done.exception())
-            self.wish(STOP)
+            wish.set(STOP)
             raise
 
-    async def _run(self, task: Task, part: Callable[[Part], None] | None) -> Done:
-        async with self._turn:
-            await self.ready()
-            self._wish.value = RUN
+    def _end_turn(self, ended: asyncio.Task[Done]) -> None:
+        self._turn.release()
+        if not ended.cancelled():
+            ended.exception()  # nobody may wait for it any more
+
+    async def _run(self, task: Task, part: Callable[[Part], None] | None, wish: Wish) -> Done:
+        if wish.stops:
+            return Done(stopped=True)
+        with wish.counting(self._wish):
             with suppress(OSError):  # the answer will be missing, and that is reported
                 self._pipe.send_bytes(msgspec.msgpack.encode(task))
             while True:
@@ -101,6 +161,8 @@ class Worker:
                 elif isinstance(answer, Done):
                     return answer
                 elif isinstance(answer, Failed):
+                    if answer.damaged:
+                        self._damaged()
                     raise WorkerError(answer.error)
 
     def _take(self, answer: Part, part: Callable[[Part], None]) -> None:
@@ -110,12 +172,9 @@ class Worker:
             self._kill()
             raise
 
-    def wish(self, value: int) -> None:
-        """Let the worker run, pause or stop."""
-        self._wish.value = value
-
     def close(self) -> None:
         """End the process; nobody waits for it any more."""
+        self._closed = True
         self._ready.cancel()
         self._kill()
 
@@ -125,8 +184,12 @@ class Worker:
             self._process.kill()
             threading.Thread(target=self._process.join, daemon=True).start()
 
+    def _was_closed(self) -> WorkerError:
+        return WorkerError(f"{self._name} was closed meanwhile; open it again.")
+
     async def _opened(self) -> Ready:
-        answer = await self._answer()
+        while isinstance(answer := await self._answer(), Alive):
+            pass  # a damaged film is read as a whole
         if isinstance(answer, Ready):
             return answer
         self._kill()
@@ -143,6 +206,8 @@ class Worker:
             ) from None
         if answer is None:
             self.ended = True
+            if self._closed:
+                raise self._was_closed()
             await asyncio.to_thread(self._process.join, 5)
             how = cause(self._process.exitcode)
             raise WorkerError(f"{self._name} has ended its worker ({how}); convert the film.")

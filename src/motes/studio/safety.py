@@ -11,7 +11,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from motes.core.errors import ConfigError, SourceError
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 VIDEO_ENDINGS = frozenset(
     {

@@ -30,8 +30,10 @@ from motes.studio.studio import Studio, presets
 
 PAGE = Path(__file__).with_name("page")
 """The files of the page."""
-NOT_FOUND = 404
-BUSY = 409
+AGAIN = 1012
+"""The code with which a WebSocket closes that is to be opened again."""
+GIVEN_UP = 499
+"""The status of an answer that nobody waits for any more."""
 
 
 def app(studio: Studio, guard: Guard) -> ASGIApp:
@@ -90,6 +92,8 @@ def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Reques
 
     async def endpoint(request: Request) -> Response:
         try:
+            if request.method == "GET":
+                return await _while_wanted(request, answer)
             return await answer(request)
         except msgspec.MsgspecError as error:
             return _refused(f"This request is none: {error}.", 400)
@@ -97,6 +101,25 @@ def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Reques
             return _refused(str(error), 400)
 
     return endpoint
+
+
+async def _while_wanted(
+    request: Request, answer: Callable[[Request], Awaitable[Response]]
+) -> Response:
+    """Return the answer to a request; cancel the work on it once the page has given it up."""
+    work, left = asyncio.ensure_future(answer(request)), asyncio.create_task(_left(request))
+    try:
+        await asyncio.wait((work, left), return_when=asyncio.FIRST_COMPLETED)
+        return work.result() if work.done() else Response(status_code=GIVEN_UP)
+    finally:
+        work.cancel()
+        left.cancel()
+
+
+async def _left(request: Request) -> None:
+    """Wait until the page has given a request up."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 class _Api:
@@ -141,7 +164,8 @@ class _Api:
         session = await self._session(request)
         index, width = request.path_params["index"], _number(request, "width", 1280)
         # A film does not change while it is open, so that a frame may stay with the browser.
-        tag = f'"{session.name}-{index}-{width}"'
+        kind = "whole" if session.whole else "quick"
+        tag = f'"{session.name}-{kind}-{index}-{width}"'
         headers = {"ETag": tag, "Cache-Control": "private, max-age=3600"}
         if request.headers.get("if-none-match") == tag:
             return Response(status_code=304, headers=headers)
@@ -207,7 +231,7 @@ class _Api:
             return
         client = Client(session.rows_of, session.watching.messages)
         session.join(client)
-        sending = asyncio.create_task(client.run(socket.send_text))
+        sending = asyncio.create_task(_talk(client, socket))
         try:
             while True:
                 text = await socket.receive_text()
@@ -223,12 +247,18 @@ class _Api:
                 if isinstance(command, protocol.Acknowledge):
                     client.acknowledge(command.number)
                 else:
-                    client.send(session.obey(command))
+                    client.send(session.obey(command, client))
         except (WebSocketDisconnect, KeyError):  # KeyError: a message of bytes
             pass
         finally:
             sending.cancel()
-            session.clients.discard(client)
+            session.leave(client)
+
+
+async def _talk(client: Client, socket: WebSocket) -> None:
+    """Send a page what waits for it; at the end, let it connect again."""
+    await client.run(socket.send_text)
+    await socket.close(AGAIN)
 
 
 async def _body(request: Request, most: int) -> bytes:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import itertools
-from collections.abc import Coroutine, Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -19,15 +17,20 @@ from motes.studio.clients import Client
 from motes.studio.document import Document, Target, changed
 from motes.studio.job import Desk, Job
 from motes.studio.jobs import Jobs
-from motes.studio.plan import pass_to
 from motes.studio.pool import Pool
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.protocol import Command, FilmFacts, Keyframe, Message, Region, Reply, Row
+from motes.studio.questions import Questions
+from motes.studio.renumber import renumbered
 from motes.studio.safety import Limits
 from motes.studio.store import Store
-from motes.studio.tables import ELLIPSE, FRAME, STATUS, Table, pack, rows
-from motes.studio.tasks import Done, FindDoubts, LookAt, Picture, Strip, Task
+from motes.studio.tables import ELLIPSE, FRAME, Table, rows
+from motes.studio.tasks import Done, Picture, Strip, Task
 from motes.studio.watching import Watching
+
+WHOLE = "film read whole"
+"""The key in the store of the mark that a film is damaged; and the times of its frames before that,
+until the documents have the frames of now."""
 
 
 class Session:
@@ -41,9 +44,18 @@ class Session:
         Its film.
     store, limits
         Where it is kept, and what it may use.
+    reopen
+        Called if the session has to be opened anew: its film is damaged.
+
+    Attributes
+    ----------
+    whole
+        Whether the film is known to be damaged, and is read as a whole.
     """
 
-    def __init__(self, name: str, path: Path, store: Store, limits: Limits) -> None:
+    def __init__(
+        self, name: str, path: Path, store: Store, limits: Limits, reopen: Callable[[], None]
+    ) -> None:
         self.name, self.path = name, path
         self._store, self._limits = store, limits
         self._film, _, self._place, tracked = store.known(name)
@@ -52,10 +64,11 @@ class Session:
         self._last = store.last_place(name)
         self._revision = self._place
         self.clients: set[Client] = set()
+        self._closed = False
         self._pictures: Worker | None = None
-        self._pool = Pool(path, limits)
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._looks: dict[int, asyncio.Task[None]] = {}
+        self.whole, self._reopen = store.count(name, WHOLE) > 0, reopen
+        self._pool = Pool(path, limits, whole=self.whole, damaged=self._find_damage)
+        self._questions = Questions(self.ask, limits.jobs)
         self.facts: FilmFacts
         self.times: list[float]
         self.jobs: Jobs
@@ -72,6 +85,10 @@ class Session:
         ready = await self._picture_worker().ready()
         self.facts = msgspec.structs.replace(ready.facts, name=self._film)
         self.times = ready.times
+        if before := self._store.parts(self.name, WHOLE):
+            times = np.frombuffer(before).tolist()
+            self._store.rewrite(self.name, lambda each: renumbered(each, times, self.times), WHOLE)
+            self.document = self._store.document(self.name, self._place)
         self._pool.warm()
         numbers = itertools.count(1)
         desk = Desk(self.name, self._store, self.facts, self._pool, numbers, self)
@@ -82,6 +99,13 @@ class Session:
             self.jobs.track(left)
         self.watching.go_on()
 
+    def _find_damage(self) -> None:
+        """Note that the film is damaged: it is read as a whole when the session is opened next."""
+        if not self.whole:
+            self.whole = True
+            self._store.add_part(self.name, WHOLE, np.array(self.times).tobytes())
+            self._reopen()
+
     def _unfinished(self, number: int) -> bool:
         with suppress(ConfigError):
             self.document.target(number)
@@ -90,23 +114,24 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        """Whether somebody looks at it, or something runs."""
-        return bool(self.clients or self._tasks) or any(
+        """Whether somebody looks at it, or something runs; also while it is opened."""
+        opening = not hasattr(self, "watching")
+        return bool(opening or self.clients or self._questions) or any(
             job.active and job.status != "paused" for job in self._jobs.values()
         )
 
     @property
     def _jobs(self) -> dict[int, Job]:
         """All jobs, by their numbers."""
-        if not hasattr(self, "watching"):
-            return {}
         watch = self.watching.job
         return self.jobs.jobs | ({} if watch is None else {watch.number: watch})
 
     def close(self) -> None:
-        """End all processes; nothing is lost."""
-        for task in self._tasks:
-            task.cancel()
+        """End all processes; nothing is lost. Pages that look may come again."""
+        self._closed = True
+        for client in self.clients:
+            client.end()
+        self._questions.close()
         if hasattr(self, "watching"):
             self.jobs.close()
             self.watching.close()
@@ -118,7 +143,9 @@ class Session:
 
     def _picture_worker(self) -> Worker:
         if self._pictures is None or self._pictures.ended:
-            self._pictures = Worker(self.path, self._limits, pictures=True)
+            self._pictures = Worker(
+                self.path, self._limits, pictures=True, whole=self.whole, damaged=self._find_damage
+            )
         return self._pictures
 
     async def picture(self, index: int, width: int) -> bytes:
@@ -195,6 +222,11 @@ class Session:
             if shown is not None:
                 client.rows(target.object, np.flatnonzero(~np.isnan(shown[:, FRAME])).tolist())
 
+    def leave(self, client: Client) -> None:
+        """Let a page go; nobody waits for what it has asked for."""
+        self.clients.discard(client)
+        self._questions.leave(client)
+
     def state(self) -> protocol.Session:
         """Return the session without rows."""
         return protocol.Session(
@@ -219,14 +251,16 @@ class Session:
 
     # What pages ask for.
 
-    def obey(self, command: Command) -> Reply:
-        """Do what a command asks for, or begin it, and return the reply."""
+    def obey(self, command: Command, client: Client) -> Reply:
+        """Do what a page asks for, or begin it, and return the reply."""
+        if self._closed:
+            return Reply(command.id, "The session is opened anew; ask again.")
         try:
-            return self._obey(command)
+            return self._obey(command, client)
         except MotesError as error:
             return Reply(command.id, str(error))
 
-    def _obey(self, command: Command) -> Reply:
+    def _obey(self, command: Command, client: Client) -> Reply:
         reply = Reply(command.id)
         match command:
             case protocol.Track():
@@ -243,15 +277,15 @@ class Session:
             case protocol.Redo():
                 self._go(self._place + 1, "There is nothing to make again.")
             case protocol.Doubts():
-                self.document.target(command.object)
-                self._begin(self._find_doubts(command))
+                target = self.document.target(command.object)
+                shown = self.jobs.shown(target.object)
+                mine = None if shown is None else shown[target.first : target.last + 1]
+                self._questions.doubts(client, target, mine, command.count)
             case protocol.Look():
-                self.document.target(command.object)
+                target = self.document.target(command.object)
                 if command.frame >= self.facts.frames:
                     raise ConfigError(f"The film has {self.facts.frames} frames, from 0 on.")
-                if command.object in self._looks:  # the newest one counts
-                    self._looks[command.object].cancel()
-                self._looks[command.object] = self._begin(self._look(command))
+                self._questions.look(client, target, command)
             case _:
                 return self._change(command)
         return reply
@@ -354,43 +388,3 @@ class Session:
         if number not in self._jobs:
             raise ConfigError(f"There is no job {number}.")
         return self._jobs[number]
-
-    def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        if len(self._tasks) >= self._limits.jobs:
-            work.close()
-            raise ConfigError(f"{len(self._tasks)} questions wait for answers; ask again later.")
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
-        return task
-
-    async def _find_doubts(self, command: protocol.Doubts) -> None:
-        target = self.document.target(command.object)
-        shown = self.jobs.shown(target.object)
-        table = None if shown is None else shown[target.first : target.last + 1]
-        items: list[protocol.Doubt] = []
-        if table is not None:
-            table = table[~np.isnan(table[:, STATUS])]
-            marks = [
-                (frame, None if mark is None else tuple(mark))
-                for frame, mark in target.marks.items()
-            ]
-            task = FindDoubts(pack(table), len(target.tracker.cues), marks, command.count)
-            try:
-                done = await self.ask(task)
-            except WorkerError as error:
-                self.send(protocol.Failure(str(error)))
-                return
-            items = msgspec.json.decode(done.data, type=list[protocol.Doubt])
-        self.send(protocol.DoubtList(target.object, items))
-
-    async def _look(self, command: protocol.Look) -> None:
-        target = self.document.target(command.object)
-        run = pass_to(target, command.frame)
-        task = LookAt(target.object, run, command.layers)
-        try:
-            done = await self.ask(task, frames=abs(run.stop - run.start))
-        except WorkerError as error:
-            self.send(protocol.Failure(str(error)))
-            return
-        self.send(msgspec.json.decode(done.data, type=protocol.Layers))

@@ -8,7 +8,7 @@ import os
 import secrets
 import sqlite3
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -135,6 +135,20 @@ class Store:
             )
             self._put(session, place, document)
             self._go(session, place)
+
+    def rewrite(self, session: str, change: Callable[[Document], Document], key: str) -> None:
+        """Change all documents of a session, also those taken back; the data of `key` are used."""
+        query = "SELECT place, content FROM document WHERE session = ?"
+        with self._change():
+            for place, content in self._base.execute(query, (session,)).fetchall():
+                changed = msgspec.json.encode(change(_document(content)))
+                self._base.execute(
+                    "UPDATE document SET content = ? WHERE session = ? AND place = ?",
+                    (changed, session, place),
+                )
+            self._base.execute(
+                "UPDATE part SET content = x'' WHERE session = ? AND key = ?", (session, key)
+            )
 
     def go(self, session: str, place: int) -> None:
         """Take the document at another place: undo and redo."""

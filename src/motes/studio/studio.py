@@ -70,12 +70,12 @@ class Studio:
                 known = self.store.known(name)
                 path = self.films.path(known.film, uploaded=known.uploaded)
                 self._make_room()
-                session = Session(name, path, self.store, self.limits)
+                session = Session(name, path, self.store, self.limits, lambda: self._reopen(name))
                 self._open[name] = session
                 try:
                     await session.open()
                 except BaseException:
-                    del self._open[name]
+                    self._open.pop(name, None)  # it may have been removed meanwhile
                     session.close()
                     raise
             return self._open[name]
@@ -99,6 +99,15 @@ class Studio:
                 f"{self.limits.sessions} sessions are open, as many as may be; close one."
             )
         self._open.pop(min(idle, key=lambda name: self._used[name])).close()
+
+    def _reopen(self, name: str) -> None:
+        """Close a session that is to be opened anew; its pages come back by themselves."""
+
+        def close() -> None:
+            if session := self._open.pop(name, None):
+                session.close()
+
+        asyncio.get_running_loop().call_soon(close)  # once its answers have been taken
 
     async def tidy(self) -> None:
         """Close sessions that nobody needs, until cancelled."""

@@ -172,9 +172,13 @@ class Done(msgspec.Struct, frozen=True, tag=True):
 
 
 class Failed(msgspec.Struct, frozen=True, tag=True):
-    """The task has failed, with one line for a person."""
+    """The task has failed, with one line for a person.
+
+    If `damaged`, the film is, and has to be read as a whole by a new worker.
+    """
 
     error: str
+    damaged: bool = False
 
 
 Answer = Ready | Part | Alive | Done | Failed

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from motes.core.config import from_dict
-from motes.core.frame import FRAME_INTERVAL, Frame
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.correction.correct import tracks_of
 from motes.correction.join import Stretch, join
@@ -22,6 +22,7 @@ from motes.sot.step_info import StepInfo
 from motes.studio import protocol
 from motes.studio.document import regions_of
 from motes.studio.line import Line
+from motes.studio.opening import facts_of, opened
 from motes.studio.overlays import overlay_of
 from motes.studio.tables import as_pass, line, pack, table_of, tracks, unpack
 from motes.studio.tasks import (
@@ -39,7 +40,6 @@ from motes.studio.tasks import (
     Task,
     WatchFilm,
 )
-from motes.video.film import Film
 from motes.video.shared import FrameReader, shared
 
 EVERY = 0.025
@@ -55,11 +55,13 @@ class Work:
         The film, which has been checked.
     line
         The line to the server.
+    whole
+        Whether the film is known to be damaged.
     """
 
-    def __init__(self, path: str, line: Line) -> None:
-        self._path, self._line = path, line
-        self._film = Film(path, quick=True)
+    def __init__(self, path: str, line: Line, *, whole: bool = False) -> None:
+        self._line = line
+        self._film = opened(path, line.check, whole=whole)
         self._tasks: dict[type, Callable[[Any], Done]] = {
             RunPasses: self._passes,
             JoinStretch: self._join,
@@ -75,9 +77,7 @@ class Work:
     @property
     def facts(self) -> protocol.FilmFacts:
         """Size and length of the film."""
-        film = self._film
-        fps = film.fps or 1 / FRAME_INTERVAL
-        return protocol.FilmFacts(film.name, film.width, film.height, len(film.times), fps)
+        return facts_of(self._film)
 
     def do(self, task: Task) -> Done:
         """Do a task."""

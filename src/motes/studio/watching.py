@@ -14,7 +14,7 @@ from motes.output.journal import FrameRow
 from motes.studio.document import regions_of
 from motes.studio.job import Desk, Job
 from motes.studio.pool import LONG
-from motes.studio.processes import Worker
+from motes.studio.processes import Wish
 from motes.studio.protocol import Counts, Message, Places, SceneEvents, SceneRows, Watch
 from motes.studio.scenes import ScenePart, joined, shown, watch_config
 from motes.studio.tasks import PAUSE, RUN, STOP, Part, WatchFilm
@@ -38,7 +38,7 @@ class Watching:
         self._session, self._store = desk.session, desk.store
         self._audience = desk.audience
         self.job: Job | None = None
-        self._worker: Worker | None = None
+        self._wish = Wish()
         self._task: asyncio.Task[None] | None = None
         data = self._store.parts(self._session, RUN_OF)
         self.asked = msgspec.json.decode(data, type=Asked) if data else None
@@ -54,9 +54,9 @@ class Watching:
         self._store.add_part(self._session, RUN_OF, msgspec.json.encode(self.asked))
         self._audience.scene(reset=True)
         job = Job(next(self._desk.numbers), [], kind="watch", left=self._desk.film.frames)
-        self.job = job
+        self.job, self._wish = job, Wish()
         task = WatchFilm(config, places, watch.seed)
-        self._task = asyncio.create_task(self._run(job, task))
+        self._task = asyncio.create_task(self._run(job, task, self._wish))
         return job
 
     def go_on(self) -> None:
@@ -69,8 +69,7 @@ class Watching:
         assert self.job is not None
         if self.job.active:
             self.job.status = "paused" if on else "running"
-            if self._worker is not None:
-                self._worker.wish(PAUSE if on else RUN)
+            self._wish.set(PAUSE if on else RUN)
             self._audience.progress(self.job.progress())
 
     def stop(self) -> None:
@@ -78,10 +77,7 @@ class Watching:
         if self.job is not None and self.job.active:
             self.job.status = "stopped"
             self._store.add_part(self._session, ENDED, b"")
-            if self._worker is not None:
-                self._worker.wish(STOP)
-            elif self._task is not None:
-                self._task.cancel()
+            self._wish.set(STOP)
             self._audience.progress(self.job.progress())
 
     def close(self) -> None:
@@ -89,7 +85,7 @@ class Watching:
         if self._task is not None:
             self._task.cancel()
 
-    async def _run(self, job: Job, task: WatchFilm) -> None:
+    async def _run(self, job: Job, task: WatchFilm, wish: Wish) -> None:
         def part(part: Part) -> None:
             if self.job is not job or not job.active:
                 return
@@ -101,17 +97,15 @@ class Watching:
 
         try:
             async with self._desk.pool.worker(LONG) as worker:
-                self._worker = worker
-                job.status = "running"
-                done = await worker.run(task, part)
+                if job.status == "waiting":
+                    job.status = "running"
+                done = await worker.run(task, part, wish)
                 if job.active and not done.stopped:
                     self._store.add_part(self._session, ENDED, b"")
                     job.status, job.left = "done", 0
         except MotesError as error:  # also of the store, as on a full disk
             if job.active:
                 job.status, job.error = "failed", str(error)
-        finally:
-            self._worker = None
         self._audience.progress(job.progress())
 
     def messages(self, first: int) -> tuple[list[Message], int]:

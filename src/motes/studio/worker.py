@@ -15,6 +15,7 @@ from motes.core.import_callable import explain
 from motes.studio.line import Line, StoppedError
 from motes.studio.safety import Limits
 from motes.studio.tasks import Done, Failed, Ready, Task
+from motes.video.film import DamagedError
 
 NICENESS = 10
 """Of tracking, so that pictures and the server come first."""
@@ -22,13 +23,15 @@ SEEKS = 32
 """Pictures after which their worker gives memory back."""
 
 
-def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool) -> None:
+def main(
+    pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool, whole: bool
+) -> None:
     """Work until the pipe is closed: on pictures, or on all other tasks."""
     limit_memory(limits.memory)
     line = Line(pipe, wish)
     with contextlib.suppress(EOFError, OSError, KeyboardInterrupt):
         try:
-            do = _pictures(path, limits, line) if pictures else _tracking(path, limits, line)
+            do = (_pictures if pictures else _tracking)(path, limits, line, whole)
         except Exception as error:  # a damaged film may cause any
             line.send(Failed(text_of(error)))
             return
@@ -38,6 +41,8 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
                 line.send(do(task))
             except StoppedError:
                 line.send(Done(stopped=True))
+            except DamagedError as error:
+                line.send(Failed(text_of(error), damaged=True))
             except Exception as error:  # a fault, which must not reach others
                 line.send(Failed(text_of(error)))
             del task
@@ -45,11 +50,11 @@ def main(pipe: Connection, wish: Any, path: str, limits: Limits, pictures: bool)
                 give_back()
 
 
-def _pictures(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+def _pictures(path: str, limits: Limits, line: Line, whole: bool) -> Callable[[Task], Done]:
     from motes.studio.pictures import Pictures
     from motes.studio.tasks import Picture
 
-    opened = Pictures(path, limits)
+    opened = Pictures(path, limits, line.check, whole=whole)
     line.send(Ready(opened.facts, opened.times))
 
     def do(task: Task) -> Done:
@@ -60,11 +65,11 @@ def _pictures(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
     return do
 
 
-def _tracking(path: str, limits: Limits, line: Line) -> Callable[[Task], Done]:
+def _tracking(path: str, _: Limits, line: Line, whole: bool) -> Callable[[Task], Done]:
     from motes.studio.tracking import Work
 
     os.nice(NICENESS)
-    work = Work(path, line)
+    work = Work(path, line, whole=whole)
     line.send(Ready(work.facts, []))
     return work.do
 

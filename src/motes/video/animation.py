@@ -1,4 +1,4 @@
-"""Image files, and files with several pictures: animated PNG, WebP and GIF, TIFF with pages.
+"""An image file with one picture or several: animated PNG, WebP and GIF, TIFF with pages.
 
 Pillow composes each complete picture of an animation and gives the time for which it is shown.
 """

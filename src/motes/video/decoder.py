@@ -216,8 +216,8 @@ class Decoder:
             return None
         return sorted(found)
 
-    def pictures_from(self, stamp: float) -> Generator[Stamped, None, None]:
-        """Yield the pictures from a time stamp on, after `seek`, quickly.
+    def pictures_from(self, stamp: float, report: Report) -> Generator[Stamped, None, None]:
+        """Yield the pictures from a time stamp on, after `seek`, quickly; count errors in `report`.
 
         Earlier pictures that no other one needs are not decoded: where the file is damaged, pixels
         may differ from those of `pictures`. `skip_to` moves the stamp on.
@@ -227,9 +227,12 @@ class Decoder:
             if packet.pts is not None and packet.time_base is not None:
                 early = float(packet.pts * packet.time_base) < self._goal
                 self._stream.codec_context.skip_frame = "NONREF" if early else "DEFAULT"
-            for found, load in self._decoded(packet if packet.size else None, Report()):
+            before = report.damaged
+            for found, load in self._decoded(packet if packet.size else None, report):
                 if found is not None and found >= self._goal:
                     yield found, load
+                else:
+                    report.damaged = before  # it may need pictures from before the seek
 
     def skip_to(self, stamp: float) -> None:
         """Let `pictures_from` go on with a later time stamp."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import bisect
 import contextlib
 import copy
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,10 @@ PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
 
 
+class DamagedError(SourceError):
+    """A film that was opened quickly is damaged; read as a whole, it may have other frames."""
+
+
 class Film:
     """The frames of a video file or of images, in any order; as those of `open_source`.
 
@@ -39,8 +43,10 @@ class Film:
     quick
         Whether the times are taken from the packets of a video file, without decoding them. This
         takes a hundredth of the time. After a seek, only frames are decoded that others need. A
-        damaged film may have frames that cannot be read: a SourceError comes when the first of them
-        is met, and without `quick` there is none.
+        damaged film has other frames then: a `DamagedError` comes when the first damage is met, and
+        without `quick` there is none.
+    check
+        Called for each picture of which the time is read; it may raise to end this.
 
     Attributes
     ----------
@@ -52,6 +58,8 @@ class Film:
         The size of a frame, in pixels.
     fps
         Nominal frames per second; None if unknown.
+    quick
+        Whether it was opened so.
     frames
         The indices of the frames that are used.
     report
@@ -72,6 +80,7 @@ class Film:
         start: int = 0,
         end: int | None = None,
         quick: bool = False,
+        check: Callable[[], None] = check,
     ) -> None:
         if not is_recorded(source):
             raise SourceError(
@@ -82,17 +91,17 @@ class Film:
             raise ConfigError(
                 f"No frame is from {start}{stop}; start at 0 or later, and end later."
             )
-        self._source, self._quick = str(source), quick
+        self._source, self.quick = str(source), quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
         self._matrices: dict[int, NDArray[np.int32]] = {}
         self.name, reader = self._opened()
         if quick and isinstance(reader, Decoder) and (index := reader.index()) is not None:
-            first, listed = self._first(), index
+            first, listed = self._first(index[0][0] if index else None), index
             reader.keys.extend(stamp for stamp, key in listed if key)
             pictures: Generator[Stamped, None, None] = ((stamp, first) for stamp, _ in listed)
         else:
-            pictures = reader.pictures(self.report)
+            self.quick, pictures = False, reader.pictures(self.report)
         with contextlib.closing(reader), contextlib.closing(pictures) as all_:
             self.fps = reader.fps
             for moment, stamp, load in timed(all_, reader.fps, self.report):
@@ -116,7 +125,7 @@ class Film:
         self.frames = range(start, len(self.times))
         known = [stamp for stamp in self._stamps if stamp is not None]
         if len(known) < len(self._stamps) or self.report.retimed or known != sorted({*known}):
-            self._keys = []  # frames cannot be told by their stamps: read from the beginning
+            self._keys = []  # stamps do not identify frames: read from the beginning
         self._keys = sorted(self._keys)
 
     def _opened(self) -> tuple[str, Reader]:
@@ -129,14 +138,26 @@ class Film:
             reader.matrices = self._matrices
         return name, reader
 
-    def _first(self) -> Load:
+    def _first(self, begin: float | None) -> Load:
         """Return a function that returns the pixels of the first picture, which is decoded here."""
+        report = Report()
         _, reader = self._opened()
-        with contextlib.closing(reader), contextlib.closing(reader.pictures(Report())) as pictures:
-            for _, load in pictures:
+        with contextlib.closing(reader), contextlib.closing(reader.pictures(report)) as pictures:
+            for stamp, load in pictures:
+                if stamp != begin:
+                    raise self._damaged()
+                self.check_damage(report)
                 pixels = load()
                 return lambda: pixels
         raise SourceError(f"{self.name} holds no readable picture.")
+
+    def _damaged(self) -> DamagedError:
+        return DamagedError(f"{self.name} is damaged; it is read as a whole, which takes longer.")
+
+    def check_damage(self, report: Report) -> None:
+        """Raise a `DamagedError` if a quick film has turned out to be damaged."""
+        if self.quick and (report.skipped or report.damaged):
+            raise self._damaged()
 
     @property
     def keys(self) -> list[int]:
@@ -217,20 +238,27 @@ class Film:
         found = False
         while not found:
             # The first key is the beginning.
-            key = keys.pop() if len(keys) > (not self._quick) else None
+            key = keys.pop() if len(keys) > (not self.quick) else None
+            report = Report()
             _, reader = self._opened()
             with contextlib.closing(reader):
-                pictures = reader.pictures(Report())
+                pictures = reader.pictures(report)
                 if key is not None and goal is not None and isinstance(reader, Decoder):
                     reader.seek(key)
-                    if self._quick:
-                        pictures = reader.pictures_from(goal)
+                    if self.quick:
+                        pictures = reader.pictures_from(goal, report)
                 with contextlib.closing(pictures):
                     for index, load in self._numbered(pictures, first if key is not None else None):
+                        self.check_damage(report)
                         if index >= first:
                             found = True
                             yield index, load
+                    if found and self.quick:
+                        self.check_damage(report)
+                        if index + 1 < len(self.times):
+                            raise self._damaged()
             if key is None and not found:
+                self.check_damage(report)
                 raise SourceError(f"{self.name} has fewer frames than before; was it changed?")
 
     def _numbered(
@@ -251,6 +279,8 @@ class Film:
             if index == len(self.times):
                 return
             if stamp != self._stamps[index]:
+                if self.quick:
+                    raise self._damaged()
                 raise SourceError(
                     f"{self.name} reads differently the second time, at frame {index}; convert it "
                     f"first."

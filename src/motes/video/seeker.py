@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Generator
 
 from motes.core.errors import SourceError
 from motes.core.types import Bytes
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.film import Film
+from motes.video.report import Report
 
 
 class Seeker:
     """Reads single frames of a film; its file stays open, at the place that was read last.
 
     What is decoded on the way begins at the last key picture before a frame, or at that place if it
-    is nearer: only pictures that others need. The pixels are those of `Film.frame`, except where
-    the file is damaged.
+    is nearer. Of a quick film, only pictures are decoded that others need. The pixels are those of
+    `Film.frame`.
     """
 
     def __init__(self, film: Film) -> None:
@@ -23,12 +25,14 @@ class Seeker:
         self._decoder: Decoder | None = None
         self._pictures: Generator[Stamped, None, None] | None = None
         self._reached = 0.0
+        self._report = Report()
+        self._keys = [] if film.quick else film.keys
         self._loads: Generator[tuple[int, Load], None, None] | None = None
         self._next = 0
 
     def pixels(self, index: int) -> Bytes:
         """Return the pixels of a frame; raise a SourceError if it cannot be read."""
-        stamps = self._film.stamps_to(index)
+        stamps = self._film.stamps_to(index) if self._film.quick else None
         load = None if stamps is None else self._sought(*stamps)
         return self._film.loaded(index, load or self._read(index)).pixels
 
@@ -50,8 +54,9 @@ class Seeker:
         else:
             self._leave()
             decoder.seek(key)
-            self._pictures = decoder.pictures_from(goal)
+            self._pictures = decoder.pictures_from(goal, self._report)
         stamp, load = next(self._pictures, (None, None))
+        self._film.check_damage(self._report)
         if stamp != goal:
             self._leave()
             return None
@@ -64,8 +69,9 @@ class Seeker:
             self._pictures = None
 
     def _read(self, index: int) -> Load:
-        """Return what loads the picture of a frame, in a film that is read from its beginning."""
-        if self._loads is None or index < self._next:
+        """Return what loads the picture of a frame, in a film of which all is decoded."""
+        nearer = bisect.bisect_right(self._keys, index) > bisect.bisect_left(self._keys, self._next)
+        if self._loads is None or index < self._next or nearer:
             self._loads = self._film.loads(index)
         for found, load in self._loads:
             self._next = found + 1

@@ -18,18 +18,14 @@ from pathlib import Path
 from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motes.core.addresses import without_password
 from motes.core.errors import ConfigError, SourceError
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.video.decoder import REMEDY, Decoder, Load, Stamped, camera
+from motes.video.image_files import IMAGE_ENDINGS, ImageFiles, files_in
 from motes.video.reconnect import Persistent
 from motes.video.report import Report
-
-IMAGE_ENDINGS = frozenset(
-    {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
-)
 
 SCHEMES = ("http", "https", "rtsp", "rtsps")
 
@@ -255,7 +251,7 @@ def open_source(
     if stride < 1:
         raise ConfigError(f"stride is {stride}; give 1 for every frame, 2 for every other.")
     if end is not None and end > sys.maxsize:
-        raise ConfigError(f"end is {end}; no source has so many frames, leave it out for all.")
+        raise ConfigError(f"end is {end}; no source is that long; leave it out for all frames.")
     if end is not None and end <= start:
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     if patience is not None and not patience >= 0:
@@ -283,22 +279,6 @@ def is_remote(source: str) -> bool:
     return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
 
 
-def read_image(path: str | Path) -> NDArray[np.uint8]:
-    """Read the first picture of an image file, upright, as RGB uint8 of shape (height, width, 3).
-
-    Raises
-    ------
-    SourceError
-        If the file is missing or not an image.
-    """
-    from PIL import Image
-
-    from motes.video.animation import pixels_of, readable
-
-    with readable(path), Image.open(path) as image:
-        return pixels_of(image)
-
-
 def find_reader(
     source: str, on_drop: Callable[[str], None] | None = None, patience: float | None = None
 ) -> tuple[str, Reader]:
@@ -316,10 +296,10 @@ def find_reader(
         connect = partial(Decoder, source, name, advice, options=options, remote=True)
         return name, _persistent(connect, name, on_drop, patience)
     if os.path.isdir(source):
-        return source, _Images(source, _folder(source))
+        return source, ImageFiles(source, files_in(source))
     if not os.path.exists(source):
         if glob.has_magic(source):
-            return source, _Images(source, glob.glob(source, recursive=True))
+            return source, ImageFiles(source, glob.glob(source, recursive=True))
         raise SourceError(f"There is no file or folder {source}; check the name.")
     if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
         from motes.video.animation import Animation
@@ -342,64 +322,3 @@ def _persistent(
     if on_drop is None or not decoder.live:
         return decoder
     return Persistent(connect, decoder, name, on_drop, patience)
-
-
-def _folder(path: str) -> list[str]:
-    try:
-        return [os.path.join(path, name) for name in os.listdir(path)]
-    except OSError as error:
-        raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
-
-
-def _natural(name: str) -> list[tuple[int, int | str]]:
-    parts = re.findall(r"\d+|\D+", name)
-    return [(0, int(part)) if part.isdecimal() else (1, part) for part in parts]
-
-
-class _Images:
-    """Image files, one frame each."""
-
-    fps: float | None = 1 / FRAME_INTERVAL
-    duration: float | None
-    count: int | None
-    live = realtime = False
-
-    def __init__(self, name: str, paths: list[str]) -> None:
-        self._paths = sorted(
-            (
-                path
-                for path in paths
-                if os.path.splitext(path)[1].lower() in IMAGE_ENDINGS
-                and not os.path.basename(path).startswith(".")
-            ),
-            key=_natural,
-        )
-        if not self._paths:
-            endings = ", ".join(sorted(IMAGE_ENDINGS))
-            raise SourceError(f"There are no images in {name}; they would end in {endings}.")
-        self._folder = os.path.commonpath({os.path.dirname(path) for path in self._paths})
-        self.count = len(self._paths)
-        self.duration = len(self._paths) * FRAME_INTERVAL
-
-    def pictures(self, report: Report) -> Generator[Stamped, None, None]:
-        for index, path in enumerate(self._paths):
-            yield index * FRAME_INTERVAL, partial(_first_picture, path, report)
-
-    def file_of(self, index: int) -> str | None:
-        return Path(os.path.relpath(self._paths[index], self._folder or ".")).as_posix()
-
-    def close(self) -> None:
-        pass
-
-
-def _first_picture(path: str, report: Report) -> NDArray[np.uint8]:
-    """Read one image of a folder; count the pictures left out of a file with several."""
-    from PIL import Image
-
-    from motes.video.animation import picture_numbers, pixels_of, readable
-
-    with readable(path), Image.open(path) as image:
-        numbers = picture_numbers(image)
-        report.left_out += len(numbers) - 1
-        image.seek(numbers[0])
-        return pixels_of(image)

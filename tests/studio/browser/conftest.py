@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from browsers import CHROMIUM, Program, Shown, browsing, film
+from browsers import CHROMIUM, Shown, browsing, film
+from studios import Program
 
 
 @pytest.fixture(scope="package")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -11,8 +12,9 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser
 
-from browsers import CORNERS, FRAMES, Program, Shown, film
+from browsers import CORNERS, FRAMES, START, Shown, film
 from motes.studio import protocol
+from studios import SLOW, Program
 
 pytestmark = pytest.mark.slow
 
@@ -70,7 +72,7 @@ def test_all_that_moves_is_counted(shown: Shown) -> None:
         "[...s.jobs.values()].some(({ kind, status }) => kind === 'watch' && status === 'done')"
     )
     shown.until(f"s.scene.filter(Boolean).length === {FRAMES} && s.counts")
-    assert page.get_by_role("row", name="Objects now").is_visible()
+    page.get_by_role("row", name="Objects now").wait_for()
     page.locator(".slit img").wait_for()
     shown.go(30)
     page.get_by_role("tab", name="Layers").click()
@@ -97,12 +99,12 @@ def test_films_come_by_upload_and_drop(shown: Shown, tmp_path: Path) -> None:
     page.get_by_role("alert").get_by_text("picture.svg was not taken").wait_for()
 
 
-def test_a_run_is_paused_and_stopped(visit: Callable[..., Shown]) -> None:
-    shown = visit()
+def test_rows_come_while_a_run_goes_on_which_is_paused_and_stopped(shown: Shown) -> None:
     page = shown.page
-    page.get_by_role("button", name="Open the sample film").click()
-    shown.until("s.pictured === 0")
-    shown.draw((60, 320), (130, 370), key="e")
+    shown.open()
+    tracker = {"preset": "nummiaro", "config": SLOW, "seed": 0}
+    page.evaluate(f"{START} app.store.set({{ tracker: {json.dumps(tracker)} }}))")
+    shown.draw(key="e")
     page.keyboard.press("t")
     status = "[...s.jobs.values()].at(-1)?.status"
     shown.until(f"{status} === 'running' && s.rows.get(1)?.length > 2")
@@ -112,7 +114,7 @@ def test_a_run_is_paused_and_stopped(visit: Callable[..., Shown]) -> None:
     shown.until(f"{status} === 'running'")
     page.get_by_role("button", name="Stop").click()
     shown.until(f"{status} === 'stopped'")
-    assert shown.state("s.rows.get(1).filter(Boolean).length") > 0
+    assert 0 < shown.state("s.rows.get(1).filter(Boolean).length") < FRAMES
 
 
 def test_a_session_that_is_gone_leads_home(shown: Shown) -> None:
@@ -173,13 +175,15 @@ def test_a_killed_server_loses_nothing(browser: Browser, films: Path, tmp_path: 
         shown.settle()
         known = "s.rows.get(1).map(({ x, y, a, final }) => [x, y, a, final])"
         rows = shown.state(known)
+        shown.until("s.looked?.frame === 20")
         first.kill()
         shown.until("!s.connected")
+        shown.page.evaluate(f"{START} app.store.set({{ looked: null }}))")
         shown.page.keyboard.press("k")
         shown.page.get_by_role("alert").get_by_text("does not answer").first.wait_for()
         second = Program(films, tmp_path, first.port)
         try:
-            shown.until("s.connected && s.session.undo")
+            shown.until("s.connected && s.looked?.frame === 20")
             shown.page.goto(shown.address)
             shown.page.get_by_label("Sessions", exact=True).get_by_role("link").first.click()
             shown.until(f"s.session?.id === '{session}' && s.rows.get(1)?.length === {FRAMES}")
@@ -225,7 +229,8 @@ def test_axe_finds_nothing(visit: Callable[..., Shown], colors: str) -> None:
     check("dialog of side by side")
     page.get_by_role("button", name="Track and compare").click()
     page.locator(".stage").nth(1).wait_for()
-    shown.settle()
+    shown.until("s.session.objects.length === 2")
+    shown.tracked()
     check("side by side")
 
 

@@ -124,7 +124,7 @@ def opencv(name: str) -> Any:
             import cv2
     except ImportError:
         raise MissingDependencyError(
-            "Comparing with OpenCV needs it; install it with: pip install 'motes[opencv]'."
+            "OpenCV's trackers need OpenCV; install it with: pip install 'motes[opencv]'."
         ) from None
     cv2.setNumThreads(1)
     try:

@@ -247,7 +247,9 @@ def _region(values: Sequence[float]) -> Ellipse:
     ellipse = as_ellipse(values)
     if max(map(abs, ellipse)) > LARGEST or min(ellipse.a, ellipse.b) < 1 / LARGEST:
         x, y, width, height = ellipse.box
-        raise ConfigError(f"No region is {width:g}x{height:g} pixels large, at {x:g}, {y:g}.")
+        raise ConfigError(
+            f"A region of {width:g}x{height:g} pixels at {x:g}, {y:g} is not possible."
+        )
     return ellipse
 
 

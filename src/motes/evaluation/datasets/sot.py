@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 from motes.core.errors import ConfigError, FormatError, MotesError, SourceError, clear
 from motes.formats.regions import Region, read_mask, read_regions
 from motes.formats.text import read_text
-from motes.video.sources import IMAGE_ENDINGS
+from motes.video.image_files import IMAGE_ENDINGS
 
 S = TypeVar("S")
 

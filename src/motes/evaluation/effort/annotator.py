@@ -52,7 +52,7 @@ def annotate(film: Film, truth: Floats, method: Method, rule: str) -> Effort:
         What makes a region for each frame of the keyframes.
     rule
         `check`: the next keyframe is the frame with the largest expected gain; `worst`: the frame
-        with the lowest overlap, as an annotator finds it who looks at all frames.
+        with the lowest overlap, as if the annotator looked at all frames.
     """
     first = film.used.start
     keys: dict[int, Ellipse | None] = {first: Ellipse.from_box(truth[first])}

@@ -59,7 +59,7 @@ def success_auc(overlaps: Floats) -> float:
 def precision_curve(distances: Floats) -> Floats:
     """Return the share of frames whose distance between centers is at most each of `PIXELS`, (51,).
 
-    Distances (frames,) are in pixels. NaN without frames. Wu, Lim and Yang, CVPR 2013, who rank
+    Distances (frames,) are in pixels. NaN without frames. Wu, Lim and Yang, CVPR 2013; they rank
     trackers by the share at 20 pixels.
     """
     return _shares(distances[:, None] <= PIXELS)

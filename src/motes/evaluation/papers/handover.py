@@ -1,6 +1,6 @@
 """Nummiaro et al., section VII: what a tracker gains from the samples that another one gives it.
 
-A film is cut in two pictures that overlap, as of two cameras. People who walk from the one into the
+A film is cut in two pictures that overlap, as of two cameras. People who walk from one into the
 other are known in the first. The second camera has them after some frames: as births, as births
 that get the names of the first camera's objects, or from that camera's samples.
 """
@@ -37,7 +37,7 @@ SHARED = 0.25
 WINDOW, LATER = 10, 50
 """Frames after an entry that are measured, and after which the identity is read again."""
 KNOWN = 5
-"""Frames for which somebody is in the first picture before entering the second one."""
+"""Frames for which a person must be in the first picture before entering the second one."""
 MATCH_IOU = 0.3
 """An object is a person if their boxes overlap by more than this."""
 NAMES = "left", "right"
@@ -59,7 +59,7 @@ class Film(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """Somebody who enters a picture: number, picture, frame."""
+    """The entry of a person into a picture: number of the person, picture, frame."""
 
     person: int
     view: int
@@ -130,7 +130,7 @@ def detected_part(found: Detection, columns: range) -> Detection | None:
 
 
 def entries(truths: Sequence[Mapping[int, Box]], views: Sequence[range]) -> list[Entry]:
-    """Return where people enter a picture who have been in the other for `KNOWN` frames."""
+    """Return the entries of people that have been in the other picture for `KNOWN` frames."""
     found = []
     since: dict[tuple[int, int], int] = {}
     for index, boxes in enumerate(truths):

@@ -27,7 +27,7 @@ from motes.evaluation.report.tables import Cell, Row, Table, number, percent
 from motes.formats.mot_files import UNKNOWN, Rows, rows_of
 from motes.mot.detection.background import BackgroundConfig, BackgroundDetector
 from motes.mot.detection.global_motion import GlobalMotion, Model
-from motes.mot.detection.images import opencv
+from motes.mot.detection.morphology import opencv
 from motes.mot.detection.moving_camera import MovingCamera, PannedDetector
 from motes.mot.scene import Scene
 from motes.mot.scene_config import SceneConfig
@@ -40,7 +40,7 @@ PERIOD = 4.0
 TURN, ZOOM, SHAKE = np.radians(2), 0.1, 1.0
 """Largest turn; largest change of scale; standard deviation of the shake in pixels."""
 SEED = 0
-"""Of the shake: all trackers see the same film."""
+"""Seed of the shake: all trackers see the same film."""
 GRID = 5
 """Points in x and y at which two motions are compared."""
 HIT = 0.3

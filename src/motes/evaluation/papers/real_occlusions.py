@@ -137,8 +137,8 @@ def count(occlusions: Sequence[Occlusion], names: dict[tuple[int, int], int]) ->
     kept = changed = both = 0
     for each in occlusions:
         hidden, front = (
-            [_most_frequent(names, who, side) for side in (each.before, each.after)]
-            for who in (each.hidden, each.front)
+            [_most_frequent(names, person, side) for side in (each.before, each.after)]
+            for person in (each.hidden, each.front)
         )
         followed, same = None not in hidden, hidden[0] == hidden[1]
         kept += followed and same
@@ -147,8 +147,8 @@ def count(occlusions: Sequence[Occlusion], names: dict[tuple[int, int], int]) ->
     return Counts(kept, changed, len(occlusions) - kept - changed, both)
 
 
-def _most_frequent(names: dict[tuple[int, int], int], who: int, frames: range) -> int | None:
-    found = [names[frame, who] for frame in frames if (frame, who) in names]
+def _most_frequent(names: dict[tuple[int, int], int], person: int, frames: range) -> int | None:
+    found = [names[frame, person] for frame in frames if (frame, person) in names]
     return max(found, key=found.count) if found else None
 
 
@@ -203,7 +203,7 @@ def _table(
             if runs := by_run.get((sequence, tracker)):
                 rows.append(_row(sequence, tracker, len(found), list(runs.values())))
     for tracker in trackers:
-        ended = {name: runs for (name, who), runs in by_run.items() if who == tracker}
+        ended = {name: runs for (name, each), runs in by_run.items() if each == tracker}
         seeds = set[int]().union(*ended.values()).intersection(*ended.values())
         sums = [sum((runs[seed] for runs in ended.values()), np.zeros(4)) for seed in seeds]
         if sums:

@@ -45,7 +45,7 @@ NAMES = "left", "right"
 
 
 class Way(NamedTuple):
-    """What two cameras know of each other: whether doors are linked, and expect who comes."""
+    """Whether the doors of two cameras are linked, and whether people are expected there."""
 
     linked: bool
     expects: bool

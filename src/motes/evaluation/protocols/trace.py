@@ -206,5 +206,5 @@ def duration(field: str) -> float:
     """
     seconds = number(field)
     if seconds < 0 or 0 < seconds < 1 / LARGEST:
-        raise ValueError(f"a frame takes no {field} s")
+        raise ValueError(f"a frame cannot take {field} s")
     return seconds

@@ -1,4 +1,4 @@
-"""A rendered film in which first the colors of a target say nothing, then its edges."""
+"""A rendered film in which first the colors of a target are useless, then its edges."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FRAMES_OF_PART = 30
 
 
 class Part(Enum):
-    """A part of the film: what it is like for a tracker of color and orientation."""
+    """A part of the film: which of the cues color and orientation are useful in it."""
 
     CLEAR = "both are useful"
     BLUE_LIGHT = "color is useless"
@@ -56,7 +56,7 @@ def failing_cues(seed: int = 0) -> Iterator[Shot]:
 def blue_light(pixels: Bytes) -> Bytes:
     """Return a picture (H, W, 3) without red and full of blue; green has the mean of all three.
 
-    No pixel has a color of before. The contrast of edges is raised, since green is a part of gray.
+    No pixel keeps its color. The contrast of edges is raised, since green is a part of gray.
     """
     lit = np.zeros_like(pixels)
     lit[..., 1] = np.rint(np.clip(1.6 * (pixels.mean(axis=2) - 100) + 128, 0, 255))

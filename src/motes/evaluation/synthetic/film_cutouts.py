@@ -24,7 +24,7 @@ from motes.video.sources import open_source
 SMALLEST = 40.0
 """Square root of a box's area, in pixels, below which an object is too coarse to be cut out."""
 LARGEST = 160.0
-"""And above which its picture is made smaller."""
+"""Square root of a box's area, in pixels, above which its picture is made smaller."""
 AROUND = 0.5
 """Surroundings that GrabCut sees on each side, in sides of the box."""
 SHARES = (0.3, 0.95)

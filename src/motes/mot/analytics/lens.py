@@ -105,5 +105,5 @@ def _numbers(text: str, name: str) -> list[float]:
             try:
                 return [float(field) for field in re.split(r"[,\s]+", found[1].strip()) if field]
             except ValueError:
-                raise ConfigError(f"{name} holds what is no number.") from None
+                raise ConfigError(f"{name} holds a value that is not a number.") from None
     return []

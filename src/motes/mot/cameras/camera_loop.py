@@ -25,7 +25,7 @@ class Line(Protocol):
     """The line from a camera to the place where reports meet."""
 
     def send(self, message: Message) -> None:
-        """Send a message; raise a BrokenPipeError when nobody receives it any more."""
+        """Send a message; raise a BrokenPipeError when there is no receiver any more."""
 
     def go(self) -> Go:
         """Wait for the `Go` of the frame that was announced last."""
@@ -65,7 +65,7 @@ def watch_camera(
     Raises
     ------
     BrokenPipeError
-        If nobody receives the messages any more.
+        If there is no receiver of messages any more.
     """
     frames, dropped, failure = 0, 0, None
 

@@ -96,7 +96,7 @@ class CameraReporter:
         self._camera, self._scene, self._seed = camera, scene, seed
         self._arrivals: dict[int, Arrival] = {}
         self._awaited: dict[str, float] = {}
-        """Until when somebody is awaited at a place."""
+        """The time until which an object is expected, for each place."""
         self._begun: dict[int, int] = {}
         """Identities in the rig of the objects that began as an arrival from an overlap."""
         self._views: dict[int, _View] = {}

@@ -278,7 +278,7 @@ class CrossCameraAssociation:
                 self._merge(*pair)
 
     def _merge(self, one: KnownObject, other: KnownObject) -> None:
-        """Give two objects the older identity of theirs; whoever else had it gets a new one."""
+        """Give two objects the older one of their identities; others that had it get new ones."""
         keep, gone = sorted((one.identity, other.identity))
         for each in self._known.named(keep, gone):
             rival = each.camera in (one.camera, other.camera) and each.last.seen

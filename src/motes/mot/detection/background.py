@@ -29,7 +29,6 @@ from motes.mot.detection.background_models import (
     Nearest,
 )
 from motes.mot.detection.blobs import blobs
-from motes.mot.detection.camera_motion import ReferenceImage
 from motes.mot.detection.ghosts import without_ghosts
 from motes.mot.detection.illumination import (
     Background,
@@ -37,8 +36,9 @@ from motes.mot.detection.illumination import (
     without_light,
     without_tremble,
 )
-from motes.mot.detection.images import Mask
+from motes.mot.detection.morphology import Mask
 from motes.mot.detection.planes import Planes, planes_of
+from motes.mot.detection.reference_image import ReferenceImage
 from motes.mot.detection.selective_update import SelectiveUpdate
 
 SPARSE = 8
@@ -163,7 +163,8 @@ class BackgroundConfig(DetectorConfig, Config, frozen=True, tag="background"):
         super().__post_init__()
         if not 0 < self.least < self.most:
             raise ConfigError(
-                f"An object is 0 < least < most <= 1 of a frame; got {self.least}, {self.most}."
+                f"The shares of a frame must be 0 < least < most <= 1; got {self.least}, "
+                f"{self.most}."
             )
 
     def detector(self) -> BackgroundDetector:

@@ -9,7 +9,7 @@ import numpy as np
 from motes import kernels
 from motes.core.errors import MissingDependencyError
 from motes.kernels.structures import MixtureLearning
-from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.morphology import Mask, opencv
 from motes.mot.detection.planes import Planes, picture_of, planes_of
 
 Method = Literal["mog2", "knn", "gaussian"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.geometry import Box, iou
-from motes.mot.detection.images import Mask, closed, components, opened
+from motes.mot.detection.morphology import Mask, closed, components, opened
 
 ONE = 0.7
 """A patch with a larger intersection over union with a known object is this object."""

@@ -75,6 +75,6 @@ def _detector(name: str, found: Callable[..., Any]) -> Callable[[Frame], Any]:
         return found
     made = found()
     if not callable(made):
-        raise ConfigError(f"{name} returns a {type(made).__name__}, which is no detector.")
+        raise ConfigError(f"{name} returns a {type(made).__name__}, which is not a detector.")
     detector: Callable[[Frame], Any] = made
     return detector

@@ -15,7 +15,7 @@ from motes.core.errors import ConfigError, FormatError, MissingDependencyError, 
 from motes.core.files import write_whole
 from motes.core.geometry import Box
 from motes.core.types import Bytes
-from motes.video.sources import read_image
+from motes.video.image_files import read_image
 
 PENALTY = 5.0
 """Weight of errors against the width of the margin, C of the support vector machine."""
@@ -51,7 +51,7 @@ def read_examples(path: str | Path) -> list[Example]:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
+        reason = error.strerror if isinstance(error, OSError) else "it is not text"
         raise SourceError(f"{path} cannot be read: {reason}; check the name.") from None
     faces: dict[str, list[Box]] = {}
     for number, row in enumerate(csv.reader(text.splitlines()), start=1):
@@ -67,7 +67,7 @@ def read_examples(path: str | Path) -> list[Example]:
             x = y = width = height = math.nan
         if not (math.isfinite(x + y) and 1 <= width < 1e6 and 1 <= height < 1e6):
             raise SourceError(
-                f"{path}, line {number}, is no face: picture,x,y,width,height; got {row}."
+                f"{path}, line {number}, is not a face: picture,x,y,width,height; got {row}."
             )
         boxes.append(Box(x, y, width, height))
     if not faces:

@@ -12,7 +12,7 @@ import numpy as np
 
 from motes import kernels
 from motes.core.geometry import Box
-from motes.mot.detection.images import Mask
+from motes.mot.detection.morphology import Mask
 
 
 def without_ghosts(

@@ -12,7 +12,7 @@ import numpy as np
 
 from motes.core.errors import MissingDependencyError
 from motes.core.types import Floats
-from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.morphology import Mask, opencv
 
 Model: TypeAlias = Literal["homography", "similarity"]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from motes import kernels
 from motes.kernels.structures import LightLimits
-from motes.mot.detection.images import Mask, closed, largest, smallest
+from motes.mot.detection.morphology import Mask, closed, dilated, eroded
 from motes.mot.detection.planes import Planes, window_sums
 
 OUTLINE = 5
@@ -31,8 +31,8 @@ class Background:
 
     def __init__(self, planes: Planes, noise: float) -> None:
         margin, window = np.uint8(min(np.ceil(noise), 255)), (3, 3)
-        low = np.stack([smallest(plane, window) for plane in planes])
-        high = np.stack([largest(plane, window) for plane in planes])
+        low = np.stack([eroded(plane, window) for plane in planes])
+        high = np.stack([dilated(plane, window) for plane in planes])
         self.planes = planes
         self.low = low - np.minimum(low, margin)
         self.high = high + np.minimum(255 - high, margin)

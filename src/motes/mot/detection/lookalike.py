@@ -186,7 +186,7 @@ class LookalikeDetector:
     def _known(self, grid: Floats) -> NDArray[np.bool_]:
         """Return which ellipses (N, 5) lie where an object of the frame before would be at rest.
 
-        So who stands still is found again.
+        So an object that stands still is found again.
         """
         out, motion = np.zeros(len(grid), np.bool_), self.motion
         if motion is None:

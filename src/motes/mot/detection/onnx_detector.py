@@ -62,10 +62,10 @@ class OnnxConfig(DetectorConfig, Config, frozen=True, tag="onnx"):
     layout
         Whether the channels come before or after rows and columns. By default as in the file.
     order
-        The order of the channels. By default as the head's models have it.
+        The order of the channels. By default the one of the head's models.
     mean, deviation
         From each channel, 0 to 255, the mean is subtracted, and the result is divided by the
-        deviation. By default as the head's models have them.
+        deviation. By default those of the head's models.
     classes
         Names of the classes, in the order of their numbers. By default the file's, if it names
         them.
@@ -147,7 +147,7 @@ class OnnxDetector:
         self._name, self._type = pictures.name, TYPES.get(pictures.type)
         shape = pictures.shape
         if self._type is None or len(shape) != 4:
-            raise self._error(f"Its input is {pictures.type} of {shape}, no picture")
+            raise self._error(f"Its input is {pictures.type} of {shape}, which is not a picture")
         channels_last = shape[3] == 3 and shape[1] != 3
         self._channels_last = channels_last if config.layout is None else config.layout == "nhwc"
         high, wide = shape[1:3] if self._channels_last else shape[2:]
@@ -245,10 +245,10 @@ def onnx_values(file: str) -> dict[str, Any]:
         try:
             given = from_toml(beside.read_text(encoding="utf-8-sig"), str(beside))
         except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            reason = error.strerror if isinstance(error, OSError) else "it is not text"
             raise SourceError(f"{beside} cannot be read: {reason}; check the file.") from None
         for key in ("type", "file"):
             if key in given:
-                raise ConfigError(f"{beside} has the key {key}, which its name already says.")
+                raise ConfigError(f"{beside} has the key {key}, which follows from its name.")
         values |= given
     return values

@@ -12,7 +12,7 @@ from motes.core.errors import MissingDependencyError
 from motes.core.types import Floats
 from motes.mot.detection.global_motion import Model, camera_motion, reduced
 from motes.mot.detection.illumination import Background, without_tremble
-from motes.mot.detection.images import Mask, opencv
+from motes.mot.detection.morphology import Mask, opencv
 from motes.mot.detection.planes import planes_of
 
 KNOWN = 5

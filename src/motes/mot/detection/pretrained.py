@@ -74,7 +74,7 @@ class FaceDetector:
             self._find = dlib.fhog_object_detector(config.model)
         except RuntimeError:
             raise SourceError(
-                f"{config.model} is no detector of faces; make one with motes faces train."
+                f"{config.model} is not a detector of faces; make one with motes faces train."
             ) from None
 
     def __call__(self, frame: Frame) -> list[Detection]:
@@ -191,7 +191,7 @@ class RecordedDetections:
         try:
             lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
         except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is no text"
+            reason = error.strerror if isinstance(error, OSError) else "it is not text"
             raise SourceError(f"{path} cannot be read: {reason}; check the name.") from None
         for number, line in enumerate(lines, start=1):
             if not line.strip():
@@ -203,7 +203,7 @@ class RecordedDetections:
                 index = int(frame) - 1
             except (ValueError, OverflowError):
                 raise SourceError(
-                    f"{path}, line {number}, is no detection: frame, -1, x, y, width, height, "
+                    f"{path}, line {number}, is not a detection: frame, -1, x, y, width, height, "
                     f"score; got {line[:60]!r}."
                 ) from None
             found = Detection(Box(x - 1, y - 1, width, height), score)

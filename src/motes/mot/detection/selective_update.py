@@ -14,7 +14,7 @@ import numpy as np
 from motes import kernels
 from motes.core.geometry import Box
 from motes.kernels.structures import HoldLimits
-from motes.mot.detection.images import Mask, largest
+from motes.mot.detection.morphology import Mask, dilated
 from motes.mot.detection.planes import Planes
 
 MARGIN = 7
@@ -59,7 +59,7 @@ class SelectiveUpdate:
         for x, y, width, height in known:
             top, left = max(round(y), 0), max(round(x), 0)
             inside[top : max(round(y + height), 0), left : max(round(x + width), 0)] = 1
-        held = largest(foreground, (MARGIN, MARGIN))
+        held = dilated(foreground, (MARGIN, MARGIN))
         kernels.selective_update.update(
             planes, held, inside, time, self._limits, self._since, self._clean
         )

@@ -14,7 +14,7 @@ from motes.mot.assignment import assign_pairs
 from motes.mot.association import model_distances
 from motes.mot.boxes import as_rows
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
-from motes.mot.overlaps import holding, overlapping
+from motes.mot.overlaps import merged_blobs, overlapping_pairs
 from motes.mot.scene_config import SceneConfig
 from motes.mot.tracked_object import TrackedObject
 
@@ -42,7 +42,7 @@ def associate(
         found = objects[visible[i]].detect(box, frame.time, config.smoothing.size)
         after[visible[i]] = found.update_velocity(config.smoothing.velocity, dt)
 
-    blobs = holding(places, boxes, config.containment, config.association.merged_blob_ratio)
+    blobs = merged_blobs(places, boxes, config.containment, config.association.merged_blob_ratio)
     taken, held = set(blobs), [i for inside in blobs.values() for i in inside]
     for j, inside in blobs.items():
         log.append(LoggedDetection(detections[j], DetectionOutcome.SEVERAL))
@@ -51,7 +51,7 @@ def associate(
         shared = split_merged_blob(places[inside], detections[j].box)
         for i, box in zip(inside, shared.tolist(), strict=True):
             detect(i, Box(*box))
-    rows, columns, overlaps = overlapping(places, boxes, config.association.overlap)
+    rows, columns, overlaps = overlapping_pairs(places, boxes, config.association.overlap)
     free = ~(np.isin(rows, held) | np.isin(columns, list(blobs)))
     rows, columns, overlaps = rows[free], columns[free], overlaps[free]
     distances = model_distances([objects[n] for n in visible], frame, boxes, rows, columns)

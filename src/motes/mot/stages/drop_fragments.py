@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from motes.core.detection import Detection
 from motes.mot.boxes import as_rows
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
-from motes.mot.overlaps import largest, nested
+from motes.mot.overlaps import best_partners, nested_pairs
 from motes.mot.tracked_object import TrackedObject
 
 
@@ -23,7 +23,7 @@ def drop_fragments(
     if not visible or not free:
         return list(free), []
     boxes, places = as_rows(each.box for each in free), as_rows(t.track.box for t in visible)
-    part = largest(*nested(boxes, places, containment))
+    part = best_partners(*nested_pairs(boxes, places, containment))
     log = [
         LoggedDetection(free[i], DetectionOutcome.PART, visible[j].identity)
         for i, j in part.items()

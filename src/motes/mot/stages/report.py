@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from motes.core.frame import Frame
 from motes.core.geometry import Box
 from motes.mot.boxes import as_rows
-from motes.mot.overlaps import grouped, lying
+from motes.mot.overlaps import covered_pairs, grouped
 from motes.mot.scene_config import SceneConfig, Termination
 from motes.mot.tracked_object import SceneTrack, TrackedObject
 
@@ -38,7 +38,7 @@ def _covers(objects: Sequence[TrackedObject], containment: float) -> dict[int, l
     if not occluded:
         return {}
     boxes = as_rows(each.track.box for each in objects)
-    i, j, _ = lying(boxes[occluded], boxes, containment)
+    i, j, _ = covered_pairs(boxes[occluded], boxes, containment)
     return {occluded[k]: others.tolist() for k, others in grouped(i, j).items()}
 
 

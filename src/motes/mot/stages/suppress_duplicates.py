@@ -11,7 +11,7 @@ from motes.core.detection import Detection, best
 from motes.core.frame import Frame
 from motes.mot.boxes import as_rows
 from motes.mot.detection_outcome import DetectionOutcome, LoggedDetection
-from motes.mot.overlaps import singles
+from motes.mot.overlaps import without_duplicates
 from motes.mot.scene_config import DetectionSelection
 
 
@@ -32,7 +32,7 @@ def suppress_duplicates(
             useful.append(each)
     log += [LoggedDetection(each, DetectionOutcome.SURPLUS) for each in useful[config.limit :]]
     useful = useful[: config.limit]
-    kept = singles(as_rows(each.box for each in useful), config.duplicate_overlap)
+    kept = without_duplicates(as_rows(each.box for each in useful), config.duplicate_overlap)
     doubles = np.delete(np.arange(len(useful)), kept).tolist()
     log += [LoggedDetection(useful[i], DetectionOutcome.DOUBLE) for i in doubles]
     return [useful[i] for i in kept], log

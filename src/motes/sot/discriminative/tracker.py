@@ -20,7 +20,7 @@ from motes.core.config import Config, NonNegative, Particles, Positive
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.saved_state import check, middle_of, rows
-from motes.core.track import Status, Track
+from motes.core.track import Status
 from motes.core.types import Floats
 from motes.cues.color_posterior import Posterior, borders, contrast
 from motes.cues.correlation_filter import Correlation
@@ -32,14 +32,19 @@ from motes.sot.discriminative.confidence_gate import ConfidenceGate, TargetStatu
 from motes.sot.discriminative.light import Light
 from motes.sot.discriminative.localization import Localizer, WindowEstimate
 from motes.sot.discriminative.redetection import Redetection
+from motes.sot.discriminative.report import (
+    Reporter,
+    particles_of,
+    reported_ellipse,
+    reported_size,
+)
 from motes.sot.discriminative.size_estimate import SizeEstimator
 from motes.sot.discriminative.small_picture import small_picture
 from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
 from motes.sot.discriminative.trend import Trend
 from motes.sot.discriminative.turn_estimate import TurnEstimate
 from motes.sot.filtering.appearance_rule import Calibration
-from motes.sot.filtering.moments import mean_ellipse
-from motes.sot.filtering.resampling import Resampling, Weights
+from motes.sot.filtering.resampling import Resampling
 from motes.sot.filtering.sample_size import KldSampling
 
 RUNNING_MEAN_RATE = 0.05
@@ -53,9 +58,6 @@ CENTERED = CELL_SIZE
 """A target up to this many samples from the center of the window needs no second window."""
 NO_PARTICLES = np.empty((0, 5))
 """The search particles while nothing is searched for."""
-DRIFT_SIGMA = 0.15
-"""Standard deviation of a center, as a share of the mean side, that the particles do not show: the
-learned filter may have drifted from the center of the target."""
 
 
 class Discriminative(
@@ -140,6 +142,11 @@ class Discriminative(
         """The estimator of the size, with the values of this configuration."""
         return SizeEstimator(self.scale, self.border_gain, self.sigma, self.resampling)
 
+    @cached_property
+    def reporter(self) -> Reporter:
+        """The maker of reports, with the values of this configuration."""
+        return Reporter(self.particles, self.calibration, self.localizer)
+
     def init(
         self, rng: np.random.Generator, frame: Frame, region: Ellipse
     ) -> tuple[DiscriminativeState, DiscriminativeInfo]:
@@ -170,7 +177,7 @@ class Discriminative(
             motion=prediction.started(small_picture(frame)),
             light=Light(),
         )
-        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
+        return state, self.reporter.report(state, frame, NO_PARTICLES, None, 1.0)
 
     def step(
         self, rng: np.random.Generator, state: DiscriminativeState, frame: Frame
@@ -243,7 +250,7 @@ class Discriminative(
                 status=Status.TRACKING, frames_missed=0, confirmations=0, contradictions=0
             ),
         )
-        return state, self._report(state, frame, NO_PARTICLES, None, 1.0)
+        return state, self.reporter.report(state, frame, NO_PARTICLES, None, 1.0)
 
     def check(self, state: DiscriminativeState, frame: Frame) -> DiscriminativeState:
         """Return a saved state; raise a ValueError if no frame leaves such a one."""
@@ -344,8 +351,8 @@ class Discriminative(
         found = look.pose if followed else state.ellipse
         if not learned and not jumped:  # an uncertain size is ignored
             found = found._replace(a=state.ellipse.a, b=state.ellipse.b)
-        size = self._size(state, found, half_axis, learned=learned, jumped=jumped)
-        place = _reported(state.shape, found, size, found.theta)
+        size = reported_size(state, found, half_axis, learned=learned, jumped=jumped)
+        place = reported_ellipse(state.shape, found, size, found.theta)
         turned = found.theta - state.ellipse.theta
         seen = standing.status is Status.TRACKING
         after = replace(
@@ -360,81 +367,11 @@ class Discriminative(
         if learned:
             after = self._learned(after, look)
         if not followed:  # perhaps without a search: only the last window was uncertain
-            info = self._report(after, frame, state.search_particles, None, look.certainty)
+            info = self.reporter.report(after, frame, state.search_particles, None, look.certainty)
             return after, info, learned
-        weights, factors = look.weights, np.resize(state.factors, len(look.centers))
-        ellipses = np.tile(np.array(found), (len(factors), 1))
-        ellipses[:, :2] = look.centers
-        # The size is the most likely one; the particles show its uncertainty.
-        ellipses[:, 2:4] *= (factors / (weights.values @ factors))[:, None]
-        return after, self._report(after, frame, ellipses, weights, look.certainty), learned
-
-    def _size(
-        self,
-        state: DiscriminativeState,
-        found: Ellipse,
-        half_axis: float | None,
-        *,
-        learned: bool,
-        jumped: bool,
-    ) -> Trend:
-        """Return the reported size: smooth, but for a target that was found elsewhere."""
-        first = Ellipse.from_box(state.shape.box).a
-        if jumped:
-            return Trend(math.log(found.a / first), rough=True)
-        if not learned:
-            return state.size._replace(growth=0.0)
-        if half_axis is None:
-            return state.size.predicted()
-        return state.size.measured(math.log(half_axis / first))
-
-    def _report(
-        self,
-        state: DiscriminativeState,
-        frame: Frame,
-        ellipses: Floats,
-        weights: Weights | None,
-        certainty: float,
-    ) -> DiscriminativeInfo:
-        """Return the estimate and the particles in the form of the first region.
-
-        Without weights, all particles have the same. Without particles, the track has the
-        covariance and the effective sample size of particles that all lie at the estimate.
-        """
-        count = len(ellipses)
-        if not count:
-            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
-        weights = weights or Weights.uniform(len(ellipses))
-        grown = math.exp(state.size.value)
-        size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
-        shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
-        shaped[:, :2] = ellipses[:, :2]
-        shaped[:, 2:4] *= size
-        turn = state.turn.angle.value
-        shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
-        found = _reported(state.shape, state.ellipse, state.size, turn)
-        covariance = mean_ellipse(shaped, weights.values)[1]
-        if certainty < 1:
-            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
-        track = Track(
-            frame=frame.index,
-            time=frame.time,
-            ellipse=found,
-            covariance=covariance,
-            confidence=self.calibration.probability(1 - certainty),
-            status=state.target.status,
-            distance=1 - certainty,
-            effective_sample_size=weights.effective_sample_size,
-        )
-        share = self.localizer.color_weight(state.contrast)
-        return DiscriminativeInfo(
-            track,
-            shaped[:count],
-            weights.values[:count],
-            certainty,
-            {"correlation": state.correlation, "posterior": state.posterior},
-            {"correlation": 1 - share, "posterior": share},
-        )
+        ellipses = particles_of(look, state.factors, found)
+        info = self.reporter.report(after, frame, ellipses, look.weights, look.certainty)
+        return after, info, learned
 
     def _learned(self, state: DiscriminativeState, look: WindowEstimate) -> DiscriminativeState:
         """Return the state after learning from a frame."""
@@ -452,9 +389,3 @@ class Discriminative(
             contrast=(1 - RUNNING_MEAN_RATE) * state.contrast + RUNNING_MEAN_RATE * look.contrast,
             border=(1 - RUNNING_MEAN_RATE) * state.border + RUNNING_MEAN_RATE * border,
         )
-
-
-def _reported(shape: Ellipse, place: Ellipse, size: Trend, turn: float) -> Ellipse:
-    """Return the first region at a place, in a size and turned."""
-    grown = math.exp(size.value)
-    return Ellipse(place.x, place.y, shape.a * grown, shape.b * grown, shape.theta + turn)

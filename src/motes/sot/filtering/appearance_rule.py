@@ -62,7 +62,7 @@ class AppearanceRule(Config, frozen=True):
     in_frame
         If true, a particle whose center lies outside the frame does not fulfill the rule. The mean
         and the standard deviation are of regions whose centers lie in the frame (equations 11 and
-        12): about others, of which a few pixels are visible, they say nothing.
+        12): they do not hold for others, of which only a few pixels are visible.
     stride
         Distance in pixels, in x and y, between the positions at which the background is measured; 1
         is every pixel. A larger value is faster and less exact.

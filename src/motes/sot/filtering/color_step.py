@@ -73,7 +73,7 @@ class ColorStep:
         model: ColorModel,
         threshold: float,
     ) -> Observation:
-        """Return what n particles see that are chosen by weight from states (M, d) of before.
+        """Return what n particles see, chosen by weight from states (M, d) of the last frame.
 
         `dt` seconds have passed; `first` is the target's first region. A particle appears with a
         rho above `threshold`.

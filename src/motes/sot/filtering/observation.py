@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from motes import kernels
+from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats
+from motes.cues.base import Cue
+from motes.sot.filtering.appearance_rule import AppearanceRule, BackgroundStatistics
+from motes.sot.filtering.fusion import FusionRule, fuse_distances
+from motes.sot.filtering.likelihood import Likelihood
+from motes.sot.filtering.moments import mean_ellipse
+from motes.sot.filtering.motion import Motion
 from motes.sot.filtering.resampling import Weights
 
 
@@ -42,3 +54,54 @@ class Observation(NamedTuple):
     distance: float
     appearing: int
     support: float
+
+
+@dataclass(frozen=True, slots=True)
+class Observer:
+    """Weighs particles by a frame, with any motion model and any cues (`ColorStep` has a few)."""
+
+    motion: Motion
+    cues: Mapping[str, Cue]
+    likelihood: Likelihood
+    fusion: FusionRule
+    presence: AppearanceRule
+
+    def observe(
+        self,
+        frame: Frame,
+        states: Floats,
+        prior: Floats,
+        models: Mapping[str, Any],
+        backgrounds: Mapping[str, BackgroundStatistics],
+    ) -> Observation:
+        """Return what particles see in a frame, and the estimate of the target.
+
+        Parameters
+        ----------
+        states, prior
+            (N, d) the particles, and (N,) their log-weights before the frame.
+        models, backgrounds
+            The target model of each cue, and the statistics of its background.
+        """
+        ellipses = self.motion.ellipses(states)
+        distances = self._distances(models, frame, ellipses)
+        names = list(self.cues)
+        logs = self.likelihood.log(names, distances)
+        weights, shares = self.fusion.fuse(names, prior, logs, ellipses)
+        estimate, covariance = mean_ellipse(ellipses, weights.values)
+        seen = self._distances(models, frame, np.array([estimate]))
+        reliability = self.fusion.reliability(names)
+        overall = fuse_distances(distances, reliability)
+        distance = float(fuse_distances(seen, reliability)[0])
+        each = map(self.presence.threshold, backgrounds.values())
+        threshold = sum(share * one for share, one in zip(reliability.tolist(), each, strict=True))
+        counted = self.presence.counted(overall, ellipses, frame)
+        appearing, support = kernels.particles.appearing(counted, weights.values, threshold)
+        found = estimate, covariance, distance, appearing, support
+        return Observation(states, ellipses, weights, overall, shares, *found)
+
+    def _distances(self, models: Mapping[str, Any], frame: Frame, ellipses: Floats) -> Floats:
+        """Return the distances (J, N) of ellipses (N, 5) by each cue."""
+        return np.array(
+            [cue.distances(models[name], frame, ellipses) for name, cue in self.cues.items()]
+        )

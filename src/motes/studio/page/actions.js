@@ -3,11 +3,15 @@
 import { announce, read } from "./announce.js";
 import { nextColor } from "./colors.js";
 import { isAbsent, itemOf, keyframeOf, nearestRegion, selectedItem } from "./derived.js";
-import { rounded } from "./geometry.js";
+import { isBox, rounded } from "./geometry.js";
 
 const DOUBTS = 20;
 
+const COUNTED = ["line", "zone", "ground"];
+
 export class Actions {
+  #turn = Promise.resolve();
+
   constructor(app) {
     this.app = app;
     this.store = app.store;
@@ -28,88 +32,125 @@ export class Actions {
     }
   }
 
+  /** Do what follows from the session once all earlier changes of it are answered, unless it was left meanwhile. */
+  #inTurn(act) {
+    const { connection } = this.app;
+    const done = this.#turn.then(() => (this.app.connection === connection ? act() : null));
+    this.#turn = done.catch(() => {});
+    return done;
+  }
+
+  /** Choose a tool; what was begun with another one ends. */
+  choose(tool) {
+    this.store.set({ tool, redrawing: false, corners: [], draft: null, following: false });
+    if (COUNTED.includes(tool)) this.store.set({ tab: "count" });
+  }
+
+  /** Let the person draw the chosen object again in the frame that is seen. */
+  redraw() {
+    const item = this.#mine();
+    if (!item) return;
+    this.app.player.stay();
+    this.choose(isBox(item.keyframes[0].region) ? "box" : "ellipse");
+    this.store.set({ selected: item.object, redrawing: true });
+  }
+
   /** Put a drawn region into the session: a new object, or a keyframe of the one it belongs to. */
-  async commit(draft) {
-    const region = rounded(draft.region);
-    if (draft.object !== null) {
-      await this.send("set_keyframe", { object: draft.object, frame: draft.frame, region });
-      const row = this.state.rows.get(draft.object)?.[draft.frame];
-      if (row) row.final = true; // what was drawn stands, until the smoothed rows come
-      read(`Keyframe in frame ${draft.frame}`);
-    } else {
-      const objects = this.state.session.objects.filter(({ compared }) => compared === null);
-      const { preset, config, seed } = this.state.tracker;
-      const reply = await this.send("add_object", {
-        name: `Object ${objects.length + 1}`, color: nextColor(objects), frame: draft.frame, region,
-        preset, config, seed,
-      });
-      if (reply) this.store.set({ selected: reply.object, tool: "select" });
-      read(`Object ${objects.length + 1} drawn in frame ${draft.frame}`);
-    }
-    this.store.set({ draft: null, redrawing: false });
+  commit(draft) {
+    const sent = { ...draft, byKeys: false, sent: true };
+    this.store.set({ draft: sent, redrawing: false, tool: "select" });
+    return this.#inTurn(async () => {
+      const region = rounded(draft.region);
+      if (draft.object === null) await this.#add(draft.frame, region);
+      else await this.#mark(draft.object, draft.frame, region);
+      if (this.state.draft === sent) this.store.set({ draft: null });
+    });
+  }
+
+  async #add(frame, region) {
+    const objects = this.state.session.objects.filter(({ compared }) => compared === null);
+    const name = `Object ${objects.length + 1}`;
+    const reply = await this.send("add_object", {
+      name, color: nextColor(objects), frame, region, ...this.state.tracker,
+    });
+    if (!reply) return;
+    this.store.set({ selected: reply.object });
+    read(`${name} drawn in frame ${frame}`);
+  }
+
+  async #mark(object, frame, region) {
+    const reply = await this.send("set_keyframe", { object, frame, region });
+    if (!reply) return;
+    const row = this.state.rows.get(object)?.[frame];
+    if (row) row.final = true; // what was drawn stands, until the smoothed rows come
+    read(`Keyframe in frame ${frame}`);
+  }
+
+  /** Correct the chosen object in the frame that is seen. */
+  #correct(act) {
+    const object = this.#mine()?.object;
+    const { pictured } = this.state;
+    if (object === undefined || pictured === null) return null;
+    return this.#inTurn(() => {
+      const item = itemOf(this.state, object);
+      return item && act(item, pictured);
+    });
   }
 
   /** Make the estimate of this frame a keyframe, or remove the keyframe that is here. */
-  async toggleKeyframe() {
-    const item = this.#mine();
-    if (!item) return;
-    const { frame } = this.state;
-    if (keyframeOf(item, frame) && item.keyframes.length + item.absent.length > 1) {
-      await this.send("remove_keyframe", { object: item.object, frame });
-      return;
-    }
-    const region = nearestRegion(this.state, item, frame);
-    if (region) await this.commit({ object: item.object, frame, region });
+  toggleKeyframe() {
+    return this.#correct((item, frame) => {
+      if (keyframeOf(item, frame)) return this.send("remove_keyframe", { object: item.object, frame });
+      const region = nearestRegion(this.state, item, frame);
+      return region && this.#mark(item.object, frame, rounded(region));
+    });
   }
 
-  async toggleAbsent() {
-    const item = this.#mine();
-    if (!item) return;
-    const { frame } = this.state;
-    const type = isAbsent(item, frame) ? "remove_keyframe" : "set_keyframe";
-    const region = type === "set_keyframe" ? { region: null } : {};
-    await this.send(type, { object: item.object, frame, ...region });
+  toggleAbsent() {
+    return this.#correct(({ object, ...item }, frame) =>
+      isAbsent(item, frame)
+        ? this.send("remove_keyframe", { object, frame })
+        : this.send("set_keyframe", { object, frame, region: null }));
   }
 
-  async absentBetween(first, last) {
-    const item = this.#mine();
-    if (item) await this.send("set_absent", { object: item.object, first, last });
+  absentBetween(first, last) {
+    return this.#correct(({ object }) => this.send("set_absent", { object, first, last }));
   }
 
-  async split() {
-    const item = this.#mine();
-    if (!item) return;
-    const reply = await this.send("split", { object: item.object, frame: this.state.frame });
-    if (reply) announce(`${item.name} was split in frame ${this.state.frame}.`);
+  split() {
+    return this.#correct(async ({ object, name }, frame) => {
+      if (await this.send("split", { object, frame })) announce(`${name} was split in frame ${frame}.`);
+    });
   }
 
-  async join(other) {
-    const item = this.#mine();
-    if (item) await this.send("join", { object: item.object, other });
+  join(other) {
+    return this.#correct(({ object }) => this.send("join", { object, other }));
   }
 
-  async remove() {
-    const item = selectedItem(this.state);
-    if (item) await this.send("remove_object", { object: item.object });
+  remove() {
+    const object = selectedItem(this.state)?.object;
+    return object === undefined ? null : this.#inTurn(() => this.send("remove_object", { object }));
   }
 
   change(object, changes) {
-    return this.send("change_object", { object, ...changes });
+    return this.#inTurn(() => this.send("change_object", { object, ...changes }));
   }
 
-  async track(objects = []) {
-    if (!this.state.session.objects.length) {
-      announce("Draw a box or an ellipse around an object first.");
-      return;
-    }
-    this.store.set({ following: true, playing: false });
-    const reply = await this.send("track", { objects });
-    if (!reply) this.store.set({ following: false });
+  track(objects = []) {
+    return this.#inTurn(() => {
+      if (this.state.session.objects.length) return this.#run("track", { objects });
+      return announce("Draw a box or an ellipse around an object first.");
+    });
   }
 
-  async watch(fields) {
+  watch(fields) {
+    return this.#inTurn(() => this.#run("watch", fields));
+  }
+
+  /** Begin a run; the film follows it. */
+  async #run(type, fields) {
     this.store.set({ following: true, playing: false });
-    const reply = await this.send("watch", fields);
+    const reply = await this.send(type, fields);
     if (!reply) this.store.set({ following: false });
   }
 
@@ -117,26 +158,27 @@ export class Actions {
     return this.send(type, { job });
   }
 
-  async undo() {
-    if (this.state.session?.undo) await this.send("undo");
+  undo() {
+    return this.#inTurn(() => this.state.session.undo && this.send("undo"));
   }
 
-  async redo() {
-    if (this.state.session?.redo) await this.send("redo");
+  redo() {
+    return this.#inTurn(() => this.state.session.redo && this.send("redo"));
   }
 
   /** Ask for the doubtful frames as they are now, and go to the next one. */
   async nextDoubt() {
     const item = this.#mine();
     if (!item) return;
-    this.store.set({ seeking: item.object });
-    const reply = await this.send("doubts", { object: item.object, count: DOUBTS });
+    const { object } = item;
+    this.store.set({ seeking: { object, before: this.state.doubts.get(object) } });
+    const reply = await this.send("doubts", { object, count: DOUBTS });
     if (!reply) this.store.set({ seeking: null });
   }
 
   #goToDoubt({ seeking, doubts, doubtful }) {
-    const items = doubts.get(seeking);
-    if (seeking === null || !items) return;
+    const items = doubts.get(seeking?.object);
+    if (!items || items === seeking.before) return;
     this.store.set({ seeking: null });
     const at = items.findIndex(({ frame }) => frame === doubtful);
     const next = items[(at + 1) % items.length];
@@ -150,18 +192,23 @@ export class Actions {
     read(`Frame ${frame} is in doubt: ${reasons.join(", ")}`);
   }
 
-  setPlaces(changes) {
-    return this.send("set_places", { places: { ...this.state.session.places, ...changes } });
+  /** Change lines, zones and the ground: `change` returns what is new, given those of now. */
+  setPlaces(change) {
+    return this.#inTurn(() => {
+      const { places } = this.state.session;
+      return this.send("set_places", { places: { ...places, ...change(places) } });
+    });
   }
 
   /** Track the same keyframes with another tracker, and show both side by side. */
   async compare(fields) {
     const item = this.#mine();
     if (!item) return;
-    const reply = await this.send("compare", { object: item.object, ...fields });
+    const { object, tracked } = item;
+    const reply = await this.#inTurn(() => this.send("compare", { object, ...fields }));
     if (!reply) return;
     this.store.set({ beside: reply.object });
-    await this.track(item.tracked ? [reply.object] : [item.object, reply.object]);
+    await this.track(tracked ? [reply.object] : [object, reply.object]);
   }
 
   /** The object that corrections go to: a compared one has no keyframes of its own. */

@@ -12,6 +12,13 @@ export async function ask(address, { method = "GET", body = undefined } = {}) {
   return answer.status === 204 ? null : answer.json();
 }
 
+/** Return the picture of an address; throw the server's own words if it refuses. */
+export async function askPicture(address, signal) {
+  const answer = await fetch(address, { signal });
+  if (!answer.ok) throw new Error(await reason(answer));
+  return createImageBitmap(await answer.blob());
+}
+
 /** Return why a request was refused, in one line. */
 export async function reason(answer) {
   const text = await answer.text();

@@ -11,6 +11,7 @@ export class Connection {
   #waiting = new Map();
   #tries = 0;
   #closed = false;
+  #known = false; // whether this socket has had the session's state
 
   constructor(store, session) {
     this.store = store;
@@ -35,11 +36,12 @@ export class Connection {
   }
 
   #open() {
+    this.#known = false;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     this.#socket = new WebSocket(`${scheme}://${location.host}/api/sessions/${this.session}/ws`);
     this.#socket.addEventListener("open", () => {
       this.#tries = 0;
-      this.store.set({ connected: true });
+      this.store.set({ connected: true, asked: null }); // an answer may have been lost
     });
     this.#socket.addEventListener("message", ({ data }) => this.#take(JSON.parse(data)));
     this.#socket.addEventListener("close", () => this.#lost());
@@ -54,7 +56,8 @@ export class Connection {
       return;
     }
     MESSAGES[message.type](this.store, message);
-    if (message.type === "failure" && !this.store.state.session) {
+    this.#known ||= message.type === "state";
+    if (message.type === "failure" && !this.#known) {
       this.close();
       location.hash = ""; // the session is gone, or its film cannot be read
     }
@@ -67,7 +70,7 @@ export class Connection {
     for (const { reject } of this.#waiting.values()) reject(new Error("The connection broke off."));
     this.#waiting.clear();
     if (this.#closed) return;
-    this.store.set({ connected: false });
+    this.store.set({ connected: false, seeking: null });
     const pause = PAUSES[Math.min(this.#tries, PAUSES.length - 1)];
     this.#tries += 1;
     setTimeout(() => this.#closed || this.#open(), pause);

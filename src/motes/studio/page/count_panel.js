@@ -12,6 +12,7 @@ const DETECTORS = [
   ["faces", "Faces"],
 ];
 const USUAL = "nummiaro:adaptive";
+const LATEST = 8; // events that are listed
 
 export function mountCountPanel(app) {
   const { store, actions } = app;
@@ -37,7 +38,7 @@ export function mountCountPanel(app) {
     preset.value = USUAL;
   });
   store.on(["counts"], (state) => fill(counts, countRows(state)));
-  store.on(["events", "film"], (state) => fill(events, eventRows(app, state)));
+  store.on(["events"], (state) => fillAnew(events, state.events.slice(-LATEST), () => eventRows(app, state)));
   store.on(["scene", "jobs", "session"], (state) => state.session && paintSlit(slit, state));
   return panel;
 }
@@ -50,7 +51,7 @@ function countRows({ counts }) {
 }
 
 function eventRows({ player }, { events }) {
-  return events.slice(-8).reverse().map((event) => {
+  return events.slice(-LATEST).reverse().map((event) => {
     const { frame, identity, event: what, direction, place } = event;
     const words = [identity, what, place, direction].filter((word) => word !== undefined && word !== null);
     return element("li", {}, button(`Go to frame ${frame}`, () => player.go(frame), { text: `${frame}: ${words.join(" ")}`, class: "event" }));
@@ -64,16 +65,16 @@ function mountPlaces(app) {
   const entries = element("div", { class: "stack" });
   const ground = element("div", { class: "row" });
   store.on(["tool"], ({ tool }) => fillAnew(tools, tool, () => ["line", "zone", "ground"].map((name) =>
-    button(name, () => store.set({ tool: name, corners: [] }), {
+    button(name, () => actions.choose(name), {
       picture: name, text: name[0].toUpperCase() + name.slice(1), class: "plain", "aria-pressed": String(tool === name),
     }))));
   store.on(["session"], ({ session }) => session && paintEntries(entries, actions, session.places));
   store.on(["session", "corners"], ({ session, corners }) => {
-    const points = session?.places.ground;
-    fill(ground, points && !corners.length
-      ? [element("span", { class: "grow" }, `Ground: ${points.length} points`),
-        button("Remove the ground", () => actions.setPlaces({ ground: null }), { picture: "trash" })]
-      : []);
+    const count = corners.length ? 0 : session?.places.ground?.length ?? 0;
+    fillAnew(ground, count, () => (count
+      ? [element("span", { class: "grow" }, `Ground: ${count} points`),
+        button("Remove the ground", () => actions.setPlaces(() => ({ ground: null })), { picture: "trash" })]
+      : []));
   });
   return element("div", { class: "places" }, tools, entries, mountGroundForm(app), ground);
 }
@@ -82,14 +83,16 @@ function mountPlaces(app) {
 function paintEntries(root, actions, { lines, zones }) {
   const entry = (kind, list, at) => {
     const place = list[at];
-    const change = (next) => actions.setPlaces({ [kind]: list.map((old, other) => (other === at ? next : old)) });
+    const change = (next) => actions.setPlaces(({ [kind]: now }) => ({
+      [kind]: now.map((old, other) => (other === at ? { ...old, ...next } : old)),
+    }));
     const usual = `${kind.slice(0, -1)} ${at + 1}`;
     const name = element("input", {
       value: place.name, placeholder: usual, "aria-label": `Name of ${usual}`, maxlength: "100",
-      onchange: ({ target }) => change({ ...place, name: target.value }),
+      onchange: ({ target }) => change({ name: target.value }),
     });
     const rest = kind === "lines" ? sides(place, usual, change) : stay(place, usual, change);
-    const remove = button(`Remove ${usual}`, () => actions.setPlaces({ [kind]: list.filter((_, other) => other !== at) }), { picture: "trash" });
+    const remove = button(`Remove ${usual}`, () => actions.setPlaces(({ [kind]: now }) => ({ [kind]: now.filter((_, other) => other !== at) })), { picture: "trash" });
     return element("div", { class: "stack" }, element("div", { class: "row" }, name, remove), rest);
   };
   fillAnew(root, [lines, zones], () =>
@@ -103,7 +106,7 @@ function sides(line, usual, change) {
     onchange({ target }) {
       const label = [...line.label];
       label[at] = target.value || word;
-      change({ ...line, label });
+      change({ label });
     },
   });
   return element("div", { class: "row even" }, side(0, "left"), side(1, "right"));
@@ -114,7 +117,7 @@ function stay(zone, usual, change) {
   const seconds = element("input", {
     type: "number", min: "0", step: "any", value: zone.dwell ?? "", placeholder: "seconds of a stay",
     "aria-label": `Seconds of a stay in ${usual}`,
-    onchange: ({ target }) => change({ ...zone, dwell: Number(target.value) > 0 ? Number(target.value) : null }),
+    onchange: ({ target }) => change({ dwell: Number(target.value) > 0 ? Number(target.value) : null }),
   });
   return element("div", { class: "row" }, seconds);
 }

@@ -2,7 +2,7 @@
 
 import { ask } from "./api.js";
 import { announce } from "./announce.js";
-import { button, element, field } from "./dom.js";
+import { button, element, field, fillAnew } from "./dom.js";
 import { helpOf } from "./keyboard.js";
 import { selectedItem } from "./derived.js";
 import { trackerFields } from "./trackers.js";
@@ -56,7 +56,7 @@ export function makeDialogs(app) {
       if (!item) return;
       const chosen = { preset: item.preset === "default" ? "nummiaro" : "default", config: null, seed: item.seed };
       const place = element("div");
-      const paint = () => place.replaceChildren(...trackerFields(app, chosen, (changes) => {
+      const paint = () => fillAnew(place, chosen, () => trackerFields(app, chosen, (changes) => {
         Object.assign(chosen, changes);
         paint();
       }));

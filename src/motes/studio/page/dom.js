@@ -62,24 +62,23 @@ export function fill(parent, ...children) {
 }
 
 const CONTROLS = "input, select, button";
-const late = new WeakMap(); // what a parent is to show, once nothing is typed in it any more
+const late = new Map(); // what a parent is to show, once nothing in it is typed or pressed any more
 
 /**
- * Replace what is in a parent if what it shows has changed. The focus stays at its place. A field that is typed in is not
- * replaced: this waits until the focus leaves it.
+ * Replace what is in a parent if what it shows has changed. The focus stays at its place. A field that is typed in, or a
+ * button that is pressed, is not replaced: this waits until the focus leaves it, or it is released.
  */
 export function fillAnew(parent, shown, make) {
   const key = JSON.stringify(shown);
+  late.delete(parent);
+  if (parent.dataset.key === key) return;
   const controls = () => [...parent.querySelectorAll(CONTROLS)];
   const before = controls();
   const at = before.indexOf(document.activeElement);
-  if (isTyped(before[at])) {
-    if (!late.has(parent)) parent.addEventListener("focusout", () => setTimeout(() => fillLate(parent)), { once: true });
+  if (isTyped(before[at]) || parent.matches(":active")) {
     late.set(parent, [shown, make]);
     return;
   }
-  late.delete(parent);
-  if (parent.dataset.key === key) return;
   if (parent.dataset.key === undefined) parent.addEventListener("change", taken);
   parent.dataset.key = key;
   fill(parent, make());
@@ -87,10 +86,11 @@ export function fillAnew(parent, shown, make) {
   if (at >= 0 && after.length === before.length) after[at].focus();
 }
 
-function fillLate(parent) {
-  const waiting = late.get(parent);
-  late.delete(parent);
-  if (waiting) fillAnew(parent, ...waiting);
+function fillLate() {
+  for (const [parent, waiting] of [...late]) fillAnew(parent, ...waiting);
+}
+for (const end of ["focusout", "pointerup", "pointercancel", "keyup"]) {
+  addEventListener(end, () => late.size && setTimeout(fillLate)); // after the click that belongs to it
 }
 
 /** Return whether a control is a field in which something was typed that has not been taken yet. */

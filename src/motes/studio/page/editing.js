@@ -11,7 +11,7 @@ const SLIP = 3; // a pointer that moved less has clicked
 
 /** Let a stage be drawn on. */
 export function mountEditing(stage, app, side) {
-  const { store, actions } = app;
+  const { store, player, actions } = app;
   const pointers = new Map();
   let gesture = null;
   const at = (event) => [event.offsetX, event.offsetY];
@@ -52,7 +52,7 @@ export function mountEditing(stage, app, side) {
     const { tool } = store.state;
     if (event.button === 1 || event.altKey || tool === "hand" || side > 0) return pan(store, stage, at(event));
     if (event.button !== 0) return null;
-    store.set({ playing: false, following: false });
+    player.stay();
     if (store.state.draft?.byKeys) return dragDraft(point) ?? pan(store, stage, at(event));
     if (tool === "box" || tool === "ellipse") return draw(point, tool);
     if (tool === "line") return drawLine(point);
@@ -60,18 +60,25 @@ export function mountEditing(stage, app, side) {
     return grab(point) ?? pan(store, stage, at(event), () => store.set({ draft: null }));
   }
 
+  /** Whether a gesture's draft is still the one: Escape may have ended it, and an earlier one may wait for its answer. */
+  const isMine = (draft) => draft !== null && store.state.draft === draft;
+
   /** Draw a new region from corner to corner. */
   function draw(start, kind) {
     const { redrawing, session, pictured } = store.state;
     const item = redrawing ? selectedItem(store.state) : null;
     const color = item?.color ?? nextColor(session.objects.filter(({ compared }) => compared === null));
-    const draft = { object: item?.object ?? null, frame: pictured, color };
+    const object = item?.object ?? null;
+    let draft = null;
     return {
-      move: (where) => store.set({ draft: { ...draft, region: between(start, stage.view().toFilm(where), kind) } }),
+      move(where) {
+        draft = { object, frame: pictured, color, region: between(start, stage.view().toFilm(where), kind) };
+        store.set({ draft });
+      },
       end(where) {
         const [x, y] = stage.view().toScreen(start);
-        const drawn = store.state.draft;
-        if (drawn && Math.hypot(where[0] - x, where[1] - y) > SLIP) actions.commit(drawn);
+        if (!isMine(draft)) return;
+        if (Math.hypot(where[0] - x, where[1] - y) > SLIP) actions.commit(draft);
         else store.set({ draft: null });
       },
     };
@@ -94,15 +101,17 @@ export function mountEditing(stage, app, side) {
   }
 
   function change(item, start, shaped) {
-    const draft = { object: item.object, frame: store.state.pictured, color: item.color };
-    let origin = null;
+    const { object, color } = item;
+    const frame = store.state.pictured;
+    let [origin, draft] = [null, null];
     return {
       move(where) {
         origin ??= where;
-        if (!store.state.draft && Math.hypot(where[0] - origin[0], where[1] - origin[1]) < SLIP) return;
-        store.set({ draft: { ...draft, region: shaped(start, stage.view().toFilm(where)) } });
+        if (!draft && Math.hypot(where[0] - origin[0], where[1] - origin[1]) < SLIP) return;
+        draft = { object, frame, color, region: shaped(start, stage.view().toFilm(where)) };
+        store.set({ draft });
       },
-      end: () => store.state.draft && actions.commit(store.state.draft),
+      end: () => isMine(draft) && actions.commit(draft),
     };
   }
 

@@ -2,14 +2,14 @@
 
 import { ask, send } from "./api.js";
 import { announce } from "./announce.js";
-import { button, element, fill, icon } from "./dom.js";
+import { button, element, fillAnew, icon } from "./dom.js";
 
 export function mountHome(root, app) {
   const { store } = app;
   const films = element("ul", { class: "films", "aria-label": "Films" });
   const sessions = element("ul", { class: "sessions", "aria-label": "Sessions" });
   const filter = element("input", { type: "search", placeholder: "Find a film", "aria-label": "Find a film", oninput: () => paint() });
-  const paint = () => fill(films, filmEntries(app, filter.value));
+  const paint = () => fillAnew(films, [store.state.films, filter.value], () => filmEntries(app, filter.value));
   root.append(
     element("div", { class: "intro" },
       element("h1", {}, "See, correct and trust tracks"),
@@ -22,7 +22,7 @@ export function mountHome(root, app) {
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Films"), filter), films),
       element("section", { class: "card" }, element("header", {}, element("h2", {}, "Sessions")), sessions)));
   store.on(["films"], paint);
-  store.on(["sessions"], (state) => fill(sessions, sessionEntries(app, state)));
+  store.on(["sessions"], (state) => fillAnew(sessions, state.sessions, () => sessionEntries(app, state)));
 }
 
 /** Read the lists again: the person is on the first page. */
@@ -37,13 +37,19 @@ export async function refreshHome({ store }) {
   }
 }
 
-/** Open a new session on a film. */
+let opening = false;
+
+/** Open a new session on a film; a second click does not open a second one. */
 async function openFilm(app, film, uploaded = false) {
+  if (opening) return;
+  opening = true;
   try {
     const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
     location.hash = `#${session.id}`;
   } catch (error) {
     announce(error.message, "error");
+  } finally {
+    opening = false;
   }
 }
 

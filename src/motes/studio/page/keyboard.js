@@ -8,8 +8,8 @@ import { read } from "./announce.js";
 
 /** Return the keys of a session: [keys, what they do, action(event)]. */
 function bindings(app) {
-  const { store, player, actions, dialogs } = app;
-  const tool = (name) => () => store.set({ tool: name, redrawing: false, corners: [], draft: null });
+  const { player, actions, dialogs } = app;
+  const tool = (name) => () => actions.choose(name);
   const go = (count) => (event) => player.step(count * (event.shiftKey ? 10 : 1));
   return [
     ["Film", [
@@ -27,7 +27,7 @@ function bindings(app) {
       [["e"], "Draw an ellipse", tool("ellipse")],
       [["h"], "Move the picture", tool("hand")],
       [["Enter"], "Draw or move by keys; set", () => enter(app)],
-      [["Escape"], "End what was begun", () => escape(app)],
+      [["Escape"], "End what was begun", tool("select")],
       [["ArrowUp", "ArrowDown"], "Object before, object after", (event) => other(app, event.key === "ArrowDown" ? 1 : -1)],
       [["t"], "Track", () => actions.track()],
     ]],
@@ -35,7 +35,7 @@ function bindings(app) {
       [["n"], "Next doubtful frame", () => actions.nextDoubt()],
       [["k"], "Set or remove a keyframe", () => actions.toggleKeyframe()],
       [["a"], "Object is absent in this frame, or not", () => actions.toggleAbsent()],
-      [["r"], "Draw the object again in this frame", () => redraw(app)],
+      [["r"], "Draw the object again in this frame", () => actions.redraw()],
       [["s"], "Split the object here", () => actions.split()],
       [["Delete"], "Remove the object", () => actions.remove()],
       [["Ctrl+z"], "Undo", () => actions.undo()],
@@ -113,10 +113,10 @@ function shape({ store }, event) {
 
 /** Begin a draft, set it, or close a zone. */
 function enter(app) {
-  const { store, actions } = app;
+  const { store, player, actions } = app;
   const { draft, tool, corners, redrawing, film, session, pictured, selected } = store.state;
   if (draft) {
-    actions.commit(draft);
+    if (!draft.sent) actions.commit(draft);
     return;
   }
   if (tool === "zone" && corners.length) {
@@ -130,23 +130,9 @@ function enter(app) {
   const box = [film.width * 0.42, film.height * 0.38, film.width / 6, film.height / 4].map(Math.round);
   const region = fresh ? (tool === "box" ? box : middle) : nearestRegion(store.state, item, pictured);
   const color = fresh ? nextColor(session.objects.filter(({ compared }) => compared === null)) : item.color;
-  store.set({
-    draft: { object: fresh ? null : selected, frame: pictured, color, region, byKeys: true },
-    playing: false,
-    following: false,
-  });
+  player.stay();
+  store.set({ draft: { object: fresh ? null : selected, frame: pictured, color, region, byKeys: true } });
   read("Arrows move, Control and arrows resize, brackets turn, Enter sets, Escape ends");
-}
-
-function escape({ store }) {
-  store.set({ draft: null, corners: [], redrawing: false, tool: "select" });
-}
-
-function redraw({ store }) {
-  const item = selectedItem(store.state);
-  if (!item) return;
-  const kind = item.keyframes[0]?.region.length === 4 ? "box" : "ellipse";
-  store.set({ tool: kind, redrawing: true, playing: false, following: false });
 }
 
 function other({ store }, step) {

@@ -33,7 +33,7 @@ export function mountLayerPanel(app) {
   store.on(["session", "selected", "shown"], (state) => paintSurfaces(surface, state));
   store.on(["looked", "looks", "pictured", "selected"], (state) => paintPlots(plots, state));
   let timer = 0;
-  store.on(["pictured", "selected", "shown", "tab", "playing", "jobs"], () => {
+  store.on(["pictured", "selected", "shown", "tab", "playing", "jobs", "connected"], () => {
     clearTimeout(timer);
     timer = setTimeout(() => look(app), PATIENCE);
   });

@@ -2,7 +2,7 @@
 
 import { Actions } from "./actions.js";
 import { announce } from "./announce.js";
-import { button, element, fill, loadIcons } from "./dom.js";
+import { button, element, fillAnew, loadIcons } from "./dom.js";
 import { Connection } from "./connection.js";
 import { makeDialogs } from "./dialogs.js";
 import { mountCountPanel } from "./count_panel.js";
@@ -43,9 +43,6 @@ app.zoom = (key) => {
   const factor = key === "-" ? 0.8 : 1.25;
   store.set({ view: key === "0" ? null : stage.view().zoomed(factor, [width / 2, height / 2]) });
 };
-
-/** Do what a key does, for buttons that have one. */
-app.keys = (key) => document.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
 
 startTheme(store);
 mountHome(part("home"), app);
@@ -98,14 +95,19 @@ store.on(["session", "beside", "connected"], ({ session, beside, connected }) =>
   bar.single.hidden = beside === null;
   bar.undo.disabled = !session?.undo;
   bar.redo.disabled = !session?.redo;
-  fill(part("title"),
-    session && element("h1", {}, session.film.name),
-    session && element("span", { class: "muted" }, `${session.film.width} × ${session.film.height}, ${session.film.frames} frames`),
-    session && !connected ? element("span", { class: "offline", role: "status" }, "The server does not answer; trying again …") : null);
+  fillAnew(part("title"), [session?.film, connected], () => (session ? titleOf(session.film, connected) : []));
   document.title = session ? `${session.film.name} – motes studio` : "motes studio";
 });
 
-store.on(["trouble"], ({ trouble }) => trouble && announce(trouble, "error"));
+function titleOf({ name, width, height, frames, problems }, connected) {
+  const warning = (text, title) => element("span", { class: "warning", role: "status", title }, text);
+  return [
+    element("h1", {}, name),
+    element("span", { class: "muted" }, `${width} × ${height}, ${frames} frames`),
+    problems ? warning(`Read with problems: ${problems}`, "The frames are those of motes track.") : null,
+    connected ? null : warning("The server does not answer; trying again …"),
+  ];
+}
 
 /** The address names the session: #id, or nothing for the first page. */
 function route() {

@@ -3,22 +3,26 @@
 import { announce } from "./announce.js";
 import { named, ROW, SCENE_OBJECT } from "./protocol.js";
 
-const OVERLAYS = 50; // of an object that are kept, until their pictures have come
+const OVERLAYS = 50; // of an object that are kept, without those whose pictures are on their way
 
 export const MESSAGES = {
   state(store, { session }) {
-    const { selected } = store.state;
+    const { selected, frame } = store.state;
     const known = new Set(session.objects.map(({ object }) => object));
-    for (const object of store.state.rows.keys()) if (!known.has(object)) store.state.rows.delete(object);
+    for (const kept of [store.state.rows, store.state.overlays, store.state.doubts]) {
+      for (const object of kept.keys()) if (!known.has(object)) kept.delete(object);
+    }
     store.set({
       session,
       film: sameFilm(store.state.film, session.film),
+      frame: Math.min(frame, session.film.frames - 1),
       selected: known.has(selected) ? selected : session.objects[0]?.object ?? null,
       jobs: new Map(session.jobs.map((job) => [job.job, job])),
     });
   },
 
   rows(store, { object, rows, reset }) {
+    if (reset) store.state.overlays.delete(object);
     const kept = (!reset && store.state.rows.get(object)) || [];
     for (const values of rows) {
       const row = named(ROW, values);
@@ -30,11 +34,13 @@ export const MESSAGES = {
 
   overlay(store, overlay) {
     const { object, frame } = overlay;
-    const kept = store.state.overlays.get(object) ?? new Map();
+    const { overlays, awaited, pictured } = store.state;
+    const kept = overlays.get(object) ?? new Map();
     kept.delete(frame);
     kept.set(frame, overlay);
-    if (kept.size > OVERLAYS) kept.delete(kept.keys().next().value);
-    store.state.overlays.set(object, kept);
+    const unused = [...kept.keys()].filter((at) => !awaited.has(at) && at !== pictured);
+    if (unused.length > OVERLAYS) kept.delete(unused[0]);
+    overlays.set(object, kept);
     store.set({ newest: { object, frame } });
     store.touch("overlays");
   },
@@ -75,6 +81,7 @@ export const MESSAGES = {
   },
 
   failure(store, { error }) {
+    store.set({ seeking: null });
     announce(error, "error");
   },
 };

@@ -11,7 +11,7 @@ export function mountObjects(root, app) {
   const { store } = app;
   const list = element("ul", { class: "objects", "aria-label": "Objects" });
   const [given, corrected] = [element("div", { class: "chosen" }), element("div", { class: "chosen" })];
-  const add = button("New object", () => store.set({ tool: "box", redrawing: false }), { picture: "plus", text: "New" });
+  const add = button("New object", () => app.actions.choose("box"), { picture: "plus", text: "New" });
   root.append(
     element("section", { class: "panel" }, element("header", {}, element("h2", {}, "Objects"), add), list),
     given, corrected,
@@ -136,7 +136,7 @@ function corrections(app, item) {
     element("div", { class: "actions" },
       action(drawn ? "Remove keyframe" : "Keyframe", "K", "key", () => actions.toggleKeyframe(), { "aria-pressed": String(drawn) }),
       action("Absent", "A", "absent", () => actions.toggleAbsent(), { "aria-pressed": String(absent) }),
-      action("Draw again", "R", "box", () => app.keys("r")),
+      action("Draw again", "R", "box", () => actions.redraw()),
       action("Split here", "S", "split", () => actions.split()),
       action("Next doubtful", "N", "doubt", () => actions.nextDoubt())),
     element("div", { class: "row even" },

@@ -1,6 +1,6 @@
 // Pictures of the film: fetched when they are looked at, kept while there is room.
 
-import { reason } from "./api.js";
+import { askPicture } from "./api.js";
 
 const ROOM = 1 << 28; // bytes of decoded pictures, four for each pixel
 const AT_ONCE = 4;
@@ -9,18 +9,20 @@ export class Pictures {
   #kept = new Map(); // in the order of their last use
   #bytes = 0;
   #running = new Map();
-  #session = null;
-  #width = 0;
+  #film = null;
+  #address = null;
 
-  /** Choose the film of a session, and the largest width of its pictures. */
-  choose(session, width) {
-    if (session === this.#session && width === this.#width) return;
+  /** Choose the film of a session, and the largest width of its pictures. A film may be opened anew, with other frames. */
+  choose(session, film, width) {
+    if (film === this.#film) return;
     this.clear();
-    this.#session = session;
-    this.#width = width;
+    this.#film = film;
+    this.#address = (frame) =>
+      `/api/sessions/${session}/frames/${frame}.jpg?width=${width}&frames=${film.frames}&whole=${film.problems !== null}`;
   }
 
   clear() {
+    this.#film = null;
     for (const control of this.#running.values()) control.control.abort();
     for (const picture of this.#kept.values()) picture.close();
     this.#running.clear();
@@ -61,11 +63,8 @@ export class Pictures {
   }
 
   async #fetch(frame, control) {
-    const address = `/api/sessions/${this.#session}/frames/${frame}.jpg?width=${this.#width}`;
     try {
-      const answer = await fetch(address, { signal: control.signal });
-      if (!answer.ok) throw new Error(await reason(answer));
-      const picture = await createImageBitmap(await answer.blob());
+      const picture = await askPicture(this.#address(frame), control.signal);
       if (control.signal.aborted) {
         picture.close();
         return null;

@@ -6,14 +6,13 @@ const LEAST = 5; // pixels of the film that a line must have
 
 /** End a line that was dragged. */
 export async function endLine({ store, actions }) {
-  const { corners, session } = store.state;
+  const { corners } = store.state;
   store.set({ corners: [] });
   if (corners.length < 2) return;
   const [[x1, y1], [x2, y2]] = corners;
   if (Math.hypot(x2 - x1, y2 - y1) < LEAST) return;
   const line = { points: [x1, y1, x2, y2].map(tenth), name: "", label: ["left", "right"] };
-  const lines = [...session.places.lines, line];
-  await actions.setPlaces({ lines });
+  await actions.setPlaces(({ lines }) => ({ lines: [...lines, line] }));
 }
 
 /** Add a corner of a zone, or a point of the ground. */
@@ -29,20 +28,20 @@ export function addCorner(app, point, near) {
 
 /** Close the zone whose corners were clicked. */
 export async function endZone({ store, actions }) {
-  const { corners, session } = store.state;
+  const { corners } = store.state;
   if (corners.length < 3) {
     announce("A zone needs three corners or more.");
     return;
   }
   store.set({ corners: [] });
-  const zones = [...session.places.zones, { points: corners.flat().map(tenth), name: "" }];
-  await actions.setPlaces({ zones });
+  const zone = { points: corners.flat().map(tenth), name: "" };
+  await actions.setPlaces(({ zones }) => ({ zones: [...zones, zone] }));
 }
 
 /** Set the ground from four points and their places in metres, [[X, Y], ...]. */
 export async function endGround({ store, actions }, metres) {
   const ground = store.state.corners.map(([x, y], at) => [tenth(x), tenth(y), ...metres[at]]);
-  if (await actions.setPlaces({ ground })) store.set({ corners: [], tool: "select" });
+  if (await actions.setPlaces(() => ({ ground }))) store.set({ corners: [], tool: "select" });
 }
 
 const tenth = (value) => Number(value.toFixed(1));

@@ -1,5 +1,7 @@
 // Playing: frames follow each other at the film's rate; slow pictures make it skip frames.
 
+import { announce } from "./announce.js";
+
 const WIDEST = 1920; // pixels: wider pictures would not be sharper on most screens
 const AHEAD = 3; // pictures on their way while a run is followed: one is made, one sent, one decoded
 
@@ -13,13 +15,19 @@ export class Player {
     this.store = store;
     this.pictures = pictures;
     store.on(["playing"], ({ playing }) => (playing ? this.#start() : this.#stop()));
-    store.on(["frame", "film"], () => this.#look());
+    store.on(["frame", "film", "connected"], () => this.#look());
   }
 
   /** Go where a person wants to be: to a frame, or to the nearest one of the film. What moved the film ends. */
   go(frame) {
     this.store.set({ playing: false, following: false });
     this.show(frame);
+  }
+
+  /** Stay at the picture that is seen: one that comes late does not take its place. */
+  stay() {
+    const { pictured, frame } = this.store.state;
+    this.go(pictured ?? frame);
   }
 
   /** Show a frame, or the nearest one of the film. */
@@ -71,9 +79,10 @@ export class Player {
 
   /** Fetch the picture of the frame; what is drawn over the film waits for it. */
   async #look() {
-    const { film, frame, session } = this.store.state;
+    const { film, frame, session, awaited } = this.store.state;
     if (!film) return;
-    this.pictures.choose(session.id, Math.min(film.width, WIDEST));
+    awaited.add(frame);
+    this.pictures.choose(session.id, film, Math.min(film.width, WIDEST));
     const look = (this.#looks += 1);
     try {
       const picture = await this.pictures.want(frame);
@@ -84,7 +93,9 @@ export class Player {
       this.store.touch("picture");
       if (!this.store.state.playing && !this.store.state.following) this.#ahead(frame);
     } catch (error) {
-      this.store.set({ trouble: `Frame ${frame} cannot be shown: ${error.message}` });
+      announce(`Frame ${frame} cannot be shown: ${error.message}`, "error");
+    } finally {
+      awaited.delete(frame);
     }
   }
 

@@ -18,7 +18,6 @@ export const initialState = () => ({
   lanes: new Set(LANES),
   speed: 1,
   tracker: { preset: "default", config: null, seed: 0 },
-  trouble: null,
   ...freshSession(),
 });
 
@@ -41,6 +40,7 @@ export const freshSession = () => ({
   // what the person looks at
   frame: 0,
   pictured: null, // the frame whose picture is on the stage
+  awaited: new Set(), // frames whose pictures are on their way to the stage
   picture: 0,
   playing: false,
   following: false,
@@ -54,7 +54,7 @@ export const freshSession = () => ({
   redrawing: false,
   draft: null,
   corners: [],
-  seeking: null,
+  seeking: null, // the object whose doubtful frames were asked for, and those before
   doubtful: null,
-  asked: null,
+  asked: null, // the layers that were asked for last
 });

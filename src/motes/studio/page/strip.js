@@ -2,7 +2,7 @@
 
 import { color, element, sized } from "./dom.js";
 import { announce } from "./announce.js";
-import { reason } from "./api.js";
+import { askPicture } from "./api.js";
 
 export function mountStrip(root, { store, player }) {
   const canvas = element("canvas", { class: "thumbnails", "aria-label": "Thumbnails of the film", role: "img" });
@@ -10,12 +10,14 @@ export function mountStrip(root, { store, player }) {
   let picture = null;
   let of = null;
   const draw = () => paint(canvas, store.state, picture);
-  store.on(["film", "session"], async ({ session }) => {
-    if (!session || of === session.id) return;
-    of = session.id;
+  store.on(["film", "session"], async ({ session, film }) => {
+    if (!film || of === film) return;
+    of = film;
     picture = null;
     try {
-      picture = await fetchStrip(session, canvas);
+      const found = await fetchStrip(session, canvas);
+      if (of !== film) return; // another one was opened meanwhile
+      picture = found;
     } catch (error) {
       announce(`The thumbnails cannot be shown: ${error.message}`, "error");
     }
@@ -26,7 +28,7 @@ export function mountStrip(root, { store, player }) {
   const seek = (event) => {
     const { film } = store.state;
     if (!film) return;
-    player.go((event.offsetX / canvas.clientWidth) * film.frames);
+    player.go(Math.floor((event.offsetX / canvas.clientWidth) * film.frames));
   };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -40,9 +42,7 @@ async function fetchStrip({ id, film }, canvas) {
   const height = Math.round(canvas.clientHeight * Math.min(2, window.devicePixelRatio || 1));
   const shape = (canvas.clientHeight * film.width) / film.height;
   const count = Math.max(4, Math.min(40, Math.ceil(canvas.clientWidth / shape)));
-  const answer = await fetch(`/api/sessions/${id}/strip?count=${count}&height=${height}`);
-  if (!answer.ok) throw new Error(await reason(answer));
-  return createImageBitmap(await answer.blob());
+  return askPicture(`/api/sessions/${id}/strip?count=${count}&height=${height}`);
 }
 
 function paint(canvas, { film, frame }, picture) {

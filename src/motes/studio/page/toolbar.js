@@ -23,10 +23,7 @@ export function mountTools(root, app) {
       continue;
     }
     const [name, label, picture] = entry;
-    const made = button(label, () => {
-      store.set({ tool: name, redrawing: false, corners: [], draft: null, following: false });
-      if (["line", "zone", "ground"].includes(name)) store.set({ tab: "count" });
-    }, { picture });
+    const made = button(label, () => app.actions.choose(name), { picture });
     buttons.set(name, made);
     root.append(made);
   }
@@ -48,9 +45,12 @@ export function mountTools(root, app) {
 function jobView({ store, actions }) {
   const bar = element("progress", { max: "1", "aria-label": "Progress" });
   const words = element("span", { class: "words" });
-  const current = () => runningJobs(store.state)[0];
-  const pause = button("Pause", () => actions.job(current().status === "paused" ? "resume" : "pause", current().job), { picture: "pause" });
-  const stop = button("Stop", () => actions.job("stop", current().job), { picture: "stop" });
+  const act = (type) => () => {
+    const [job] = runningJobs(store.state); // it may just have ended
+    if (job) actions.job(type(job), job.job);
+  };
+  const pause = button("Pause", act(({ status }) => (status === "paused" ? "resume" : "pause")), { picture: "pause" });
+  const stop = button("Stop", act(() => "stop"), { picture: "stop" });
   const view = element("div", { class: "job row" }, bar, words, pause, stop);
   store.on(["jobs"], (state) => {
     const [job] = runningJobs(state);
@@ -74,9 +74,13 @@ function wordsOf({ status, rate, left }, share, paused) {
 export function mountTransport(root, app) {
   const { store, player, actions } = app;
   const play = button("Play", () => player.toggle(), { picture: "play", id: "play" });
+  const goThere = ({ target }) => {
+    if (target.value !== "") player.go(Number(target.value));
+    target.value = store.state.frame;
+  };
   const number = element("input", {
-    type: "number", min: "0", step: "1", class: "frame", "aria-label": "Frame", id: "frame",
-    onchange: ({ target }) => player.go(Number(target.value)),
+    type: "number", min: "0", step: "1", class: "frame", "aria-label": "Frame", id: "frame", onchange: goThere,
+    onkeydown: (event) => event.key === "Enter" && goThere(event), // also where the number is the same
   });
   const total = element("span", { class: "muted" });
   const time = element("span", { class: "muted time" });

@@ -1,14 +1,10 @@
-"""Whether the camera moves: then a shifted picture fits the reference better."""
+"""The picture that a still camera should see. If the camera moved, a shifted one fits better."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[Any]
-"""Pictures of float32."""
+from motes.core.types import Bytes, Singles
 
 WIDTH = 160
 """Pictures are reduced to about this width before they are compared."""
@@ -32,10 +28,10 @@ class ReferenceImage:
     change of light makes a shift fit better.
     """
 
-    def __init__(self, pixels: NDArray[np.uint8]) -> None:
+    def __init__(self, pixels: Bytes) -> None:
         self._kept, self._age = _reduced(pixels), 0
 
-    def has_moved(self, pixels: NDArray[np.uint8]) -> bool:
+    def has_moved(self, pixels: Bytes) -> bool:
         """Return whether a picture of the same size is shifted against the reference."""
         picture, margin = _reduced(pixels), max(SHIFTS)
         self._age += 1
@@ -44,10 +40,10 @@ class ReferenceImage:
             return False
         inner = self._kept[margin : height - margin : 3, margin : width - margin : 3]
 
-        def differences(dy: int, dx: int) -> Floats:
+        def differences(dy: int, dx: int) -> Singles:
             y, x = margin + dy, margin + dx
             other = picture[y : height - 2 * margin + y : 3, x : width - 2 * margin + x : 3]
-            apart: Floats = np.abs(inner - other)
+            apart: Singles = np.abs(inner - other)
             return apart
 
         def fits(dy: int, dx: int) -> bool:  # the median is below the limit if most values are
@@ -56,18 +52,18 @@ class ReferenceImage:
         sides = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
         stay = float(np.median(differences(0, 0)))
         limit = min(BETTER * stay, stay - NOTICED)
-        slipped = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
-        if slipped or self._age == LASTS:
+        moved = limit > 0 and any(fits(far * dy, far * dx) for far in SHIFTS for dy, dx in sides)
+        if moved or self._age == LASTS:
             self._kept, self._age = picture, 0
-        return slipped
+        return moved
 
 
-def _reduced(pixels: NDArray[np.uint8]) -> Floats:
+def _reduced(pixels: Bytes) -> Singles:
     """Return the green channel of a picture, averaged over blocks."""
     block = min(max(1, round(pixels.shape[1] / WIDTH)), pixels.shape[0])
     height, width = pixels.shape[0] // block, pixels.shape[1] // block
     rows = pixels[: height * block].reshape(height, block, -1).sum(axis=1, dtype=np.uint16)
     green = rows[:, 1::3]
     sums = [green[:, i : width * block : block] for i in range(block)]
-    means: Floats = np.add.reduce(sums, dtype=np.float32) / np.float32(block**2)
+    means: Singles = np.add.reduce(sums, dtype=np.float32) / np.float32(block**2)
     return means

@@ -1,4 +1,4 @@
-"""Filters of pictures, by OpenCV, or by SciPy where OpenCV is not installed."""
+"""Morphology of pictures and masks, by OpenCV, or by SciPy where OpenCV is not installed."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ def opencv() -> Any:
 
 
 def opened(mask: Mask, size: int) -> Mask:
-    """Return a mask without parts that are narrower or lower than `size` pixels."""
-    return largest(smallest(mask, (size, size)), (size, size))
+    """Return the opening of a mask: without parts narrower or lower than `size` pixels."""
+    return dilated(eroded(mask, (size, size)), (size, size))
 
 
 def closed(mask: Mask, size: tuple[int, int]) -> Mask:
-    """Return a mask with gaps filled up to a size in y and x."""
+    """Return the closing of a mask: with gaps filled up to a size in y and x."""
     cv2 = opencv()
     if cv2 is not None:
         out: Mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(size, np.uint8))
         return out
-    return smallest(largest(mask, size), size)
+    return eroded(dilated(mask, size), size)
 
 
-def smallest(picture: Mask, size: tuple[int, int]) -> Mask:
+def eroded(picture: Mask, size: tuple[int, int]) -> Mask:
     """Return the minimum around each pixel (H, W) or (H, W, 3), in a window of y and x."""
     cv2 = opencv()
     if cv2 is not None:
@@ -47,7 +47,7 @@ def smallest(picture: Mask, size: tuple[int, int]) -> Mask:
     return around
 
 
-def largest(picture: Mask, size: tuple[int, int]) -> Mask:
+def dilated(picture: Mask, size: tuple[int, int]) -> Mask:
     """Return the maximum around each pixel (H, W) or (H, W, 3), in a window of y and x."""
     cv2 = opencv()
     if cv2 is not None:

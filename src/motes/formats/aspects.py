@@ -1,0 +1,38 @@
+"""What some formats hold and others do not, and what of it a recording has."""
+
+from __future__ import annotations
+
+from motes.core.track import Status
+from motes.formats.recording import Recorded
+from motes.formats.visibility import SHOWN
+
+ANGLES = "angles"
+CONFIDENCES = "confidences"
+IDENTITIES = "identities"
+CLASSES = "classes"
+HIDDEN = "hidden objects"
+GUESSES = "guessed places of searched and lost targets"
+MASKS = "masks"
+TIMES = "times"
+COLUMNS = "further columns"
+ASPECTS = (ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, GUESSES, MASKS, TIMES, COLUMNS)
+"""All of them, beside the boxes in each frame, which every format holds."""
+
+
+def aspects(recorded: Recorded) -> set[str]:
+    """Return those of `ASPECTS` that a recording has."""
+    found: set[str] = {TIMES}
+    for row in recorded:
+        for each in row.objects:
+            held = {
+                ANGLES: each.ellipse.theta != 0 and each.ellipse.a != each.ellipse.b,
+                CONFIDENCES: each.confidence != 1,
+                IDENTITIES: each.identity > 1,
+                CLASSES: each.label not in (None, recorded.head.label),
+                HIDDEN: each.status is Status.OCCLUDED,
+                GUESSES: each.status not in SHOWN,
+                MASKS: each.mask is not None,
+                COLUMNS: bool(each.more),
+            }
+            found.update(name for name, has in held.items() if has)
+    return found

@@ -1,0 +1,46 @@
+"""Which objects of a frame a format shows: those in the picture, hidden ones, guesses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from motes.core.errors import FormatError
+from motes.core.track import Status
+from motes.formats.recording import Recorded
+from motes.output.journal import FrameRow, ObjectRow
+
+VISIBLE = (Status.TRACKING, Status.INTERPOLATED)
+"""The states of an object that is in the picture."""
+SHOWN = (*VISIBLE, Status.OCCLUDED)
+"""The states with a known position; that of a searched or lost object is only a guess."""
+
+
+def shown(row: FrameRow) -> Iterator[ObjectRow]:
+    """Yield the objects of a frame whose positions are known, or predicted while hidden."""
+    return (each for each in row.objects if each.status in SHOWN)
+
+
+def visible(row: FrameRow) -> Iterator[ObjectRow]:
+    """Yield the visible objects of a frame, for formats that cannot mark a hidden one."""
+    return (each for each in row.objects if each.status in VISIBLE)
+
+
+def only_object(recorded: Recorded, what: str) -> dict[int, ObjectRow]:
+    """Return the one object of a recording by frame, where it is visible.
+
+    Raises
+    ------
+    FormatError
+        If there are several objects; `what` names the format.
+    """
+    found: dict[int, ObjectRow] = {}
+    identity: int | None = None
+    for row in recorded:
+        for each in visible(row):
+            identity = each.identity if identity is None else identity
+            if each.identity != identity or row.frame in found:
+                raise FormatError(
+                    f"{what} holds one object, and there are several; choose one with --identity N."
+                )
+            found[row.frame] = each
+    return found

@@ -1,0 +1,149 @@
+"""The report of a step of the default tracker, in the form of the first region.
+
+The tracker itself follows a box that turns in steps. What is reported is the region that the user
+gave, moved, with a smooth size and a smooth turn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.core.track import Track
+from motes.core.types import Floats
+from motes.sot.discriminative.localization import Localizer, WindowEstimate
+from motes.sot.discriminative.state import DiscriminativeInfo, DiscriminativeState
+from motes.sot.discriminative.trend import Trend
+from motes.sot.filtering.appearance_rule import Calibration
+from motes.sot.filtering.moments import mean_ellipse
+from motes.sot.filtering.resampling import Weights
+
+DRIFT_SIGMA = 0.15
+"""Standard deviation of a center, as a share of the mean side, that the particles do not show: the
+learned filter may have drifted from the center of the target."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reporter:
+    """Makes the reports; the fields are those of `Discriminative`."""
+
+    particles: int
+    calibration: Calibration
+    localizer: Localizer
+
+    def report(
+        self,
+        state: DiscriminativeState,
+        frame: Frame,
+        ellipses: Floats,
+        weights: Weights | None,
+        certainty: float,
+    ) -> DiscriminativeInfo:
+        """Return the estimate and the particles in the form of the first region.
+
+        Without weights, all particles have the same. Without particles, the track has the
+        covariance and the effective sample size of particles that all lie at the estimate.
+
+        Parameters
+        ----------
+        state
+            The state after the frame.
+        ellipses, weights
+            (N, 5) the particles, turned and as large as `state.ellipse`, and their weights.
+        certainty
+            How certain it is that the target is at the estimate, from 0 to 1.
+        """
+        count = len(ellipses)
+        if not count:
+            ellipses = np.tile(np.array(state.ellipse), (self.particles, 1))
+        weights = weights or Weights.uniform(len(ellipses))
+        grown = math.exp(state.size.value)
+        size = grown * ellipses[:, 2:4] / np.array(state.ellipse[2:4])
+        shaped = np.tile(np.array(state.shape), (len(ellipses), 1))
+        shaped[:, :2] = ellipses[:, :2]
+        shaped[:, 2:4] *= size
+        turn = state.turn.angle.value
+        shaped[:, 4] += ellipses[:, 4] + (turn - state.ellipse.theta)
+        found = reported_ellipse(state.shape, state.ellipse, state.size, turn)
+        covariance = mean_ellipse(shaped, weights.values)[1]
+        if certainty < 1:
+            covariance[[0, 1], [0, 1]] += (DRIFT_SIGMA * state.ellipse.side) ** 2
+        track = Track(
+            frame=frame.index,
+            time=frame.time,
+            ellipse=found,
+            covariance=covariance,
+            confidence=self.calibration.probability(1 - certainty),
+            status=state.target.status,
+            distance=1 - certainty,
+            effective_sample_size=weights.effective_sample_size,
+        )
+        share = self.localizer.color_weight(state.contrast)
+        return DiscriminativeInfo(
+            track,
+            shaped[:count],
+            weights.values[:count],
+            certainty,
+            {"correlation": state.correlation, "posterior": state.posterior},
+            {"correlation": 1 - share, "posterior": share},
+        )
+
+
+def particles_of(look: WindowEstimate, factors: Floats, found: Ellipse) -> Floats:
+    """Return the particles (N, 5) of place and size.
+
+    Parameters
+    ----------
+    look
+        The estimate of the place; N particles.
+    factors
+        (M,) the particles of the size, as factors; they are repeated for N particles.
+    found
+        The estimate. Its size is the most likely one; the particles show its uncertainty.
+    """
+    factors = np.resize(factors, len(look.centers))
+    ellipses = np.tile(np.array(found), (len(factors), 1))
+    ellipses[:, :2] = look.centers
+    ellipses[:, 2:4] *= (factors / (look.weights.values @ factors))[:, None]
+    return ellipses
+
+
+def reported_size(
+    state: DiscriminativeState,
+    found: Ellipse,
+    half_axis: float | None,
+    *,
+    learned: bool,
+    jumped: bool,
+) -> Trend:
+    """Return the size to report: smooth, but for a target that was found elsewhere.
+
+    Parameters
+    ----------
+    state
+        The state before the frame.
+    found
+        The estimate.
+    half_axis
+        The half-axis a in pixels, if the size was estimated.
+    learned, jumped
+        Whether the models learned from this frame, and whether the search has found this place.
+    """
+    first = Ellipse.from_box(state.shape.box).a
+    if jumped:
+        return Trend(math.log(found.a / first), rough=True)
+    if not learned:
+        return state.size._replace(growth=0.0)
+    if half_axis is None:
+        return state.size.predicted()
+    return state.size.measured(math.log(half_axis / first))
+
+
+def reported_ellipse(shape: Ellipse, place: Ellipse, size: Trend, turn: float) -> Ellipse:
+    """Return the first region `shape` at a place, in a size and turned by `turn` radians."""
+    grown = math.exp(size.value)
+    return Ellipse(place.x, place.y, shape.a * grown, shape.b * grown, shape.theta + turn)
