@@ -14,9 +14,10 @@ from playwright.sync_api import Browser
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
-from browsers import Program, Shown, browsing
+from browsers import Shown, browsing
 from motes.synthetic import crossing
 from motes.video.writer import VideoWriter
+from studios import Program
 
 OUT = Path(__file__).parents[1] / "images" / "studio"
 TARGET = (95.8, 347.6, 35.8, 25.1)

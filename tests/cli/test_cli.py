@@ -382,7 +382,7 @@ def test_help_points_to_the_list_of_keys(go: Go, command: str) -> None:
         ("track FILM --init BOX --fps-target 0", 2, "A frame rate is a positive number; got 0"),
         ("track FILM --init BOX --fps-target 9 --preset mean_shift", 2, "Only a particle filter"),
         ("track FILM --init BOX --fps-target 9 --preset default", 2, "Only a particle filter"),
-        ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "no run repeats itself"),
+        ("track FILM --init BOX --fps-target 9 -o r.csv --resume", 2, "cannot be repeated exactly"),
         (
             "track FILM --init BOX --preset nummiaro --budget.min 9 --budget.max 3",
             2,

@@ -94,7 +94,7 @@ def announce(
     """Send live cameras the objects that they may expect after a report of another camera."""
     for camera in cameras:
         if camera.listens and camera.name != report.camera:
-            camera.announce(handover.arrivals(camera.name, report.time))
+            camera.send_arrivals(handover.arrivals(camera.name, report.time))
 
 
 def next_report(

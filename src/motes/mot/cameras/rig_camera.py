@@ -118,7 +118,7 @@ class RigCamera(ABC):
         """
         return self.live and not self._told and self.due is None and not self.over
 
-    def announce(self, arrivals: tuple[Arrival, ...]) -> None:
+    def send_arrivals(self, arrivals: tuple[Arrival, ...]) -> None:
         """Send arrivals to a camera that listens."""
         if arrivals:
             self._told = True
