@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+import types
 from collections.abc import Mapping, Sequence
 
 import msgspec
@@ -172,6 +173,42 @@ def test_news_are_answered_when_the_program_holds_them() -> None:
         handovers.listening.set()
         await answer
         assert handovers.part().has_heard(1, 1)
+
+    loops.run(play(), 60)
+
+
+def test_news_wait_until_the_program_holds_the_batch() -> None:
+    """Also news that come while earlier ones are on the way to the other part."""
+    pytest.importorskip("ray", reason="news go through ray: pip install 'motes[cluster]'")
+    building = Building(1, 2)
+
+    async def play() -> None:
+        heard: list[asyncio.Future[None]] = []
+
+        def hear(*_: object) -> asyncio.Future[None]:
+            heard.append(asyncio.get_running_loop().create_future())
+            return heard[-1]
+
+        peer = types.SimpleNamespace(hear=types.SimpleNamespace(remote=hear))
+        actor = handover_actor.HandoverActor(building.rig(), [("0.0",), ("0.1",)], 0)
+        batch = asyncio.ensure_future(actor.start({1: peer}, 0, None, []))
+        messages = [Ready("0.0", True), *(CameraReport("0.0", n, n / 10, ()) for n in range(2))]
+        calls = []
+        for number, message in enumerate(messages):
+            data = msgspec.msgpack.encode(message)
+            calls.append(asyncio.ensure_future(actor.receive("0.0", 0, number, data)))
+            await settled()
+            if number < 2:
+                batch = asyncio.ensure_future(actor.take(number + 1))
+                await settled()
+        assert len(heard) == 1
+        assert batch.done()  # and on its way to the program, with the news of the last report
+        heard[0].set_result(None)
+        await settled()
+        assert len(heard) == 1
+        batch = asyncio.ensure_future(actor.take(3))
+        await settled()
+        assert len(heard) == 2
 
     loops.run(play(), 60)
 

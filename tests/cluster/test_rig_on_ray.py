@@ -174,7 +174,7 @@ def test_a_camera_goes_on_when_its_process_and_its_node_are_killed(cluster: Any)
 
 @pytest.mark.slow
 def test_identities_go_on_when_handover_actors_and_their_node_are_killed(
-    cluster: Any, rooms: Path, monkeypatch: pytest.MonkeyPatch
+    cluster: Any, rooms: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Each kill comes after some reports; what follows is as on one machine, to the last digit."""
     monkeypatch.chdir(rooms)
@@ -199,6 +199,7 @@ def test_identities_go_on_when_handover_actors_and_their_node_are_killed(
                 assert news.failure is None
     assert found == whole
     assert any("handover actor was lost" in text for text in said)
+    assert capfd.readouterr().out == "", "standard output is for rows"
 
 
 def _where(cluster: Any, kind: bytes = b"CameraActor") -> tuple[int, int]:

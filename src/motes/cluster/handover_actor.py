@@ -14,7 +14,7 @@ import time
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
@@ -23,6 +23,7 @@ from motes.cluster.rig_messages import Batch, Died, Entry, Heard, PartNews, Rece
 from motes.mot.cameras.bordered import News
 from motes.mot.cameras.rig_config import Rig
 
+T = TypeVar("T")
 ROOM = 1000
 """Number of news that may wait for another part, and of reports that may wait in the program."""
 LOG = 1000
@@ -53,7 +54,10 @@ class HandoverActor:
         self._logged = 0
         self._batch = Batch(0, b"", [])
         self._answered: list[Call] = []
-        self._known: dict[int, int] = {}
+        self._news_ends: dict[int, int] = {}
+        """The numbers that follow those of the news for other parts, in the last batch."""
+        self._sendable: dict[int, int] = {}
+        """The same in the last batch that the program holds."""
         self._posting: dict[int, asyncio.Task[None]] = {}
 
     async def start(
@@ -76,7 +80,7 @@ class HandoverActor:
                     part.use(entry)
                     self._logged += 1
             self._part, self._peers, self._batch = part, peers, Batch(count, b"", [])
-            self._known = self._ends()
+            self._news_ends = self._ends()
             self._started.set()
         return await self.take(count)
 
@@ -107,7 +111,7 @@ class HandoverActor:
         self._use(Died(name, why, time.time()))
         self._early.pop(name, None)
         for call in [each for each in self._calls if each[:2] == (name, life)]:
-            self._calls.pop(call).set_result(None)  # it seems dead, and may still send
+            _settle(self._calls.pop(call), None)  # it seems dead, and may still send
         await self._held()
 
     async def hear(self, index: int, first: int, end: int, data: bytes) -> None:
@@ -178,18 +182,19 @@ class HandoverActor:
         entries = msgspec.msgpack.encode(self._entries)
         self._batch = Batch(self._part.count, entries, self._news, state)
         self._entries, self._news = [], []
-        self._known = self._ends()
+        self._news_ends = self._ends()
 
     def _release(self) -> None:
         """Send what follows from the batch, since the program holds it."""
         assert self._part is not None
         for call in self._answered:
             if (answer := self._calls.pop(call, None)) is not None:  # its camera has not died since
-                answer.set_result(self._part.cameras[call[0]].answers[call[2]])
+                _settle(answer, self._part.cameras[call[0]].answers[call[2]])
         self._answered = []
         while self._uses and self._uses[0][0] <= self._batch.count:
-            self._uses.pop(0)[1].set_result(None)
-        for part in self._known:
+            _settle(self._uses.pop(0)[1], None)
+        self._sendable = self._news_ends
+        for part in self._sendable:
             if part not in self._posting:
                 self._posting[part] = asyncio.ensure_future(self._post_to(part))
 
@@ -204,7 +209,7 @@ class HandoverActor:
 
         assert self._part is not None
         box = self._part.outbox[part]
-        while (end := self._known[part]) > box.first:
+        while (end := self._sendable[part]) > box.first:
             news: list[News] = box.news[: end - box.first]
             data = msgspec.msgpack.encode(news)
             try:
@@ -218,3 +223,9 @@ class HandoverActor:
 
 def _future() -> asyncio.Future[Any]:
     return asyncio.get_running_loop().create_future()
+
+
+def _settle(future: asyncio.Future[T], result: T) -> None:
+    """Set the result of a future, unless the call that waited for it was canceled."""
+    if not future.done():
+        future.set_result(result)

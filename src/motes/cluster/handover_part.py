@@ -110,7 +110,7 @@ class HandoverPart:
         camera.clock, camera.turn = entry.time, number + 1
         message = msgspec.msgpack.decode(entry.data, type=Message)
         if isinstance(message, NextFrame):
-            camera.announce(number)
+            camera.expect_go(number)
         news = [*camera.receive(message), *self._associate()]
         if not isinstance(message, NextFrame):
             go = Go()

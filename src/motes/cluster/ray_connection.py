@@ -40,6 +40,8 @@ def connected(address: str, *, threads: int = 1) -> Iterator[Any]:
         If Ray is not installed.
     """
     ray, goal = _ray(), _answering(address)
+    # Standard output is for rows. Ray prints there what it repeats, and has no option for it.
+    ray._private.worker.print_to_stdstream = _no_print
     before = signal.getsignal(signal.SIGTERM)
     try:
         ray.init(
@@ -59,6 +61,10 @@ def connected(address: str, *, threads: int = 1) -> Iterator[Any]:
         yield ray
     finally:
         ray.shutdown()
+
+
+def _no_print(*_: object, **__: object) -> None:
+    """Print nothing."""
 
 
 def _ray() -> Any:

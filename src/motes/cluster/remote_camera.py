@@ -44,7 +44,7 @@ class RemoteCamera(RigCamera):
     def _now(self) -> float:
         return self.clock
 
-    def announce(self, number: int) -> None:
+    def expect_go(self, number: int) -> None:
         """Note that a message announces a frame: its answer comes when the recording may go on."""
         self._announced = number
 
