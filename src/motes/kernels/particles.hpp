@@ -11,7 +11,8 @@ namespace motes::particles {
 
 constexpr double PI = 3.14159265358979323846;
 
-// Random motion in one reference interval, with the names of `Noise` and `Walking` in Python's `motion`.
+// Random motion in one reference interval, with the names of `Noise` and `Walking` in Python's
+// `motion`.
 struct Noise {
     double position, size, size_return, aspect, angle;
     Floats changes;      // deviations of each order of changes, as shares of what they change
