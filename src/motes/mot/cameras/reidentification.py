@@ -262,8 +262,8 @@ class CrossCameraAssociation:
         pairs = [(ones[i], others[j]) for i, j in assign(np.where(off <= 1, off, np.inf))]
         same = [(one, other) for one, other in pairs if one.identity == other.identity]
         learned = ground.overlap.homography is None
-        taught = (*same, *(unmistakable(ones, others) if learned else ()))
-        for one, other in dict.fromkeys(taught):  # in the same order in each process
+        certain = (*same, *(unmistakable(ones, others) if learned else ()))
+        for one, other in dict.fromkeys(certain):  # in the same order in each process
             feet = one.foot(now), other.foot(now)
             ground.add(feet, one.last.box, other.last.box)
         seen = {*ones, *others}
