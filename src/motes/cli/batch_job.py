@@ -65,7 +65,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         join_parts(job, folder / "rows.csv")
         return Made(_rows(folder / "rows.csv"))
     rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
-    frames = CountedFrames(start=job.start, end=job.end, stride=job.stride)
+    frames = CountedFrames(start=job.start, end=job.end, stride=job.stride, fps=job.fps)
     with _quiet():
         if job.do == "track":
             code = _track(job, rows, video, frames)
@@ -79,6 +79,8 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         return Made(_rows(rows))
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
     report = frames.opened[-1].report
+    if report.assumption is not None:
+        notes.append(report.assumption.capitalize())
     if report.problems:
         notes.append(f"The film has problems: {report.problems}.")
     return Made(len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None)

@@ -24,6 +24,7 @@ from motes.cli.options import (
     ConfigOptions,
     FrameOptions,
     TrackPreset,
+    say_rate,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs
@@ -183,7 +184,7 @@ def _track_keyframes(
             "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
         )
     output = _checked_output(source, outputs)
-    film = open_film(source, frames.start, frames.end, keys)
+    film = open_film(source, frames, keys)
     if region is not None:
         marks = [(frame_of_init(film, keys), region), *marks]
     return track_between(Between(film, source, marks, config, seed, units), output, outputs)
@@ -207,6 +208,7 @@ def _track_several(
 
     overwrite = outputs.overwrite
     with frames.open(source) as film:
+        say_rate(film)
         opened: list[ObjectsOutput] = []
         if outputs.overlay is not None:
             stride = frames.stride

@@ -9,6 +9,7 @@ from pathlib import Path
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
@@ -28,7 +29,7 @@ from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def open_film(source: str, start: int, end: int | None, options: KeyframeOptions) -> Film:
+def open_film(source: str, frames: FrameOptions, options: KeyframeOptions) -> Film:
     """Return the film with the frames that these options use.
 
     Raises
@@ -40,11 +41,14 @@ def open_film(source: str, start: int, end: int | None, options: KeyframeOptions
         raise ConfigError(
             "Between keyframes, the target is tracked in both directions; omit --backward."
         )
+    start, end = frames.start, frames.end
     if options.from_ is not None and options.from_ < start:
         raise ConfigError(f"--from is {options.from_}, before the first frame {start}.")
     if options.backward and options.from_ is not None:
         end = options.from_ + 1 if end is None else min(end, options.from_ + 1)
-    return Film(source, start=start, end=end)
+    film = Film(source, start=start, end=end, fps=frames.fps)
+    say_rate(film)
+    return film
 
 
 def frame_of_init(film: Film, options: KeyframeOptions) -> int:

@@ -12,7 +12,7 @@ from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder, refuse
 from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
-from motes.cli.options import FrameOptions
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.track_between import Between, track_film
 from motes.cli.track_keyframes import Run
@@ -193,7 +193,8 @@ def _track(
     bar: FrameProgress,
 ) -> Run:
     """Track the target of a film into its outputs."""
-    source = ReadableFilm(film.name, start=frames.start, end=frames.end)
+    source = ReadableFilm(film.name, start=frames.start, end=frames.end, fps=frames.fps)
+    say_rate(source)
     job = Between(source, film.name, [*film.marks.items()], config, seed, units)
     run = Run(len(film.marks))
     track_film(job, film.output, replace(outputs, masks=film.masks), run, [], bar=bar)

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from motes.cli.frame_loop import exit_code, run_and_report, summarize
-from motes.cli.options import FrameOptions
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
 from motes.cli.track_loop import Begin, Steps, follow
 from motes.cli.track_opened import pictures_outputs, rows_output
@@ -47,6 +47,7 @@ def track_one(
     if resume and not row_form(None if output is None else format_of(output, outputs.format)):
         raise ConfigError(f"--resume continues rows; {output} holds none, make it anew.")
     with frames.open(source) as film:
+        say_rate(film)
         if resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)

@@ -19,7 +19,7 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset
+from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset, say_rate
 from motes.cli.settings import HELP, Settings
 from motes.cli.watch_counting import CountingOptions
 from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
@@ -154,6 +154,7 @@ def watch(
                 detector.prepare(film)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
+        say_rate(film)
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
