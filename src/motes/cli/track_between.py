@@ -59,6 +59,24 @@ def frame_of_init(film: Film, options: KeyframeOptions) -> int:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """How a target is tracked.
+
+    Attributes
+    ----------
+    config, seed, preset
+        The tracker, and the name of its preset.
+    units
+        How pixels become metres; None for pixels.
+    """
+
+    config: TrackerConfig
+    seed: int
+    preset: str
+    units: RealUnits | None
+
+
+@dataclass(frozen=True)
 class Between:
     """A film and what is marked in it.
 
@@ -68,18 +86,14 @@ class Between:
         The film, and its name on the command line.
     marks
         The keyframes.
-    config, seed
-        The tracker.
-    units
-        How pixels become metres; None for pixels.
+    choice
+        The tracker and the units.
     """
 
     film: Film
     source: str
     marks: Marks
-    config: TrackerConfig
-    seed: int
-    units: RealUnits | None
+    choice: Choice
 
     @property
     def history(self) -> History:
@@ -90,10 +104,11 @@ class Between:
         ConfigError
             If keyframes contradict each other or do not fit the film, or the lens does not.
         """
-        found = History.begin(self.film, self.config, self.seed, self.marks, self.units)
+        own = self.choice
+        found = History.begin(self.film, own.config, own.seed, self.marks, own.units, own.preset)
         film = self.film
         check_keyframes(found.keys, film.name, film.frames, film.width, film.height)
-        check_size(self.units, film)
+        check_size(own.units, film)
         return found
 
 
@@ -140,16 +155,16 @@ def track_film(
     quiet, bar
         As in `run_stretches`.
     """
-    film, history = job.film, job.history
+    film, history, units = job.film, job.history, job.choice.units
     path = _history_of(output, outputs)
     table = None if not outputs.resume else _begun_rows(output, path, history, film)
     if outputs.resume:
         outputs = replace(outputs, overwrite=True)
-    others = pictures_outputs(film, job.source, output, outputs, job.units)
+    others = pictures_outputs(film, job.source, output, outputs, units)
     pictures = any((outputs.overlay, outputs.masks, outputs.show))
     motion = None
-    if job.units is not None or motion_names(outputs.figures):
-        motion = GroundMotion(job.units or PIXELS)
+    if units is not None or motion_names(outputs.figures):
+        motion = GroundMotion(units or PIXELS)
     opened += others
     if table is not None and output is not None:
         opened.append(finished := _Finished(output))
@@ -160,7 +175,7 @@ def track_film(
         run.states.update(track.status for track in table.tracks)
         _replay(Outputs(None, None, others, pictures), film, table, motion, run)
         return
-    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, job.units)
+    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, units)
     if rows is not None:
         opened.append(rows)
     each = Outputs(rows, path, others, pictures)

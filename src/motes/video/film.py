@@ -21,7 +21,7 @@ from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
-from motes.video.sources import Reader, check_rate, find_reader, is_recorded, timed
+from motes.video.sources import Reader, check_rate, even_rate, find_reader, is_recorded, timed
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -60,6 +60,8 @@ class Film:
         The size of a frame, in pixels.
     fps
         Nominal frames per second; None if unknown.
+    even_rate
+        Frames per second that give the times; None where the file has times of its own.
     quick
         Whether it was opened so.
     frames
@@ -117,6 +119,7 @@ class Film:
                 self.times.append(moment)
                 self._stamps.append(stamp)
                 check()
+            self.even_rate = even_rate(reader, fps, self.report)
             self._keys = reader.keys if isinstance(reader, Decoder) else []
         self._file_of = reader.file_of
         if size is None:

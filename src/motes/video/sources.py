@@ -170,6 +170,11 @@ class Source:
         self._reader.close()
 
     @property
+    def even_rate(self) -> float | None:
+        """Frames per second that give the times; None where the file has times of its own."""
+        return even_rate(self._reader, self._rate, self.report)
+
+    @property
     def realtime(self) -> bool:
         """Whether frames certainly arrive in real time, so that old ones may be left out."""
         return self._reader.realtime
@@ -314,6 +319,16 @@ def is_remote(source: str) -> bool:
     """Return whether a source is a camera or an address, which may answer at a later time."""
     url = _URL.match(source)
     return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
+
+
+def even_rate(reader: Reader, fps: float | None, report: Report) -> float | None:
+    """Return the frames per second that give the times, where no stamps of the film do.
+
+    They are those that are given, or those of images; None for a film with its own times.
+    """
+    if fps is None and report.assumed:
+        return 1 / FRAME_INTERVAL
+    return reader.fps if fps is None and isinstance(reader, ImageFiles) else fps
 
 
 def find_reader(
