@@ -168,7 +168,7 @@ def units_of(
 
 
 def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | None") -> "Film":
-    """Return the whole film of rows, at the frame rate that is remembered.
+    """Return the film of rows, up to the end and at the frame rate that are remembered.
 
     Raises
     ------
@@ -186,7 +186,7 @@ def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | N
         return film
     if fps != known.fps:
         refuse({"--fps": fps}, _beside(rows))
-    film = Film(source, fps=known.fps)
+    film = Film(source, end=known.end, fps=known.fps)
     known.check(film)
     name = Path(film.name).name
     if name != known.film and known.frames is not None:

@@ -226,21 +226,25 @@ class History(msgspec.Struct, frozen=True):
         )
         return first == second and self.keys == other.keys
 
-    def check(self, film: Film) -> None:
+    def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.
 
         Raises
         ------
         InputError
-            If the film has another size or number of frames.
+            If the film has another size or, where it is known, another number of frames.
         """
-        count = len(film.times)
-        size = film.width, film.height
-        if size != (self.width, self.height) or self.frames not in (None, count):
-            frames = "" if self.frames is None else f"{self.frames} frames of "
+        count = len(film.times) if isinstance(film, Film) else self.frames
+        if (film.width, film.height) != (self.width, self.height) or self.frames not in (
+            None, count,
+        ):  # fmt: skip
+            here, there = (
+                f"{'' if frames is None else f'{frames} frames of '}{each.width}x{each.height}"
+                for each, frames in ((film, count), (self, self.frames))
+            )
             raise InputError(
-                f"{film.name} has {count} frames of {size[0]}x{size[1]}, but the rows are of "
-                f"{self.film}, with {frames}{self.width}x{self.height}; give that film."
+                f"{film.name} has {here}, but the rows are of {self.film}, with {there}; give "
+                f"that film."
             )
 
 
