@@ -18,18 +18,23 @@ from pathlib import Path
 
 import httpx
 import pytest
+from PIL import Image
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 import loops
 from brokers import wait_until
 from clips import clip
+from coded import video
 from motes.core.errors import SourceError
 from motes.studio import connections, protocol
+from motes.studio.containers import check_container
+from motes.studio.films import Films
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
 from motes.studio.studio import Studio
 from motes.studio.tasks import Picture
+from motes.video.film import Film
 from studios import PATIENCE, SLOW, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
@@ -73,7 +78,34 @@ def error(answer: httpx.Response) -> str:
 def test_only_plain_films_are_listed(client: httpx.Client) -> None:
     names = {each["name"] for each in client.get("/api/films").json()}
     assert {"film.mkv", "deep/film.mkv"} <= names
-    assert not {"link.mkv", "pipe.mp4", "notes.txt"} & names
+    assert not {"link.mkv", "pipe.mp4", "notes.txt", "list.mp4", "concat.mkv"} & names
+
+
+@pytest.mark.parametrize("name", ["a.flv", "a.gif", "a.y4m", "a.nut", "a.M2TS"])
+def test_films_of_the_command_line_are_listed_and_opened(tmp_path: Path, name: str) -> None:
+    codecs = {".flv": "flv", ".y4m": "wrapped_avframe", ".nut": "mpeg4"}
+    folder = tmp_path / "films"
+    folder.mkdir()
+    path = folder / name
+    if name == "a.gif":
+        pictures = [Image.new("RGB", (32, 24), (50 * i, 0, 0)) for i in range(5)]
+        pictures[0].save(path, save_all=True, append_images=pictures[1:])
+    else:
+        video(path, codecs.get(path.suffix, "mpeg2video"), {}, frames=5)
+    films = Films(folder, tmp_path / "uploads", Limits())
+    assert [each.name for each in films.listed()] == [name]
+    check_container(str(path), Limits())
+    assert len(Film(films.path(name, uploaded=False), quick=True).times) == 5
+
+
+def test_an_animation_alone_is_a_film_and_one_picture_is_none(tmp_path: Path) -> None:
+    pictures = [Image.new("RGB", (32, 24), color) for color in ("red", "blue")]
+    for folder, count in (("moves", 2), ("rests", 1)):
+        (tmp_path / folder).mkdir()
+        path = tmp_path / folder / "a.webp"
+        pictures[0].save(path, save_all=True, append_images=pictures[1:count])
+    films = Films(tmp_path, tmp_path / "uploads", Limits())
+    assert [each.name for each in films.listed() if not each.uploaded] == ["moves/a.webp"]
 
 
 @pytest.mark.parametrize(
@@ -89,7 +121,7 @@ def test_only_plain_films_are_listed(client: httpx.Client) -> None:
         ("http://example.org/a.mp4", "no film"),
         ("0", "no film"),
         ("pipe.mp4", "no plain file"),
-        ("notes.txt", "ends in none"),
+        ("notes.txt", "does not end like a film"),
         ("list.mp4", "playlist"),
         ("concat.mkv", "playlist"),
         ("sdp.mp4", "not a video"),
@@ -125,7 +157,9 @@ def test_uploads(client: httpx.Client, tmp_path: Path) -> None:
     parts = (b"0" * 10_000 for _ in range(6))
     assert "larger" in error(client.post("/api/uploads?name=x.mp4", content=parts))
     assert "playlist" in error(client.post("/api/uploads?name=x.mp4", content=b"#EXTM3U\n"))
-    assert "ends in none" in error(client.post("/api/uploads?name=x.m3u8", content=b"0"))
+    assert "does not end like a film" in error(
+        client.post("/api/uploads?name=x.m3u8", content=b"0")
+    )
     assert "name" in error(client.post("/api/uploads", content=b"0"))
     names = {each["name"] for each in client.get("/api/films").json() if each["uploaded"]}
     assert names == {"mine.mkv", again["name"]}
@@ -320,8 +354,8 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
 
 
 def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
-    one, two = begin(client), begin(client)
-    with looking(client, one) as page, looking(client, two):
+    one = begin(client)
+    with looking(client, one) as page, looking(client, begin(client)):
         assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
         first = page.drawn(preset="nummiaro", config=SLOW)
         second = page.drawn()
@@ -329,8 +363,8 @@ def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
         page.do("pause", job=job)
         assert "1 jobs" in str(page.ask("track", objects=[second]).error)
         page.do("stop", job=job)
-    for each in (one, two):
-        client.delete(f"/api/sessions/{each}")
+    for each in client.get("/api/sessions").json():
+        client.delete(f"/api/sessions/{each['id']}")
 
 
 def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:

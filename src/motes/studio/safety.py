@@ -13,22 +13,13 @@ from motes.core.addresses import foreign
 from motes.core.errors import ConfigError, SourceError
 from motes.video.image_files import IMAGE_ENDINGS
 
-VIDEO_ENDINGS = frozenset(
-    {
-        ".avi",
-        ".m4v",
-        ".mkv",
-        ".mov",
-        ".mp4",
-        ".mpeg",
-        ".mpg",
-        ".mts",
-        ".ogv",
-        ".ts",
-        ".webm",
-        ".wmv",
-    }
-)
+VIDEO_ENDINGS = frozenset({
+    ".264", ".265", ".3g2", ".3gp", ".amv", ".apng", ".asf", ".avc", ".avi", ".dav", ".divx",
+    ".dv", ".f4v", ".flv", ".gif", ".gxf", ".h264", ".h265", ".hevc", ".ivf", ".m1v", ".m2t",
+    ".m2ts", ".m2v", ".m4v", ".mj2", ".mjpeg", ".mjpg", ".mk3d", ".mkv", ".mod", ".mov", ".mp4",
+    ".mpe", ".mpeg", ".mpg", ".mpv", ".mts", ".mxf", ".nut", ".obu", ".ogg", ".ogm", ".ogv", ".qt",
+    ".rm", ".rmvb", ".tod", ".trp", ".ts", ".vob", ".webm", ".wmv", ".wtv", ".y4m",
+})  # fmt: skip
 """Films that are listed. Playlists, which reach elsewhere, are not among them."""
 PLAYLISTS = (b"#EXTM3U", b"ffconcat", b"<?xml", b"<MPD", b"[playlist]")
 """How files begin that name other files or addresses."""
@@ -158,7 +149,7 @@ def check_film(path: Path) -> None:
         raise SourceError(f"{path.name} is no plain file; give a film.")
     if ending not in VIDEO_ENDINGS | IMAGE_ENDINGS:
         raise SourceError(
-            f"{path.name} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+            f"{path.name} does not end like a film, as .mp4 or .mkv; rename or convert it."
         )
     with path.open("rb") as file:
         head = file.read(HEAD).lstrip(b"\xef\xbb\xbf \t\r\n")
@@ -186,6 +177,6 @@ def film_name(name: str) -> str:
     plain = plain_name(name)
     if Path(plain).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
         raise ConfigError(
-            f"{plain} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+            f"{plain} does not end like a film, as .mp4 or .mkv; rename or convert it."
         )
     return plain
