@@ -15,11 +15,11 @@ from typing import Any
 
 import pytest
 
-from brokers import Broker, Listener, free_port, wait_until
+from brokers import Broker, Listener, SlowBroker, free_port, wait_until
 from motes.core.errors import ConfigError, FormatError
 from motes.mot.analytics.events import Event
 from motes.mot.analytics.regions import Line, Regions, Zone
-from motes.output import delivery, home_assistant, webhook
+from motes.output import delivery, home_assistant, mqtt, webhook
 from motes.output.delivery import Delivery, DeliveryError
 from motes.output.event_queue import MessageQueue
 from motes.output.mqtt import Mqtt, topic_of
@@ -265,6 +265,59 @@ def test_a_broker_gets_all_though_it_dies(tmp_path: Path) -> None:
         listener.close()
     assert "Events wait" in said[0]
     assert any("is back after" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    ("silent", "drips", "what"),
+    [
+        ("connect", False, "does not answer"),
+        ("publish", False, "does not confirm events"),
+        ("none", True, None),
+    ],
+)
+def test_a_slow_broker_gets_all_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, silent: str, drips: bool, what: str | None
+) -> None:
+    broker = SlowBroker()
+    broker.silent, broker.drips = {silent}, drips
+    said: list[str] = []
+    if what is not None:
+        monkeypatch.setattr(mqtt, "ANSWER", 0.2)
+    with MessageQueue(tmp_path / "q") as queue:
+        receiver = Mqtt(f"mqtt://127.0.0.1:{broker.port}/yard")
+        sending = Delivery(queue, receiver, said.append)
+        queue.put([receiver.name], [str(number) for number in range(5)])
+        if what is not None:
+            wait_until(lambda: said)
+            assert what in said[0]
+            assert queue.waiting() == {receiver.name: 5}
+            monkeypatch.setattr(mqtt, "ANSWER", 60.0)
+            broker.silent.clear()
+        wait_until(lambda: not queue.waiting())
+        sending.close()
+        assert sending.error is None
+    texts = [text for topic, text in broker.texts if topic == "yard"]
+    assert texts[-5:] == ["0", "1", "2", "3", "4"]
+    assert len([line for line in said if "Events wait" in line]) == (what is not None)
+    broker.close()
+
+
+def test_a_silent_broker_does_not_hold_up_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mqtt, "ANSWER", 0.1)
+    monkeypatch.setattr(delivery, "LAST_CHANCE", 0.3)
+    broker = SlowBroker()
+    broker.silent = {"publish"}
+    threads = threading.active_count()
+    with MessageQueue(tmp_path / "q") as queue:
+        receiver = Mqtt(f"mqtt://127.0.0.1:{broker.port}/yard")
+        sending = Delivery(queue, receiver, lambda line: None)
+        queue.put([receiver.name], ["1"])
+        sending.close()
+        assert queue.waiting() == {receiver.name: 1}
+    broker.close()
+    wait_until(lambda: threading.active_count() <= threads)
 
 
 def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:
