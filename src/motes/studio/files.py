@@ -128,8 +128,7 @@ def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
 
 async def foreground(session: Session, index: int) -> bytes:
     """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
-    if index >= session.facts.frames:
-        raise ConfigError(f"The film has {session.facts.frames} frames; there is no frame {index}.")
+    session.check_frame(index)
     asked = session.watching.asked
     method = "mog2" if asked is None else asked.watch.detector
     if method == "people" or method == "faces":
