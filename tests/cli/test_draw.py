@@ -11,6 +11,7 @@ import pytest
 
 from motes import open_source
 from motes.cli import main
+from motes.core.track import Status
 from motes.output.overlay import COLORS
 from motes.video.writer import VideoWriter
 
@@ -68,7 +69,7 @@ def test_an_outline_stands_where_the_row_says(go: Go) -> None:
     assert go("refine film.mkv rows.csv --at 29=78,20,20,20")[0] == 0
     assert go("draw film.mkv rows.csv -o drawn.mkv")[0] == 0
     last = pictures("drawn.mkv")[29]
-    blue = np.argwhere((abs(last - np.array(COLORS["tracking"])) < 60).all(axis=2))  # type: ignore[index]
+    blue = np.argwhere((abs(last - np.array(COLORS[Status.TRACKING])) < 60).all(axis=2))
     around = blue[blue[:, 0] > 15]
     assert around[:, 1].min() < 82
     assert around[:, 1].max() > 94
