@@ -74,6 +74,12 @@ class Zone(Config, frozen=True):
                 inside = not inside
         return inside
 
+    def depth(self, point: Point) -> float:
+        """Return the distance of a point from the edge of the zone."""
+        corners = [*zip(self.points[::2], self.points[1::2], strict=True)]
+        sides = zip(corners, corners[1:] + corners[:1], strict=True)
+        return min(_gap(start, end, point) for start, end in sides)
+
 
 class Regions(Config, frozen=True):
     """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
@@ -97,6 +103,15 @@ class Regions(Config, frozen=True):
         """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
         places: Regions = from_dict(from_toml(text, name), cls)
         return places
+
+    def check(self, width: int, height: int) -> None:
+        """Raise a ConfigError if a line or a zone lies outside of a picture."""
+        for name, place in (*self.lines.items(), *self.zones.items()):
+            if not _within(place.points, width, height):
+                raise ConfigError(
+                    f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
+                    f"pixels; move it."
+                )
 
     @property
     def lines(self) -> dict[str, Line]:
@@ -133,6 +148,40 @@ def _side(start: Point, end: Point, point: Point) -> float:
 def distance(line: tuple[float, float, float, float], point: Point) -> float:
     """Return the distance of a point from a line without ends."""
     return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
+
+
+def _gap(start: Point, end: Point, point: Point) -> float:
+    """Return the distance of a point from a segment."""
+    along = end[0] - start[0], end[1] - start[1]
+    square = along[0] ** 2 + along[1] ** 2
+    share = 0.0
+    if square > 0:
+        share = (along[0] * (point[0] - start[0]) + along[1] * (point[1] - start[1])) / square
+    share = min(max(share, 0.0), 1.0)
+    return math.dist(point, (start[0] + share * along[0], start[1] + share * along[1]))
+
+
+def _within(points: Sequence[float], width: int, height: int) -> bool:
+    """Return whether a line or polygon has points in a picture (Sutherland and Hodgman, 1974)."""
+    corners = [*zip(points[::2], points[1::2], strict=True)]
+    for axis, bound, sign in (
+        (0, 0.0, 1),
+        (0, width - 1.0, -1),
+        (1, 0.0, 1),
+        (1, height - 1.0, -1),
+    ):
+        kept: list[Point] = []
+        for last, here in zip(corners[-1:] + corners[:-1], corners, strict=True):
+            before, after = sign * (last[axis] - bound), sign * (here[axis] - bound)
+            if (before >= 0) != (after >= 0):
+                share = before / (before - after)
+                cut = [a + share * (b - a) for a, b in zip(last, here, strict=True)]
+                cut[axis] = bound
+                kept.append((cut[0], cut[1]))
+            if after >= 0:
+                kept.append(here)
+        corners = kept
+    return bool(corners)
 
 
 def _text(points: Sequence[float]) -> str:
