@@ -226,7 +226,7 @@ class EventCounter:
         for name in (*self._lines, *self._zones):
             said = [] if name in seen else [f"nothing {self._verb(name)}"]
             said += [
-                f"left out {n} {why}" for (place, why), n in self.left_out.items() if place == name
+                f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
             ]
             lines += [f"{name}: {', '.join(said)}"] if said else []
         return lines
