@@ -6,10 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, TypeAlias
 
+import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config, Positive, from_dict, from_toml
 from motes.core.errors import ConfigError
+from motes.core.geometry import clipped
 from motes.mot.analytics.ground_plane import Ground
 
 Point: TypeAlias = tuple[float, float]
@@ -107,7 +109,8 @@ class Regions(Config, frozen=True):
     def check(self, width: int, height: int) -> None:
         """Raise a ConfigError if a line or a zone lies outside of a picture."""
         for name, place in (*self.lines.items(), *self.zones.items()):
-            if not _within(place.points, width, height):
+            corners = np.reshape(np.array(place.points), (-1, 2))
+            if not len(clipped(corners, width - 1, height - 1)):
                 raise ConfigError(
                     f"{name} ({_text(place.points)}) lies outside of the picture, {width}x{height} "
                     f"pixels; move it."
@@ -159,29 +162,6 @@ def _gap(start: Point, end: Point, point: Point) -> float:
         share = (along[0] * (point[0] - start[0]) + along[1] * (point[1] - start[1])) / square
     share = min(max(share, 0.0), 1.0)
     return math.dist(point, (start[0] + share * along[0], start[1] + share * along[1]))
-
-
-def _within(points: Sequence[float], width: int, height: int) -> bool:
-    """Return whether a line or polygon has points in a picture (Sutherland and Hodgman, 1974)."""
-    corners = [*zip(points[::2], points[1::2], strict=True)]
-    for axis, bound, sign in (
-        (0, 0.0, 1),
-        (0, width - 1.0, -1),
-        (1, 0.0, 1),
-        (1, height - 1.0, -1),
-    ):
-        kept: list[Point] = []
-        for last, here in zip(corners[-1:] + corners[:-1], corners, strict=True):
-            before, after = sign * (last[axis] - bound), sign * (here[axis] - bound)
-            if (before >= 0) != (after >= 0):
-                share = before / (before - after)
-                cut = [a + share * (b - a) for a, b in zip(last, here, strict=True)]
-                cut[axis] = bound
-                kept.append((cut[0], cut[1]))
-            if after >= 0:
-                kept.append(here)
-        corners = kept
-    return bool(corners)
 
 
 def _text(points: Sequence[float]) -> str:
