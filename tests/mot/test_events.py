@@ -318,7 +318,7 @@ def test_places_at_which_nothing_was_are_named() -> None:
     ],
 )
 def test_places_outside_of_the_picture_are_refused(points: tuple[float, ...], inside: bool) -> None:
-    made = Line(points, "here") if len(points) == 4 else Zone(points, "here")  # type: ignore[arg-type]
+    made = Line(points, "here") if len(points) == 4 else Zone(points, "here")
     regions = Regions((made,)) if isinstance(made, Line) else Regions(zone=(made,))
     if inside:
         regions.check(100, 80)
