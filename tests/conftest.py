@@ -27,6 +27,10 @@ for number in SIGNALS:
         signal.signal(number, lambda *_: None)
 
 
+# Servers that tests start are on this machine; a proxy does not reach them.
+os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""
