@@ -26,8 +26,8 @@ NAMES = {
     "vot": "groundtruth.txt", "coco": "a.json", "cvat": "a.xml", "yolo": "labels",
     "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv", "keyframes": "keyframes.csv",
 }  # fmt: skip
-ONE_OBJECT = sorted(set(NAMES) - {"mot-detections"})
-MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "keyframes"})
+ONE_OBJECT = sorted(set(NAMES) - {"mot-detections", "yolo"})
+MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "yolo", "keyframes"})
 
 
 def round_trip(recorded: Recorded, name: str, folder: Path) -> Recorded:
@@ -81,14 +81,15 @@ def test_several_objects(name: str, tmp_path: Path) -> None:
     assert statuses == [Status.TRACKING, *[Status.OCCLUDED] * (HIDDEN in held)]
 
 
-def test_detections_have_no_identity(tmp_path: Path) -> None:
-    found = round_trip(crowd(), "mot-detections", tmp_path)
+@pytest.mark.parametrize("name", ["mot-detections", "yolo"])
+def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
+    found = round_trip(crowd(), name, tmp_path)
     expected = {frame: 1 + (not 10 <= frame < 15) for frame in range(30)}
     assert {row.frame: len(row.objects) for row in found} == expected
     assert {each.identity for row in found for each in row.objects} == {-1}
-    for name in ("cvat", "deeplabcut"):
+    for other in ("cvat", "deeplabcut"):
         with pytest.raises(FormatError, match="boxes without identities"):
-            registry.write(tmp_path / "a.xml", name, found)
+            registry.write(tmp_path / "a.xml", other, found)
     registry.write(tmp_path / "a.json", "coco", found)
     assert aspects(registry.read(tmp_path / "a.json", "coco", FACTS)) <= aspects(found)
 
@@ -158,7 +159,8 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     path = tmp_path / "keyframes.csv"
     registry.write(path, "keyframes", turning(), 1.0)
     lines = path.read_text().splitlines()
-    assert lines[0] == "frame,x,y,width,height"
+    assert lines[0] == "frame,x,y,a,b,theta"
+    assert {line.count(",") for line in lines[1:] if "absent" not in line} == {5}
     assert lines[1].startswith("0,60,120,20,12,0.1")
     assert "20:24,absent" in lines
     assert len(lines) < 20

@@ -113,10 +113,10 @@ def _table() -> list[str]:
     """Return a line for each format."""
     from motes.formats.registry import FORMATS
 
-    lines = [f"{'format':15}{'from':6}{'to':4}{'endings':32}content"]
+    lines = [f"{'format':18}{'from':6}{'to':4}{'endings':32}content"]
     for name, each in FORMATS.items():
         read, written = ("yes" if way else "" for way in (each.read, each.write))
-        lines.append(f"{name:15}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
+        lines.append(f"{name:18}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
     return lines
 
 

@@ -77,6 +77,14 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     return open(_followed(path), "wb" if overwrite else "xb", buffering=0)
 
 
+def check_ended(text: str) -> None:
+    """Raise a ValueError if the last line of a text has no end: the file may be cut off in it."""
+    if text.rpartition("\n")[2].strip():
+        raise ValueError(
+            "its last line has no end, so it may be cut off there; if it is whole, end the line"
+        )
+
+
 def write_all(file: BinaryIO, data: bytes | memoryview) -> None:
     """Write all of `data` into an unbuffered file, which may take it piece by piece."""
     rest = memoryview(data)

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.core.errors import FormatError
+from motes.core.files import check_ended
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
@@ -70,7 +71,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     FormatError
         If it has other points: a place alone has no size.
     """
-    lines = list(csv.reader(io.StringIO(read_text(path))))
+    text = read_text(path)
+    check_ended(text)
+    lines = list(csv.reader(io.StringIO(text)))
     titles = {line[0]: line[1:] for line in lines[:4] if line and line[0] in TITLES}
     points = titles.get("bodyparts", [])
     if not set(POINTS) <= set(points):

@@ -99,7 +99,7 @@ FORMATS: dict[str, Format] = {
     ),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
-        holds=(ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
+        holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
     ),
     "cvat": Format(
         title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
@@ -107,7 +107,11 @@ FORMATS: dict[str, Format] = {
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
-        holds=(CONFIDENCES, IDENTITIES, CLASSES), sized=True, folder=True,
+        holds=(CLASSES,), sized=True, folder=True,
+    ),
+    "yolo-predictions": Format(
+        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write_predictions",
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
@@ -256,7 +260,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
         raise SourceError(
             f"{path} is {kinds[path.is_dir()]}, and {name} is {kinds[form.folder]}; check the name."
         )
-    if name in ("yolo", "label-studio") and not facts.width:
+    if name in ("yolo", "yolo-predictions", "label-studio") and not facts.width:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
         _check_not_empty(path)
