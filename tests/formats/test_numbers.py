@@ -26,11 +26,13 @@ from motes.output.journal import ObjectRow
 
 WIDTH, HEIGHT, FRAMES = 320, 240, 12
 FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
+Truth = dict[int, tuple[str | None, Status, tuple[float, float, float, float]]]
+"""Class, status and box of each object in a frame."""
 Boxes = dict[tuple[int, int], list[float]]
 """x, y, width and height by frame and identity; the left side of the picture is 0."""
 
 
-def truth(frame: int) -> dict[int, tuple[str | None, Status, tuple[float, float, float, float]]]:
+def truth(frame: int) -> Truth:
     """Return class, status and box of each object: a car that drives out, a walker, a van.
 
     The walker is absent in the frames 4 to 6; the van is hidden in 8 and 9, and lost in 10. The
@@ -38,7 +40,7 @@ def truth(frame: int) -> dict[int, tuple[str | None, Status, tuple[float, float,
     """
     if frame == FRAMES - 1:
         return {}
-    there = {1: ("car", Status.TRACKING, (200.25 + 9 * frame, 41.5, 40.75, 24.5))}
+    there: Truth = {1: ("car", Status.TRACKING, (200.25 + 9 * frame, 41.5, 40.75, 24.5))}
     if not 4 <= frame <= 6:
         there[2] = (None, Status.TRACKING, (100.0 - 2 * frame, 100.5 + frame**1.5, 16.0, 48.25))
     van = {8: Status.OCCLUDED, 9: Status.OCCLUDED, 10: Status.LOST}.get(frame, Status.TRACKING)
