@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
-from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
 from motes.formats.thinning import keyframes
+from motes.output.journal import ObjectRow
 from recordings import FACTS, crowd, turning
 
 NAMES = {
@@ -249,3 +252,31 @@ def test_damaged_files_are_one_clear_error(name: str, data: bytes, tmp_path: Pat
     path.write_bytes(data)
     with contextlib.suppress(SourceError):  # which is one line, and no other error
         assert not boxes(registry.read(path, name, FACTS))  # an empty text has no objects
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"),
+    [
+        (name, ending)
+        for name, each in registry.FORMATS.items()
+        if each.write and not each.folder
+        for ending in each.endings
+    ],
+)
+def test_a_file_is_known_by_what_was_its_ending(name: str, ending: str, tmp_path: Path) -> None:
+    """Boxes are written alike in OTB and VOT, and truth, results and detections nearly so."""
+    upright = [
+        (frame, ObjectRow(1, Ellipse.from_box((9 + frame**2, 9, 20, 30)), 1.0, Status.TRACKING))
+        for frame in range(3)
+    ]
+    path = tmp_path / (ending if ending[0] != "." else f"street{ending}")
+    registry.write(path, name, recording_of(FACTS, upright), 0.0)
+    assert registry.recognized(path) == name
+    same_boxes(
+        registry.read(path, registry.recognized(path), FACTS),
+        recording_of(
+            FACTS, [(frame, replace(each, identity=-1 if name == "mot-detections" else 1))
+                    for frame, each in upright],
+        ),
+        0.011,
+    )  # fmt: skip

@@ -9,7 +9,7 @@ from cyclopts import App, Group, Parameter
 from msgspec.structs import replace
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_keyframe_error, check_not_source
+from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -95,6 +95,7 @@ def convert(
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
+    point_out_leftovers(target)
     try:
         registry.write(target, form, recorded, keyframe_error)
     except OSError as error:

@@ -184,7 +184,7 @@ class Journal:
 
 def journal_of(name: str) -> Path:
     """Return the path of a document's journal."""
-    return Path(name + ENDING)
+    return Path(f"{Path(name)}{ENDING}")  # a folder's name may end in a slash
 
 
 def object_rows(tracks: Iterable[SceneTrack]) -> tuple[ObjectRow, ...]:
