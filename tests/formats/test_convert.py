@@ -83,6 +83,40 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+def test_what_is_left_out_is_said(go: Go) -> None:
+    assert go("convert two.json labels")[0] == 0
+    Path("labels/readme.txt").write_text("of somebody\n")
+    Path("labels/classes.txt").write_text("car\nobject\n")
+    code, said = go("convert labels a.csv --size 320x240")
+    assert (code, said.count("left out")) == (0, 1), said
+    assert "left out of labels: readme.txt, whose name has no number of a frame." in said
+
+    assert go("convert two.json a.ls.json")[0] == 0
+    (task,) = json.loads(Path("a.ls.json").read_text())
+    regions = task["predictions"][0]["result"]
+    regions += [{"type": kind, "value": {}} for kind in ("choices", "choices", "timelinelabels")]
+    Path("a.ls.json").write_text(json.dumps([task]))
+    code, said = go("convert a.ls.json b.csv --size 320x240")
+    assert "left out of a.ls.json: 2 regions of choices; 1 region of timelinelabels." in said
+
+    assert go("convert two.json a.xml")[0] == 0
+    text = Path("a.xml").read_text().replace("</track>", "<cuboid frame='0'/></track>")
+    Path("a.xml").write_text(text)
+    assert "left out of a.xml: 2 cuboids." in go("convert a.xml c.csv")[1]
+
+    assert go("convert one.csv a.dlc.csv")[0] == 0
+    lines = Path("a.dlc.csv").read_text().splitlines()
+    more = ["motes", "snout", "x", *["1.5"] * (len(lines) - 3)]
+    table = "".join(f"{line},{field}\n" for line, field in zip(lines, more, strict=True))
+    Path("a.dlc.csv").write_text(table)
+    assert "left out of a.dlc.csv: the points snout, which have" in go("convert a.dlc.csv d.csv")[1]
+
+    head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
+    Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
+    code, said = go("convert a.json.rows.jsonl a.json")
+    assert (code, "the last line, which is cut off" in said) == (0, True), said
+
+
 def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     """A part of one would read as whole: there are fewer frames, and nothing says so."""
     with monkeypatch.context() as patch:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=2)
 FORMS = Group("Formats", sort_key=1)
+SAID = 5
+"""Kinds of things left out that are named; the others are counted."""
 
 
 @app.default
@@ -91,7 +93,9 @@ def convert(
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
     facts = _facts(video, size, fps, frames, label)
-    recorded = _checked(registry.read(rows, source, facts), rows, facts)
+    recorded = registry.read(rows, source, facts)
+    left_out = recorded.left_out
+    recorded = _checked(recorded, rows, facts)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
@@ -104,6 +108,9 @@ def convert(
         ) from error
     count = sum(1 for _ in recorded)
     log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
+    if left_out:
+        more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
+        log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")

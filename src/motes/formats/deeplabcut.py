@@ -99,7 +99,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             for name, identity in names.items():
                 row = _row(values, name, identity)
                 objects += [] if row is None else [(frame, row)]
-    return recording_of(facts, objects, times)
+    others = [point for point in dict.fromkeys(points) if point not in POINTS]
+    left_out = [f"the points {', '.join(others)[:80]}, which have no size"] if others else []
+    return recording_of(facts, objects, times, left_out=left_out)
 
 
 def _row(values: dict[tuple[str, str, str], str], name: str, identity: int) -> ObjectRow | None:

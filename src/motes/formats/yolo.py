@@ -21,6 +21,7 @@ from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 NAMES = "data.yaml"
+CLASSES = "classes.txt"
 
 
 def write(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
@@ -72,13 +73,16 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     A frame is the last number in the name of its file, from 0.
     """
     names = _names(path)
+    left_out: list[str] = []
     objects, times, ended = [], dict[int, float](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
         digits = re.findall(r"\d+", file.stem)
         if not digits:
-            continue  # such as classes.txt
+            if file.name != CLASSES:
+                left_out.append(f"{file.name}, whose name has no number of a frame")
+            continue
         frame = int(digits[-1])
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
@@ -97,7 +101,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         )
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
-    return recording_of(facts, objects, times)
+    return recording_of(facts, objects, times, left_out=left_out)
 
 
 def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
@@ -126,7 +130,7 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
 
 def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
-    for place in (folder / "classes.txt", folder.parent / "classes.txt"):
+    for place in (folder / CLASSES, folder.parent / CLASSES):
         if place.is_file():
             return dict(enumerate(read_text(place).splitlines()))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):
