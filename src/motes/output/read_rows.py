@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from motes.core.errors import InputError, MissingDependencyError
 from motes.core.files import check_ended
+from motes.core.spreadsheet import unguarded
 from motes.output.track_rows import DEVIATIONS, GROUND, Form, form_of
 
 WHOLE = ("frame", "identity", "outlier")
@@ -124,7 +125,8 @@ def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
-    yield from csv.reader(io.StringIO(text), strict=True)
+    for row in csv.reader(io.StringIO(text), strict=True):
+        yield [unguarded(field) for field in row]
     check_ended(text)
 
 
