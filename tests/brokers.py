@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import socket
 import subprocess
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -71,6 +73,64 @@ class Broker:
 
     def __exit__(self, *_: object) -> None:
         self.kill()
+
+
+class SlowBroker:
+    """Speaks as much of MQTT as a publisher needs, as slowly as it is told.
+
+    Attributes
+    ----------
+    silent
+        The packets that it does not answer: "connect", "publish" or "tls".
+    texts
+        What was published under topics, in order; the same again if it was not confirmed.
+    """
+
+    def __init__(self) -> None:
+        self.silent: set[str] = set()
+        self.drips = False
+        self.texts: list[tuple[str, str]] = []
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._server.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                connected = self._server.accept()[0]
+                threading.Thread(target=self._talk, args=(connected,), daemon=True).start()
+
+    def _talk(self, connected: socket.socket) -> None:
+        with connected, contextlib.suppress(OSError), connected.makefile("rb") as file:
+            while head := file.read(1):
+                length, shift = 0, 0
+                while True:
+                    (byte,) = file.read(1)
+                    length, shift = length | (byte & 127) << shift, shift + 7
+                    if byte < 128:
+                        break
+                self._answer(connected, head[0] >> 4, file.read(length))
+
+    def _answer(self, connected: socket.socket, kind: int, body: bytes) -> None:
+        if kind == 1 and "connect" not in self.silent:
+            self._send(connected, b"\x20\x02\x00\x00")
+        elif kind == 3:
+            size = int.from_bytes(body[:2], "big")
+            topic, number, text = body[2 : 2 + size], body[2 + size : 4 + size], body[4 + size :]
+            self.texts.append((topic.decode(), text.decode()))
+            if "publish" not in self.silent:
+                self._send(connected, b"\x40\x02" + number)
+        elif kind == 12:
+            self._send(connected, b"\xd0\x00")
+
+    def _send(self, connected: socket.socket, packet: bytes) -> None:
+        for i in range(len(packet)):
+            time.sleep(0.02 if self.drips else 0)
+            connected.sendall(packet[i : i + 1])
+
+    def close(self) -> None:
+        """Answer nobody any more."""
+        self._server.close()
 
 
 class Listener:

@@ -113,6 +113,12 @@ class Shown:
         )
         return found[0], found[1]
 
+    def choose_tracker(self, where: str, name: str) -> None:
+        """Choose a tracker that the menu shows after "More" alone."""
+        menu = self.page.locator(where).get_by_label("Tracker")
+        menu.select_option(label="More …")
+        menu.select_option(name)
+
     def drag(self, *points: tuple[float, float]) -> None:
         """Drag from a point of the film over others to the last one."""
         self.page.mouse.move(*self.at(*points[0]))

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from motes.core.interrupts import SIGNALS
+
 # Where the extra `studio` or the client of a browser is not installed, its tests are not collected.
 needed = ("starlette", "uvicorn", "websockets", "httpx", "playwright", "axe_playwright_python")
 collect_ignore_glob = [] if all(map(find_spec, needed)) else ["studio/*"]
@@ -18,10 +20,11 @@ collect_ignore_glob = [] if all(map(find_spec, needed)) else ["studio/*"]
 settings.register_profile("motes", deadline=None, derandomize=True)
 settings.load_profile("motes")
 
-# A shell starts its background jobs with SIGINT ignored, and so would the programs be that tests
-# interrupt.
-if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# What is ignored stays so in programs that are started, which tests interrupt: SIGINT in background
+# jobs of a shell, SIGHUP below nohup. A handler does not; and this one still ignores the signal.
+for number in SIGNALS:
+    if signal.getsignal(number) == signal.SIG_IGN:
+        signal.signal(number, lambda *_: None)
 
 
 @pytest.fixture(scope="session")

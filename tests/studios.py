@@ -102,7 +102,7 @@ def running(
     """Run a studio in a thread, and give a client of it."""
     opened = listening("127.0.0.1", 0)
     port = opened.getsockname()[1]
-    guard = Guard("127.0.0.1", port, token)
+    guard = Guard("127.0.0.1", token)
     server = uvicorn.Server(settings(app(Studio(folder, data, limits or Limits()), guard)))
     thread = threading.Thread(target=server.run, args=([opened],))
     thread.start()

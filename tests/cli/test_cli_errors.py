@@ -152,9 +152,24 @@ def test_a_lack_of_memory_is_no_defect(error: Exception) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")
-def test_a_limit_of_memory_that_libraries_cannot_bear_is_named(tmp_path: Path) -> None:
-    line = f"ulimit -v 600000; exec {MOTES} track film.mkv --init 1,2,30,40"
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [
+        ("-v 600000", "Memory is limited to 600000 KB of addresses"),
+        ("-n 9", "9 open files are allowed"),
+    ],
+)
+def test_a_limit_that_libraries_cannot_bear_is_named(
+    tmp_path: Path, limit: str, message: str
+) -> None:
+    line = f"ulimit {limit}; exec {MOTES} track film.mkv --init 1,2,30,40"
     done = subprocess.run(line, shell=True, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr.startswith("motes: error: Memory is limited to 600000 KB of addresses")
+    assert done.stderr.startswith(f"motes: error: {message}")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_lack_of_file_descriptors_says_what_to_do() -> None:
+    message, code = explain(OSError(errno.EMFILE, "Too many open files", "rows.csv"))
+    assert "raise the limit (ulimit -n)" in message
+    assert code == 2

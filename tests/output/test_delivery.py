@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import socket
 import sqlite3
 import threading
 from collections import Counter
@@ -14,11 +15,11 @@ from typing import Any
 
 import pytest
 
-from brokers import Broker, Listener, free_port, wait_until
+from brokers import Broker, Listener, SlowBroker, free_port, wait_until
 from motes.core.errors import ConfigError, FormatError
 from motes.mot.analytics.events import Event
 from motes.mot.analytics.regions import Line, Regions, Zone
-from motes.output import delivery, home_assistant
+from motes.output import delivery, home_assistant, mqtt, webhook
 from motes.output.delivery import Delivery, DeliveryError
 from motes.output.event_queue import MessageQueue
 from motes.output.mqtt import Mqtt, topic_of
@@ -136,6 +137,67 @@ def test_a_webhook_gets_all_though_the_server_fails_and_dies(tmp_path: Path) -> 
     assert "secret" not in "".join(said)
 
 
+HEAD = b"HTTP/1.1 200 OK\r\n"
+
+
+@pytest.mark.parametrize(
+    ("begin", "piece", "pause", "what"),
+    [
+        (b"", b"", 0.05, "has not finished its answer in 0.3 s"),
+        (b"", b"H", 0.05, "has not finished its answer in 0.3 s"),
+        (HEAD, b"x", 0.05, "has not finished its answer in 0.3 s"),
+        (HEAD + b"\r\n", b"x", 0.05, "has not finished its answer in 0.3 s"),
+        (HEAD + b"\r\n", b"x" * 9999, 0, "answers with more than 64 kB"),
+        (HEAD + b"Content-Length: 99999999999\r\n\r\n", b"x" * 9999, 0, "more than 64 kB"),
+        (HEAD + b"Transfer-Encoding: chunked\r\n\r\n", b"1\r\nx\r\n" * 999, 0, "more than 64 kB"),
+        (HEAD, b"a: " + b"b" * 9999 + b"\r\n", 0, "more than 64 kB"),
+        (b"", b"HTTP/1.1 100 Continue\r\n\r\n" * 99, 0, "more than 64 kB"),
+    ],
+    ids=[
+        "silent", "status", "head", "dripping body", "endless body", "long body", "chunks", "heads",
+        "continue",
+    ],
+)  # fmt: skip
+def test_an_answer_without_end_is_a_failure_that_waits(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    begin: bytes,
+    piece: bytes,
+    pause: float,
+    what: str,
+) -> None:
+    """The first post gets the answer without end, the second one a good one."""
+    monkeypatch.setattr(webhook, "ANSWER", 0.3)
+    said: list[str] = []
+    ended = threading.Event()
+
+    def drip(connected: socket.socket) -> None:
+        connected.recv(1 << 16)
+        with contextlib.suppress(OSError):
+            connected.sendall(begin)
+            while not ended.wait(pause):
+                connected.sendall(piece)
+
+    with socket.create_server(("127.0.0.1", 0)) as server, MessageQueue(tmp_path / "q") as queue:
+        hook = Webhook(f"http://127.0.0.1:{server.getsockname()[1]}/")
+        sending = Delivery(queue, hook, said.append)
+        queue.put([hook.name], ["1"])
+        with server.accept()[0] as connected:
+            dripping = threading.Thread(target=drip, args=(connected,))
+            dripping.start()
+            wait_until(lambda: said)
+            assert queue.waiting() == {hook.name: 1}
+            ended.set()
+            dripping.join()
+        with server.accept()[0] as connected:
+            connected.recv(1 << 16)
+            connected.sendall(b"HTTP/1.1 204 No Content\r\n\r\n")
+            wait_until(lambda: not queue.waiting())
+        sending.close()
+    assert what in said[0]
+    assert "are sent again" in said[0]
+
+
 class Stubborn:
     """A receiver that never confirms."""
 
@@ -203,6 +265,59 @@ def test_a_broker_gets_all_though_it_dies(tmp_path: Path) -> None:
         listener.close()
     assert "Events wait" in said[0]
     assert any("is back after" in line for line in said)
+
+
+@pytest.mark.parametrize(
+    ("silent", "drips", "what"),
+    [
+        ("connect", False, "does not answer"),
+        ("publish", False, "does not confirm events"),
+        ("none", True, None),
+    ],
+)
+def test_a_slow_broker_gets_all_in_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, silent: str, drips: bool, what: str | None
+) -> None:
+    broker = SlowBroker()
+    broker.silent, broker.drips = {silent}, drips
+    said: list[str] = []
+    if what is not None:
+        monkeypatch.setattr(mqtt, "ANSWER", 0.2)
+    with MessageQueue(tmp_path / "q") as queue:
+        receiver = Mqtt(f"mqtt://127.0.0.1:{broker.port}/yard")
+        sending = Delivery(queue, receiver, said.append)
+        queue.put([receiver.name], [str(number) for number in range(5)])
+        if what is not None:
+            wait_until(lambda: said)
+            assert what in said[0]
+            assert queue.waiting() == {receiver.name: 5}
+            monkeypatch.setattr(mqtt, "ANSWER", 60.0)
+            broker.silent.clear()
+        wait_until(lambda: not queue.waiting())
+        sending.close()
+        assert sending.error is None
+    texts = [text for topic, text in broker.texts if topic == "yard"]
+    assert texts[-5:] == ["0", "1", "2", "3", "4"]
+    assert len([line for line in said if "Events wait" in line]) == (what is not None)
+    broker.close()
+
+
+def test_a_silent_broker_does_not_hold_up_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mqtt, "ANSWER", 0.1)
+    monkeypatch.setattr(delivery, "LAST_CHANCE", 0.3)
+    broker = SlowBroker()
+    broker.silent = {"publish"}
+    threads = threading.active_count()
+    with MessageQueue(tmp_path / "q") as queue:
+        receiver = Mqtt(f"mqtt://127.0.0.1:{broker.port}/yard")
+        sending = Delivery(queue, receiver, lambda line: None)
+        queue.put([receiver.name], ["1"])
+        sending.close()
+        assert queue.waiting() == {receiver.name: 1}
+    broker.close()
+    wait_until(lambda: threading.active_count() <= threads)
 
 
 def test_a_broker_that_is_no_broker_is_reported(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import http.client
 import io
 import socket
@@ -10,6 +12,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
+from collections.abc import Iterator
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -20,9 +23,9 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from brokers import wait_until
+from brokers import PATIENCE, wait_until
 from motes.core.errors import ConfigError
-from motes.output import live_picture
+from motes.output import live_picture, local_server
 from motes.output.live_picture import Page, Window, view
 from motes.output.local_server import Server, reply
 from motes.output.metrics import CONTENT_TYPE, Metric, text
@@ -187,13 +190,119 @@ def test_no_screen_no_window(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_port_that_is_taken_is_one_clear_line() -> None:
-    server = Server("127.0.0.1", 0, lambda request: reply(request, "text/plain", b"hello"))
+    server = Server("127.0.0.1", 0, lambda request: reply(request, "text/plain", b"hello")).start()
     port = urlsplit(server.address).port or 0
     with pytest.raises(ConfigError, match="choose another port"):
         Server("127.0.0.1", port, lambda request: None)
     with urllib.request.urlopen(server.address) as answer:
         assert answer.read() == b"hello"
     server.close()
+
+
+@pytest.fixture
+def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+    """Give a server that repeats what is posted; it waits 0.3 s for a request."""
+    monkeypatch.setattr(local_server, "REQUEST", 0.3)
+    monkeypatch.setattr(local_server, "CONNECTIONS", 3)
+    server = Server(
+        "127.0.0.1",
+        0,
+        lambda request: reply(request, "text/plain", b"hello"),
+        lambda request, body: reply(request, "text/plain", body),
+    )
+    yield server.start()
+    server.close()
+
+
+def asking(server: Server, text: bytes = b"") -> socket.socket:
+    """Return a connection on which a text has been sent."""
+    place = urlsplit(server.address)
+    connected = socket.create_connection((place.hostname or "", place.port or 0), PATIENCE)
+    connected.sendall(text)
+    return connected
+
+
+POST = b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n"
+
+
+@pytest.mark.parametrize("begin", [b"", b"GET / HTT", POST, POST + b"\r\n1234"])
+@pytest.mark.parametrize("drip", [b"", b"1"], ids=["silent", "dripping"])
+def test_a_request_that_does_not_end_is_closed(server: Server, begin: bytes, drip: bytes) -> None:
+    with asking(server, begin) as connected:
+        connected.settimeout(0.05)
+        end = time.monotonic() + PATIENCE
+        sent = len(drip)
+        while time.monotonic() < end:
+            with contextlib.suppress(OSError):  # it is closed
+                connected.sendall(drip if sent < 5 else b"")
+                sent += len(drip)
+            try:
+                assert connected.recv(1) == b""
+            except TimeoutError:
+                continue
+            except ConnectionError:
+                pass
+            return
+    raise AssertionError("the connection stays open")
+
+
+def test_so_many_connections_are_open_and_no_more(server: Server) -> None:
+    with asking(server), asking(server), asking(server) as last:
+        with asking(server) as more, contextlib.suppress(ConnectionResetError):
+            assert more.recv(1) == b""
+        assert last.recv(1) == b""  # its time is over
+    wait_until(lambda: answered(server))
+
+
+def answered(server: Server) -> bool:
+    with asking(server, b"GET / HTTP/1.0\r\nHost: localhost\r\n\r\n") as connected:
+        try:
+            return connected.makefile("rb").read().endswith(b"hello")
+        except ConnectionResetError:
+            return False
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({}, 200),
+        ({"Host": "evil.example"}, 403),
+        ({"Host": "[::1"}, 403),
+        ({"Origin": "http://evil.example"}, 403),
+        ({"Origin": "http://["}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Content-Length": "-5"}, 400),
+        ({"Content-Length": "9" * 5000}, 400),
+        ({"Content-Length": "999999999"}, 413),
+    ],
+)
+def test_requests_of_others_are_refused(
+    server: Server, headers: dict[str, str], status: int
+) -> None:
+    connection = http.client.HTTPConnection(urlsplit(server.address).netloc, timeout=PATIENCE)
+    connection.request("POST", "/", b"" if status != 200 else b"mine", headers)
+    answer = connection.getresponse()
+    assert answer.status == status
+    assert (answer.read() == b"mine") == (status == 200)
+    connection.close()
+
+
+def test_a_server_without_file_descriptors_waits_for_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It must not try again and again without a pause, which takes a whole core."""
+
+    def none_left() -> None:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    pauses: list[float] = []
+    monkeypatch.setattr("motes.output.local_server.time.sleep", pauses.append)
+    with Server("127.0.0.1", 0, lambda request: None) as server:
+        with monkeypatch.context() as context:
+            context.setattr(server, "socket", SimpleNamespace(accept=none_left))
+            with pytest.raises(OSError, match="Too many"):
+                server.get_request()
+        assert pauses == [0.1]
 
 
 def test_prometheus_reads_metrics() -> None:

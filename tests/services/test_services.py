@@ -5,6 +5,8 @@ from __future__ import annotations
 import base64
 import io
 import json
+import socket
+import struct
 import threading
 import urllib.error
 import urllib.request
@@ -16,6 +18,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from brokers import wait_until
 from motes.core.errors import ConfigError, MotesError
 from motes.core.geometry import Box, iou
 from motes.evaluation.synthetic.clips import crowd
@@ -147,11 +150,12 @@ def request(truth: Box, frame: int, film: str = "/data/upload/cells") -> dict[st
     }  # fmt: skip
 
 
-def test_label_studio_asks_over_http(videos: Path) -> None:
+def test_label_studio_asks_over_http(videos: Path, capfd: pytest.CaptureFixture[str]) -> None:
     truths = [truth for _, truth in frames(8)]
     answering = label_studio.server("127.0.0.1", 0, videos, "default")
     thread = threading.Thread(target=answering.serve_forever)
     thread.start()
+    before = threading.active_count()
     address = f"http://127.0.0.1:{answering.server_address[1]}"
 
     def ask(path: str, content: Any = None) -> tuple[int, Any]:
@@ -179,14 +183,27 @@ def test_label_studio_asks_over_http(videos: Path) -> None:
         status, answer = ask("/predict", request(truths[0], 1, "/data/none.mp4"))
         assert (status, "There is no video /data/none.mp4" in answer["error"]) == (400, True)
         assert ask("/nothing")[0] == ask("/nothing", {})[0] == 404
-        for length in ("-5", "abc"):
-            wrong = urllib.request.Request(f"{address}/predict", b"{}", {"Content-Length": length})
-            with pytest.raises(urllib.error.HTTPError, match="400"):
-                urllib.request.urlopen(wrong, timeout=60)
+        for name in ("/data/a\0b", "/data/" + 5000 * "a"):
+            assert ask("/predict", request(truths[0], 1, name))[0] == 400
+        foreign = urllib.request.Request(f"{address}/predict", b"{}", {"Origin": "http://evil"})
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(foreign, timeout=60)
+        body = json.dumps(request(truths[0], 1)).encode()
+        with socket.create_connection(("127.0.0.1", answering.server_address[1])) as leaving:
+            head = f"POST /predict HTTP/1.0\r\nHost: localhost\r\nContent-Length: {len(body)}"
+            leaving.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            leaving.sendall(head.encode() + b"\r\n\r\n" + body)
+        wait_until(lambda: threading.active_count() == before)
     finally:
         answering.shutdown()
         answering.server_close()
         thread.join()
+    assert capfd.readouterr().err == ""  # also of the client that hung up
+
+
+def test_a_port_that_label_studio_cannot_have(videos: Path) -> None:
+    with pytest.raises(ConfigError, match="choose another port"):
+        label_studio.server("127.0.0.1", 99999, videos, "default")
 
 
 def test_only_videos_of_the_folder_are_opened(videos: Path, tmp_path: Path) -> None:

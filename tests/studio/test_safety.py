@@ -2,27 +2,40 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import logging
 import multiprocessing
 import os
 import signal
+import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import httpx
 import pytest
+from PIL import Image
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 import loops
+from brokers import wait_until
 from clips import clip
+from coded import video
 from motes.core.errors import SourceError
-from motes.studio import protocol
+from motes.studio import connections, protocol
+from motes.studio.containers import check_container
+from motes.studio.films import Films
 from motes.studio.processes import Worker, WorkerError
 from motes.studio.safety import COOKIE, Guard, Limits, inside
+from motes.studio.studio import Studio
 from motes.studio.tasks import Picture
-from studios import SLOW, begin, film, looking, running
+from motes.video.film import Film
+from studios import PATIENCE, SLOW, begin, film, looking, running
 
 pytestmark = pytest.mark.slow
 
@@ -65,7 +78,34 @@ def error(answer: httpx.Response) -> str:
 def test_only_plain_films_are_listed(client: httpx.Client) -> None:
     names = {each["name"] for each in client.get("/api/films").json()}
     assert {"film.mkv", "deep/film.mkv"} <= names
-    assert not {"link.mkv", "pipe.mp4", "notes.txt"} & names
+    assert not {"link.mkv", "pipe.mp4", "notes.txt", "list.mp4", "concat.mkv"} & names
+
+
+@pytest.mark.parametrize("name", ["a.flv", "a.gif", "a.y4m", "a.nut", "a.M2TS"])
+def test_films_of_the_command_line_are_listed_and_opened(tmp_path: Path, name: str) -> None:
+    codecs = {".flv": "flv", ".y4m": "wrapped_avframe", ".nut": "mpeg4"}
+    folder = tmp_path / "films"
+    folder.mkdir()
+    path = folder / name
+    if name == "a.gif":
+        pictures = [Image.new("RGB", (32, 24), (50 * i, 0, 0)) for i in range(5)]
+        pictures[0].save(path, save_all=True, append_images=pictures[1:])
+    else:
+        video(path, codecs.get(path.suffix, "mpeg2video"), {}, frames=5)
+    films = Films(folder, tmp_path / "uploads", Limits())
+    assert [each.name for each in films.listed()] == [name]
+    check_container(str(path), Limits())
+    assert len(Film(films.path(name, uploaded=False), quick=True).times) == 5
+
+
+def test_an_animation_alone_is_a_film_and_one_picture_is_none(tmp_path: Path) -> None:
+    pictures = [Image.new("RGB", (32, 24), color) for color in ("red", "blue")]
+    for folder, count in (("moves", 2), ("rests", 1)):
+        (tmp_path / folder).mkdir()
+        path = tmp_path / folder / "a.webp"
+        pictures[0].save(path, save_all=True, append_images=pictures[1:count])
+    films = Films(tmp_path, tmp_path / "uploads", Limits())
+    assert [each.name for each in films.listed() if not each.uploaded] == ["moves/a.webp"]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +121,7 @@ def test_only_plain_films_are_listed(client: httpx.Client) -> None:
         ("http://example.org/a.mp4", "no film"),
         ("0", "no film"),
         ("pipe.mp4", "no plain file"),
-        ("notes.txt", "ends in none"),
+        ("notes.txt", "does not end like a film"),
         ("list.mp4", "playlist"),
         ("concat.mkv", "playlist"),
         ("sdp.mp4", "not a video"),
@@ -117,7 +157,9 @@ def test_uploads(client: httpx.Client, tmp_path: Path) -> None:
     parts = (b"0" * 10_000 for _ in range(6))
     assert "larger" in error(client.post("/api/uploads?name=x.mp4", content=parts))
     assert "playlist" in error(client.post("/api/uploads?name=x.mp4", content=b"#EXTM3U\n"))
-    assert "ends in none" in error(client.post("/api/uploads?name=x.m3u8", content=b"0"))
+    assert "does not end like a film" in error(
+        client.post("/api/uploads?name=x.m3u8", content=b"0")
+    )
     assert "name" in error(client.post("/api/uploads", content=b"0"))
     names = {each["name"] for each in client.get("/api/films").json() if each["uploaded"]}
     assert names == {"mine.mkv", again["name"]}
@@ -150,6 +192,115 @@ def test_all_answers_have_their_headers(client: httpx.Client) -> None:
     assert client.get("/static/..%2fserver.py").status_code == 404
 
 
+DEEP = "[" * 100_000
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda client, _: client.get("/api/films", headers={"Origin": "http://["}),
+        lambda client, _: client.get("/api/films", headers={"Host": "[::1"}),
+        lambda client, _: client.post("/api/sessions", content=f'{{"film":{DEEP}'.encode()),
+        lambda client, _: client.post("/api/uploads?name=" + "é" * 190 + ".mp4", content=b"x"),
+        lambda client, at: client.post(f"{at}/import?name=..", content=b"x"),
+        lambda client, at: client.post(f"{at}/import?name=a%00b", content=b"x"),
+        lambda client, at: client.post(f"{at}/import?name=" + "x" * 300, content=b"x"),
+        lambda client, at: client.post(f"{at}/import?name=x.json", content=DEEP.encode()),
+        lambda client, at: client.get(f"{at}/frames/{'9' * 20}.jpg"),
+        lambda client, at: client.get(f"{at}/foreground/{'9' * 20}.png"),
+        lambda client, at: client.get(f"{at}/strip?count={'9' * 20}&height={'9' * 20}"),
+    ],
+    ids=[
+        "origin", "host", "nested", "upload", "folder", "nul", "long", "nested file", "digits",
+        "foreground", "strip",
+    ],
+)  # fmt: skip
+def test_no_request_fails_inside(
+    client: httpx.Client, ask: Callable[[httpx.Client, str], httpx.Response]
+) -> None:
+    session = begin(client)
+    assert ask(client, f"/api/sessions/{session}").status_code < 500
+    client.delete(f"/api/sessions/{session}")
+
+
+def test_who_hangs_up_leaves_no_trace(
+    folder: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    errors = logging.getLogger("uvicorn.error")
+    with running(folder, tmp_path) as client:
+        errors.addHandler(caplog.handler)
+        place = client.base_url.host, client.base_url.port or 0
+        with socket.create_connection(place, PATIENCE) as connected:
+            head = b"POST /api/uploads?name=a.mp4 HTTP/1.1\r\nHost: localhost\r\n"
+            connected.sendall(head + b"Content-Length: 99\r\n\r\nhalf")
+            wait_until(lambda: [*(tmp_path / "uploads").iterdir()])
+        wait_until(lambda: not [*(tmp_path / "uploads").iterdir()])
+        client.get("/api/films")
+    errors.removeHandler(caplog.handler)
+    assert not caplog.records
+
+
+def test_a_studio_without_file_descriptors_says_so(
+    client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def begin(*_: object, **__: object) -> None:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(Studio, "begin", begin)
+    answer = client.post("/api/sessions", json={"film": "film.mkv"})
+    assert answer.status_code == 503
+    assert "Too many open files" in answer.json()["error"]
+
+
+WHOLE = b"GET /nothing HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+
+def test_a_head_that_does_not_come_is_closed(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also the second one of a connection, and of somebody who has no token."""
+    monkeypatch.setattr(connections, "HEAD", 0.3)
+    with running(folder, tmp_path, token="right") as client:
+        place = client.base_url.host, client.base_url.port or 0
+        for start, drip in ((b"", b""), (b"GET / HTTP/1.1\r\n", b"a"), (WHOLE + b"GET", b"a")):
+            with socket.create_connection(place, PATIENCE) as connected:
+                connected.sendall(start)
+                dripping = threading.Thread(target=drip_into, args=(connected, drip))
+                dripping.start()
+                with contextlib.suppress(ConnectionError):
+                    while connected.recv(4096):
+                        pass
+                dripping.join()
+
+
+def drip_into(connected: socket.socket, drip: bytes) -> None:
+    with contextlib.suppress(OSError):
+        while drip:
+            connected.sendall(drip)
+            time.sleep(0.1)
+
+
+def test_so_many_connections_are_open_and_no_more(
+    client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connections, "CONNECTIONS", 4)
+    place = client.base_url.host, client.base_url.port or 0
+    with contextlib.ExitStack() as held:
+        for _ in range(4):
+            held.enter_context(socket.create_connection(place, PATIENCE))
+        more = held.enter_context(socket.create_connection(place, PATIENCE))
+        with contextlib.suppress(ConnectionError):
+            assert more.recv(1) == b""
+
+    def answered() -> bool:
+        try:
+            return client.get("/api/films").status_code == 200
+        except httpx.TransportError:
+            return False
+
+    wait_until(answered)
+
+
 def test_a_token_is_needed(folder: Path, tmp_path: Path) -> None:
     with running(folder, tmp_path, token="right") as client:
         assert client.get("/").status_code == 403
@@ -168,11 +319,11 @@ def test_a_token_is_needed(folder: Path, tmp_path: Path) -> None:
 
 
 def test_hosts_are_checked_on_this_computer_alone() -> None:
-    assert Guard("127.0.0.1", 80, None).refusal({"host": "evil:80"})
-    assert Guard("127.0.0.1", 80, None).refusal({"host": "localhost:80"}) is None
-    assert Guard("0.0.0.0", 80, "token").refusal({"host": "lab:80"}) is None
-    assert not Guard("0.0.0.0", 80, "token").knows("")
-    assert not Guard("0.0.0.0", 80, "token").knows("tökén")
+    assert Guard("127.0.0.1", None).refusal({"host": "evil:80"})
+    assert Guard("127.0.0.1", None).refusal({"host": "localhost:80"}) is None
+    assert Guard("0.0.0.0", "token").refusal({"host": "lab:80"}) is None
+    assert not Guard("0.0.0.0", "token").knows("")
+    assert not Guard("0.0.0.0", "token").knows("tökén")
 
 
 def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
@@ -184,7 +335,7 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[1,2]}',
             '{"type":"add_object","id":1,"name":"a","color":"url(x)","frame":0,"region":[1,2,3,4]}',
             '{"type":"add_object","id":1,"name":"a","color":"#000000","frame":0,"region":[NaN,2,3,4]}',
-            '"' + "x" * protocol.LARGEST_MESSAGE + '"',
+            '"' + "x" * protocol.LARGEST_MESSAGE + '"', '{"a":' + DEEP,
         ):  # fmt: skip
             before = len(page.of(protocol.Reply))
             page.raw(text)
@@ -203,8 +354,8 @@ def test_hostile_messages_get_one_line(client: httpx.Client) -> None:
 
 
 def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
-    one, two = begin(client), begin(client)
-    with looking(client, one) as page, looking(client, two):
+    one = begin(client)
+    with looking(client, one) as page, looking(client, begin(client)):
         assert "2 sessions" in error(client.post("/api/sessions", json={"film": "film.mkv"}))
         first = page.drawn(preset="nummiaro", config=SLOW)
         second = page.drawn()
@@ -212,8 +363,8 @@ def test_numbers_of_sessions_and_jobs_are_limited(client: httpx.Client) -> None:
         page.do("pause", job=job)
         assert "1 jobs" in str(page.ask("track", objects=[second]).error)
         page.do("stop", job=job)
-    for each in (one, two):
-        client.delete(f"/api/sessions/{each}")
+    for each in client.get("/api/sessions").json():
+        client.delete(f"/api/sessions/{each['id']}")
 
 
 def test_a_film_that_kills_its_workers_says_so(client: httpx.Client) -> None:

@@ -16,6 +16,8 @@ from motes.core.errors import clear
 
 LEAST_ADDRESSES = 1_000_000 * 1024
 """Least bytes of address space; with fewer, libraries abort or hang while they are loaded."""
+LEAST_FILES = 32
+"""Least open files; with fewer, libraries end with tracebacks of their own."""
 
 
 def main(tokens: Sequence[str] | None = None) -> int:
@@ -31,13 +33,9 @@ def main(tokens: Sequence[str] | None = None) -> int:
 
 
 def _run(tokens: Sequence[str]) -> int:
-    limit = _address_limit()
-    if limit is not None and limit < LEAST_ADDRESSES:
-        print(
-            f"motes: error: Memory is limited to {limit >> 10} KB of addresses, and motes needs "
-            f"{LEAST_ADDRESSES >> 10}; raise the limit (ulimit -v).",
-            file=sys.stderr,
-        )
+    narrow = _too_narrow()
+    if narrow is not None:
+        print(f"motes: error: {narrow}", file=sys.stderr)
         return USAGE
     try:
         from motes.cli.app import app
@@ -66,11 +64,23 @@ def _run(tokens: Sequence[str]) -> int:
         return code
 
 
-def _address_limit() -> int | None:
-    """Return the limit of the address space in bytes; None without a limit."""
+def _too_narrow() -> str | None:
+    """Return which limit of the system motes cannot work in; None if there is none."""
     try:
         import resource
     except ImportError:  # on Windows
         return None
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return None if limit == resource.RLIM_INFINITY else limit
+    addresses, files = (
+        resource.getrlimit(each)[0] for each in (resource.RLIMIT_AS, resource.RLIMIT_NOFILE)
+    )
+    if addresses != resource.RLIM_INFINITY and addresses < LEAST_ADDRESSES:
+        return (
+            f"Memory is limited to {addresses >> 10} KB of addresses, and motes needs "
+            f"{LEAST_ADDRESSES >> 10}; raise the limit (ulimit -v)."
+        )
+    if files != resource.RLIM_INFINITY and files < LEAST_FILES:
+        return (
+            f"{files} open files are allowed, and motes needs {LEAST_FILES}; raise the limit "
+            f"(ulimit -n)."
+        )
+    return None

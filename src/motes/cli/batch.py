@@ -146,7 +146,7 @@ def batch(
     ----------
     jobs
         A table .csv, .jsonl, .parquet or .toml with the columns source, name, do, region,
-        keyframes, rows, detector, places, preset, config, seed, start, end, stride and label
+        keyframes, rows, detector, places, preset, config, seed, start, end, stride, fps and label
         (docs/batch.md); or a pattern of films, such as 'films/*.mp4'.
     """
     from motes.cluster.inputs import missing

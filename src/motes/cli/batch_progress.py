@@ -151,7 +151,7 @@ class BatchProgress:
             except OSError as error:
                 raise FormatError(f"{self._file} cannot be written: {error.strerror}.") from None
         if self._place is not None:
-            server = Server(*self._place, self._answer)
+            server = Server(*self._place, self._answer).start()
             self._open.callback(server.close)
             log(f"Metrics are at {server.address}metrics")
         if sys.stderr.isatty():

@@ -24,6 +24,8 @@ def explain(error: Exception) -> tuple[str, int]:
         return _wrong_option(error), USAGE
     if isinstance(error, MemoryError) or _lacks_memory(error):
         return NO_MEMORY, USAGE
+    if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+        return "No more files can be opened; raise the limit (ulimit -n), or ask for less.", USAGE
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return f"{where}{error.strerror or error}; make it possible and try again.", UNWRITABLE

@@ -73,7 +73,7 @@ class MetricsPage:
         self._lag = 0.0 if arrived is None else self._newest - arrived
 
     def __enter__(self) -> Self:
-        self._server = Server(*self._place, self._answer)
+        self._server = Server(*self._place, self._answer).start()
         log(f"Metrics are at {self._server.address}metrics")
         return self
 

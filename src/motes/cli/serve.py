@@ -44,11 +44,7 @@ def label_studio(
         raise SourceError(f"There is no folder {files}; give that of the videos.")
     if not 0 < port < 65536:
         raise ConfigError(f"--port is {port}; give 1 to 65535.")
-    try:
-        answering = server(host, port, files, preset)
-    except OSError as error:
-        raise ConfigError(f"{host}:{port} cannot be used: {error.strerror}.") from None
-    with answering:
+    with server(host, port, files, preset) as answering:
         log(f"Label Studio finds the tracker at http://{host}:{port}; Ctrl-C ends it.")
         answering.serve_forever()
     return DONE

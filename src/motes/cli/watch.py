@@ -19,7 +19,14 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset, OwnCode
+from motes.cli.options import (
+    Cluster,
+    ConfigOptions,
+    FrameOptions,
+    ObjectPreset,
+    OwnCode,
+    say_rate,
+)
 from motes.cli.settings import HELP, Settings
 from motes.cli.watch_counting import CountingOptions
 from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
@@ -130,6 +137,9 @@ def watch(
         check_several(output, outputs.format)
     point_out_leftovers(overlay, *files)
 
+    from msgspec.structs import replace
+
+    from motes.cli.known_run import remembered
     from motes.cli.metrics_page import MetricsPage, place_of
     from motes.cli.sent_events import SentEvents
     from motes.cli.show import show_scene
@@ -138,6 +148,7 @@ def watch(
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.analytics.real_units import RealUnits
     from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
@@ -168,6 +179,7 @@ def watch(
                 detector.prepare(film)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
+        say_rate(film)
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
@@ -185,6 +197,11 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
+            ground = None if where.ground is None else RealUnits(where.ground)
+            opened += remembered(
+                output, outputs, film, frames, config, values.seed, preset, units=ground,
+                places=replace(where, ground=None),
+            )  # fmt: skip
             opened.append(objects_output(output, film, outputs))
         return watch_scene(film, scene, counter, opened)
 

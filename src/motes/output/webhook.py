@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import http.client
+import io
+import socket
+import time
 import urllib.error
 import urllib.request
 from collections.abc import Sequence
@@ -12,9 +15,65 @@ from urllib.parse import unquote, urlsplit
 
 from motes.core.addresses import without_password
 from motes.output.delivery import DeliveryError
+from motes.output.timed_reader import TimedReader, TooLargeError
 
 ANSWER = 5.0
-"""Seconds within which a server must answer."""
+"""Seconds of a whole exchange: a server must have answered within."""
+LARGEST_ANSWER = 64 << 10
+"""Bytes of an answer, with its head; only its status counts."""
+
+
+class _Answer(http.client.HTTPResponse):
+    """An answer that ends in time: the library's own limit is for each read alone."""
+
+    def __init__(self, sock: socket.socket, *options: Any, **more: Any) -> None:
+        super().__init__(sock, *options, **more)
+        self.fp.close()
+        seconds = sock.gettimeout() or 0.0
+        self.fp = io.BufferedReader(TimedReader(sock, seconds, LARGEST_ANSWER))
+
+
+class _Http(http.client.HTTPConnection):
+    """A connection for one exchange; all of its steps share `ANSWER`."""
+
+    response_class = _Answer
+
+    def __init__(self, *place: Any, **options: Any) -> None:
+        super().__init__(*place, **options)
+        self._until = time.monotonic() + ANSWER
+
+    def connect(self) -> None:
+        super().connect()
+        self.limit()
+
+    def getresponse(self) -> http.client.HTTPResponse:
+        self.limit()
+        return super().getresponse()
+
+    def limit(self) -> None:
+        """Give the next step what is left of the time."""
+        seconds = self._until - time.monotonic()
+        if seconds <= 0:
+            raise TimeoutError
+        self.sock.settimeout(seconds)
+
+
+class _Https(http.client.HTTPSConnection, _Http):
+    """The same over TLS, whose handshake shares the time."""
+
+    def connect(self) -> None:
+        super().connect()  # by way of `_Http`, before the handshake
+        self.limit()
+
+
+class _HttpHandler(urllib.request.HTTPHandler):
+    def http_open(self, request: urllib.request.Request) -> http.client.HTTPResponse:
+        return self.do_open(_Http, request)
+
+
+class _HttpsHandler(urllib.request.HTTPSHandler):
+    def https_open(self, request: urllib.request.Request) -> http.client.HTTPResponse:
+        return self.do_open(_Https, request)
 
 
 class _NoRedirect(urllib.request.HTTPRedirectHandler):
@@ -28,6 +87,8 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 class Webhook:
     """Posts each message as JSON; an answer with a status from 200 to 299 confirms it.
 
+    The rest of the answer is thrown away. It must end within `ANSWER` and `LARGEST_ANSWER`.
+
     Parameters
     ----------
     address
@@ -38,7 +99,7 @@ class Webhook:
 
     def __init__(self, address: str) -> None:
         self.name = without_password(address)
-        self._opener = urllib.request.build_opener(_NoRedirect)
+        self._opener = urllib.request.build_opener(_HttpHandler, _HttpsHandler, _NoRedirect)
         self._headers = {"Content-Type": "application/json", "User-Agent": "motes"}
         parts = urlsplit(address)
         if parts.username is not None:
@@ -51,14 +112,24 @@ class Webhook:
             request = urllib.request.Request(self.name, body.encode(), self._headers)
             try:
                 with self._opener.open(request, timeout=ANSWER) as answer:
-                    answer.read()
+                    while answer.read(4096):
+                        pass
             except urllib.error.HTTPError as error:
                 with error:
                     raise DeliveryError(f"{self.name} answers with status {error.code}.") from error
             except (OSError, http.client.HTTPException) as error:
-                reason = getattr(error, "reason", None) or error
-                text = getattr(reason, "strerror", None) or str(reason) or type(reason).__name__
-                raise DeliveryError(f"{self.name} cannot be reached: {text}.") from error
+                raise DeliveryError(f"{self.name} {_what_failed(error)}.") from error
 
     def close(self) -> None:
         """Do nothing: each message has a connection of its own."""
+
+
+def _what_failed(error: Exception) -> str:
+    """Return what a receiver did that gave no answer."""
+    reason = getattr(error, "reason", None) or error
+    if isinstance(reason, TimeoutError) and reason.errno is None:
+        return f"has not finished its answer in {ANSWER:g} s"
+    if isinstance(reason, TooLargeError):
+        return f"answers with more than {LARGEST_ANSWER >> 10} kB"
+    text = getattr(reason, "strerror", None) or str(reason) or type(reason).__name__
+    return f"cannot be reached: {text}"

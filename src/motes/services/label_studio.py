@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import BaseHTTPRequestHandler
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
@@ -25,11 +25,11 @@ from motes.formats import label_studio
 from motes.formats.recording import FilmFacts, recording_of
 from motes.formats.thinning import KEYFRAME_ERROR
 from motes.output.journal import ObjectRow
+from motes.output.local_server import Server, reply
 from motes.sot.tracker import Tracker
 from motes.video.sources import open_source
 
-LARGEST_REQUEST = 1 << 26
-"""Bytes; the regions of hours of video are smaller."""
+NOTHING = {"error": "There is nothing here; ask for /predict."}
 
 
 class Region(label_studio.Region):
@@ -190,50 +190,41 @@ def _box(key: label_studio.Keyframe, width: int, height: int) -> Box:
     return Box(x, y, key.width / 100 * width, key.height / 100 * height)
 
 
-def server(host: str, port: int, files: Path, preset: str) -> ThreadingHTTPServer:
-    """Return the server of the backend; it answers in `serve_forever`."""
+def server(host: str, port: int, files: Path, preset: str) -> Server:
+    """Return the server of the backend; it answers in `serve_forever`.
 
-    class Handler(BaseHTTPRequestHandler):
-        """Answers Label Studio."""
+    Raises
+    ------
+    ConfigError
+        If it cannot listen there.
+    """
 
-        def do_GET(self) -> None:
-            if urlsplit(self.path).path in ("/", "/health"):
-                self._answer(200, {"status": "UP", "model_class": version()})
+    def get(request: BaseHTTPRequestHandler) -> None:
+        if urlsplit(request.path).path in ("/", "/health"):
+            _answer(request, 200, {"status": "UP", "model_class": version()})
+        else:
+            _answer(request, 404, NOTHING)
+
+    def post(request: BaseHTTPRequestHandler, body: bytes) -> None:
+        path = urlsplit(request.path).path
+        if path in ("/setup", "/validate"):
+            _answer(request, 200, {"model_version": version()})
+        elif path in ("/webhook", "/train"):  # there is nothing to train
+            _answer(request, 201, {})
+        elif path == "/predict":
+            try:
+                found = predict(body, files, preset)
+            except MotesError as error:
+                _answer(request, 400, {"error": str(error)})
+            except Exception as error:  # else the client would only see that we hang up
+                _answer(request, 500, {"error": f"The tracker failed: {error!r}."})
             else:
-                self._answer(404, {"error": "There is nothing here; ask for /predict."})
+                _answer(request, 200, found)
+        else:
+            _answer(request, 404, NOTHING)
 
-        def do_POST(self) -> None:
-            path = urlsplit(self.path).path
-            given = self.headers.get("Content-Length") or "0"
-            if not given.isdecimal():
-                self._answer(400, {"error": f"The Content-Length {given!r} is no number of bytes."})
-                return
-            length = int(given)
-            if length > LARGEST_REQUEST:
-                self._answer(413, {"error": "The request is too large."})
-                return
-            body = self.rfile.read(length)
-            if path in ("/setup", "/validate"):
-                self._answer(200, {"model_version": version()})
-            elif path in ("/webhook", "/train"):  # there is nothing to train
-                self._answer(201, {})
-            elif path == "/predict":
-                try:
-                    self._answer(200, predict(body, files, preset))
-                except MotesError as error:
-                    self._answer(400, {"error": str(error)})
-            else:
-                self._answer(404, {"error": "There is nothing here; ask for /predict."})
+    return Server(host, port, get, post)
 
-        def _answer(self, status: int, content: Mapping[str, Any]) -> None:
-            data = json.dumps(content).encode()
-            self.send_response(status)
-            self.send_header("Content-Type", "application/json")
-            self.send_header("Content-Length", str(len(data)))
-            self.end_headers()
-            self.wfile.write(data)
 
-        def log_message(self, *_: Any) -> None:
-            """Print nothing; errors are in the answers."""
-
-    return ThreadingHTTPServer((host, port), Handler)
+def _answer(request: BaseHTTPRequestHandler, status: int, content: Mapping[str, Any]) -> None:
+    reply(request, "application/json", json.dumps(content).encode(), status)

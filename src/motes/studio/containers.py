@@ -9,7 +9,10 @@ from motes.core.errors import ConfigError, MotesError, SourceError
 from motes.studio.safety import Limits
 from motes.video.image_files import IMAGE_ENDINGS
 
-FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,asf,flv,mpegvideo,h264,hevc"
+FORMATS = (
+    "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,mpeg,ogg,asf,flv,mpegvideo,h264,hevc,av1,obu,"
+    "ivf,m4v,mjpeg,mpjpeg,dv,gif,apng,mxf,gxf,nut,rm,wtv,dhav,amv,yuv4mpegpipe"
+)
 """FFmpeg's formats that hold their pictures themselves; no playlist, script or address."""
 
 

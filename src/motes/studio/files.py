@@ -41,7 +41,7 @@ async def export(session: Session, form: str, number: int | None) -> File:
     targets = _targets(session, number)
     if form == HISTORY:
         stem = exports.file_name(film, targets[0].name, "csv")
-        return File(f"{stem}.corrections.json", exports.history_file(targets[0], film))
+        return File(f"{stem}.run.json", exports.history_file(targets[0], film))
     exports.check_formats(form, several=len(targets) > 1)
     tables = {each.object: (each.name, _table(session, each)) for each in targets}
 
@@ -128,8 +128,7 @@ def _second(event: dict[str, Any], label: tuple[str, str]) -> bool:
 
 async def foreground(session: Session, index: int) -> bytes:
     """Return what moves in a frame as PNG: by the method of the last run, or the usual one."""
-    if index >= session.facts.frames:
-        raise ConfigError(f"The film has {session.facts.frames} frames; there is no frame {index}.")
+    session.check_frame(index)
     asked = session.watching.asked
     method = "mog2" if asked is None else asked.watch.detector
     if method == "people" or method == "faces":

@@ -110,21 +110,45 @@ def _too_large(name: str, room: int) -> FormatError:
 
 
 def _films(folder: Path, depth: int) -> Iterator[Path]:
-    """Yield films, and folders of images, under a folder; no links."""
-    folders, images = [], 0
+    """Yield films, folders of images, and animations under a folder; no links."""
+    folders: list[Path] = []
+    images: list[Path] = []
     with contextlib.suppress(OSError):
         for entry in sorted(os.scandir(folder), key=lambda each: each.name):
             if entry.name.startswith("."):
                 continue
+            path = Path(entry.path)
             if entry.is_dir(follow_symlinks=False):
-                folders.append(Path(entry.path))
+                folders.append(path)
             elif entry.is_file(follow_symlinks=False):
-                ending = os.path.splitext(entry.name)[1].lower()
-                images += ending in IMAGE_ENDINGS
-                if ending in VIDEO_ENDINGS:
-                    yield Path(entry.path)
-    if images > 1:
+                ending = path.suffix.lower()
+                if ending in IMAGE_ENDINGS:
+                    images.append(path)
+                elif ending in VIDEO_ENDINGS and _is_film(path):
+                    yield path
+    if len(images) > 1:
         yield folder
+    elif images and _is_animated(images[0]):
+        yield images[0]
     if depth:
         for each in folders:
             yield from _films(each, depth - 1)
+
+
+def _is_film(path: Path) -> bool:
+    """Return whether a file may be opened; a playlist may not."""
+    try:
+        check_film(path)
+    except (SourceError, OSError):
+        return False
+    return True
+
+
+def _is_animated(path: Path) -> bool:
+    """Return whether an image file has several pictures."""
+    from motes.video.animation import Animation
+
+    try:
+        return Animation(str(path)).count > 1
+    except SourceError:
+        return False

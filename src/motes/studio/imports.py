@@ -20,6 +20,7 @@ from motes.output.track_rows import DEVIATIONS
 from motes.studio import protocol
 from motes.studio.document import Document, Target
 from motes.studio.document import appended as appended_to
+from motes.studio.safety import plain_name
 from motes.studio.tables import Table, line, table_of
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#e69f00", "#56b4e9", "#cc79a7", "#f0e442")
@@ -38,7 +39,7 @@ def read(name: str, data: bytes, form: str | None, film: protocol.FilmFacts) -> 
         source=film.name, width=film.width, height=film.height, frames=film.frames, fps=film.fps
     )
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / (Path(name).name or "rows")
+        path = Path(folder) / plain_name(name)
         path.write_bytes(data)
         recorded = registry.read(path, form or registry.recognized(path), facts)
         rows = [*recorded]

@@ -54,11 +54,16 @@ class Open(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SessionCard(msgspec.Struct, frozen=True):
-    """A session in the list: its film, its number of objects, and when it changed last (UTC)."""
+    """A session in the list: its film, and when it changed last (UTC).
+
+    `objects` is the number of those that were drawn; `counted` tells whether all that moves was
+    tracked.
+    """
 
     id: str
     film: str
     objects: int
+    counted: bool
     changed: str
 
 

@@ -8,27 +8,18 @@ import secrets
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import urlsplit
 
+from motes.core.addresses import foreign
 from motes.core.errors import ConfigError, SourceError
 from motes.video.image_files import IMAGE_ENDINGS
 
-VIDEO_ENDINGS = frozenset(
-    {
-        ".avi",
-        ".m4v",
-        ".mkv",
-        ".mov",
-        ".mp4",
-        ".mpeg",
-        ".mpg",
-        ".mts",
-        ".ogv",
-        ".ts",
-        ".webm",
-        ".wmv",
-    }
-)
+VIDEO_ENDINGS = frozenset({
+    ".264", ".265", ".3g2", ".3gp", ".amv", ".apng", ".asf", ".avc", ".avi", ".dav", ".divx",
+    ".dv", ".f4v", ".flv", ".gif", ".gxf", ".h264", ".h265", ".hevc", ".ivf", ".m1v", ".m2t",
+    ".m2ts", ".m2v", ".m4v", ".mj2", ".mjpeg", ".mjpg", ".mk3d", ".mkv", ".mod", ".mov", ".mp4",
+    ".mpe", ".mpeg", ".mpg", ".mpv", ".mts", ".mxf", ".nut", ".obu", ".ogg", ".ogm", ".ogv", ".qt",
+    ".rm", ".rmvb", ".tod", ".trp", ".ts", ".vob", ".webm", ".wmv", ".wtv", ".y4m",
+})  # fmt: skip
 """Films that are listed. Playlists, which reach elsewhere, are not among them."""
 PLAYLISTS = (b"#EXTM3U", b"ffconcat", b"<?xml", b"<MPD", b"[playlist]")
 """How files begin that name other files or addresses."""
@@ -97,16 +88,14 @@ class Guard:
 
     Parameters
     ----------
-    host, port
+    host
         Where the server listens.
     token
         What a browser must know; None on this computer alone.
     """
 
-    def __init__(self, host: str, port: int, token: str | None) -> None:
-        self._token = token
-        names = {host, "localhost", "127.0.0.1", "[::1]"} if is_local(host) else None
-        self._hosts = None if names is None else {f"{name}:{port}" for name in names}
+    def __init__(self, host: str, token: str | None) -> None:
+        self._host, self._token = host, token
 
     def knows(self, token: str | None) -> bool:
         """Return whether a token is the right one; without one, all are."""
@@ -116,17 +105,7 @@ class Guard:
 
     def refusal(self, headers: Mapping[str, str]) -> str | None:
         """Return why a request is refused by its Host and Origin; None if it is not."""
-        host, origin = headers.get("host", ""), headers.get("origin")
-        if self._hosts is not None and host.lower() not in self._hosts:
-            return "This address is not that of the studio; use the one that it has printed."
-        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
-            return "A page of another address asks; open the studio itself."
-        return None
-
-
-def is_local(host: str) -> bool:
-    """Return whether only this computer reaches an address."""
-    return host in ("localhost", "127.0.0.1", "::1")
+        return foreign(self._host, headers.get("host"), headers.get("origin"))
 
 
 def new_token() -> str:
@@ -170,7 +149,7 @@ def check_film(path: Path) -> None:
         raise SourceError(f"{path.name} is no plain file; give a film.")
     if ending not in VIDEO_ENDINGS | IMAGE_ENDINGS:
         raise SourceError(
-            f"{path.name} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+            f"{path.name} does not end like a film, as .mp4 or .mkv; rename or convert it."
         )
     with path.open("rb") as file:
         head = file.read(HEAD).lstrip(b"\xef\xbb\xbf \t\r\n")
@@ -178,13 +157,26 @@ def check_film(path: Path) -> None:
         raise SourceError(f"{path.name} is a playlist, which names other files; give the film.")
 
 
+def plain_name(name: str) -> str:
+    """Return the name of a sent file, without folders and what no system takes in a name.
+
+    Raises
+    ------
+    ConfigError
+        If nothing of it is left, or too much.
+    """
+    plain = "".join(each for each in Path(name).name if each.isprintable() and each not in '/\\:"')
+    plain = plain.lstrip(".")
+    if not plain.strip(". ") or len(os.fsencode(plain)) > 200:
+        raise ConfigError("The name of the file is none, or too long; give a short one.")
+    return plain
+
+
 def film_name(name: str) -> str:
     """Return the name under which an upload is kept; raise a ConfigError for a name of no film."""
-    plain = "".join(each for each in Path(name).name if each.isprintable() and each not in '/\\:"')
-    if not plain.strip(". ") or len(plain) > 200:
-        raise ConfigError("The name of the upload is none; give that of a film.")
+    plain = plain_name(name)
     if Path(plain).suffix.lower() not in VIDEO_ENDINGS | IMAGE_ENDINGS:
         raise ConfigError(
-            f"{plain} ends in none of {', '.join(sorted(VIDEO_ENDINGS))}; rename or convert it."
+            f"{plain} does not end like a film, as .mp4 or .mkv; rename or convert it."
         )
-    return plain.lstrip(".")
+    return plain

@@ -10,9 +10,11 @@ from pathlib import Path
 import uvicorn
 from starlette.types import ASGIApp
 
+from motes.core.addresses import LOCAL
 from motes.core.errors import ConfigError
+from motes.studio.connections import Connection
 from motes.studio.protocol import LARGEST_MESSAGE
-from motes.studio.safety import Guard, Limits, is_local, new_token
+from motes.studio.safety import Guard, Limits, new_token
 from motes.studio.server import app
 from motes.studio.store import data_folder
 from motes.studio.studio import Studio
@@ -52,7 +54,7 @@ def serve(
     """
     opened = listening(host, port)
     port = opened.getsockname()[1]
-    token = None if is_local(host) else new_token()
+    token = None if host in LOCAL else new_token()
     studio = Studio(folder, data or data_folder(), limits)
     name = f"[{host}]" if ":" in host else host
     address = f"http://{name}:{port}/" + (f"?token={token}" if token else "")
@@ -60,7 +62,7 @@ def serve(
     if browser:
         webbrowser.open(address)
     with opened:
-        uvicorn.Server(settings(app(studio, Guard(host, port, token)))).run(sockets=[opened])
+        uvicorn.Server(settings(app(studio, Guard(host, token)))).run(sockets=[opened])
 
 
 def settings(application: ASGIApp) -> uvicorn.Config:
@@ -68,6 +70,7 @@ def settings(application: ASGIApp) -> uvicorn.Config:
     return uvicorn.Config(
         application,
         log_level="error",
+        http=Connection,
         ws="websockets-sansio",
         ws_max_size=4 * LARGEST_MESSAGE,  # up to there, the page gets a message
         server_header=False,

@@ -13,7 +13,7 @@ from urllib.parse import quote
 import msgspec
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
@@ -41,6 +41,7 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
 
     @contextlib.asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
+        asyncio.get_running_loop().set_exception_handler(_noted)
         tidy = asyncio.create_task(studio.tidy())
         try:
             yield
@@ -75,6 +76,12 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
     return _Gate(Starlette(routes=routes, lifespan=life), guard)
 
 
+def _noted(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """Pass over a connection that the system does not give; the loop waits and tries again."""
+    if not isinstance(context.get("exception"), OSError):
+        loop.default_exception_handler(context)
+
+
 async def _page(_: Request) -> Response:
     return FileResponse(PAGE / "index.html", media_type="text/html; charset=utf-8")
 
@@ -95,10 +102,14 @@ def _plain(answer: Callable[[Request], Awaitable[Response]]) -> Callable[[Reques
             if request.method == "GET":
                 return await _while_wanted(request, answer)
             return await answer(request)
-        except msgspec.MsgspecError as error:
+        except (msgspec.MsgspecError, RecursionError) as error:
             return _refused(f"This request is none: {error}.", 400)
         except MotesError as error:
             return _refused(str(error), 400)
+        except ClientDisconnect:
+            return Response(status_code=GIVEN_UP)
+        except OSError as error:  # as when no file can be opened any more
+            return _refused(f"The system refuses: {error.strerror or error}. Try again later.", 503)
 
     return endpoint
 
@@ -241,7 +252,7 @@ class _Api:
                     continue
                 try:
                     command = protocol.decode(text)
-                except msgspec.MsgspecError as error:
+                except (msgspec.MsgspecError, RecursionError) as error:
                     client.send(protocol.Reply(-1, f"This message is no command: {error}."))
                     continue
                 if isinstance(command, protocol.Acknowledge):

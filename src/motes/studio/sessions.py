@@ -149,8 +149,16 @@ class Session:
         return self._pictures
 
     async def picture(self, index: int, width: int) -> bytes:
-        """Return a frame as JPEG; raise a WorkerError if it cannot be read."""
+        """Return a frame as JPEG; raise a MotesError if there is none, or it cannot be read."""
+        self.check_frame(index)
         return await self._pictured(Picture(index, width))
+
+    def check_frame(self, index: int) -> None:
+        """Raise a ConfigError if the film has no such frame."""
+        if index >= self.facts.frames:
+            raise ConfigError(
+                f"There is no frame {index}; the last one is {self.facts.frames - 1}."
+            )
 
     async def strip(self, count: int, height: int) -> bytes:
         """Return thumbnails side by side as JPEG."""
@@ -283,8 +291,7 @@ class Session:
                 self._questions.doubts(client, target, mine, command.count)
             case protocol.Look():
                 target = self.document.target(command.object)
-                if command.frame >= self.facts.frames:
-                    raise ConfigError(f"The film has {self.facts.frames} frames, from 0 on.")
+                self.check_frame(command.frame)
                 self._questions.look(client, target, command)
             case _:
                 return self._change(command)

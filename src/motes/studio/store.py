@@ -80,15 +80,26 @@ class Store:
     def sessions(self) -> list[SessionCard]:
         """Return all sessions, the one that changed last first."""
         query = """
-            SELECT id, film, changed, content FROM session
+            SELECT id, film, changed, content, EXISTS
+                (SELECT 1 FROM part WHERE part.session = id AND key = 'scene') FROM session
             JOIN document ON document.session = id AND document.place = session.place
             ORDER BY changed DESC"""
         with self._problems():
             rows = self._base.execute(query).fetchall()
         return [
-            SessionCard(number, film, len(_document(content).targets), changed)
-            for number, film, changed, content in rows
+            SessionCard(number, film, len(_document(content).targets), bool(counted), changed)
+            for number, film, changed, content, counted in rows
         ]
+
+    def untouched(self, film: str, *, uploaded: bool) -> list[str]:
+        """Return the sessions of a film in which nothing was ever done, the newest first."""
+        query = """
+            SELECT id FROM session WHERE film = ? AND uploaded = ?
+            AND NOT EXISTS (SELECT 1 FROM document WHERE session = id AND place > 0)
+            AND NOT EXISTS (SELECT 1 FROM part WHERE session = id AND key = 'scene run')
+            ORDER BY changed DESC"""
+        with self._problems():
+            return [row[0] for row in self._base.execute(query, (film, uploaded))]
 
     def begin(self, film: str, *, uploaded: bool) -> str:
         """Make a session, and return its name."""

@@ -45,8 +45,14 @@ class Studio:
         return self.store.sessions()
 
     async def begin(self, film: str, *, uploaded: bool) -> Session:
-        """Make a session of a film, and open it; one that cannot be opened is removed."""
+        """Make a session of a film, and open it; one that cannot be opened is removed.
+
+        A session of this film in which nothing was done, and at which nobody looks, is taken again.
+        """
         self.films.path(film, uploaded=uploaded)
+        for name in self.store.untouched(film, uploaded=uploaded):
+            if name not in self._open or not self._open[name].busy:
+                return await self.session(name)
         name = self.store.begin(film, uploaded=uploaded)
         try:
             return await self.session(name)

@@ -107,7 +107,7 @@ def test_two_trackers_are_seen_side_by_side(shown: Shown) -> None:
     shown.open()
     shown.draw()
     shown.page.get_by_role("button", name="Side by side", exact=True).click()
-    shown.page.locator("dialog").get_by_label("Tracker").select_option("mean_shift")
+    shown.choose_tracker("dialog", "mean_shift")
     shown.page.get_by_role("button", name="Track and compare").click()
     shown.until("s.beside !== null")
     shown.tracked()

@@ -74,6 +74,9 @@ def test_all_that_moves_is_counted(shown: Shown) -> None:
     shown.until(f"s.scene.filter(Boolean).length === {FRAMES} && s.counts")
     page.get_by_role("row", name="Objects now").wait_for()
     page.locator(".slit img").wait_for()
+    lists = shown.page.request.get(f"{shown.address}api/sessions").json()
+    card = next(each for each in lists if each["id"] == shown.state("s.session.id"))
+    assert (card["objects"], card["counted"]) == (0, True)
     shown.go(30)
     page.get_by_role("tab", name="Layers").click()
     page.get_by_label("Foreground").check()
@@ -276,13 +279,65 @@ def test_fingers_draw_and_zoom(visit: Callable[..., Shown]) -> None:
     shown.until("s.view?.scale > 2")
 
 
-def test_the_tour_has_five_steps(visit: Callable[..., Shown]) -> None:
-    shown = visit()
-    shown.page.get_by_role("button", name="Take the tour").click()
-    for step in range(1, 6):
-        shown.page.get_by_text(f"{step} of 5").wait_for()
-        shown.page.keyboard.press("Enter")
-    shown.page.locator(".tour").wait_for(state="detached")
+def test_the_tour_is_done_while_it_is_shown(shown: Shown) -> None:
+    """It says at once that a film is made, and at each step that it was done."""
+    page, tour = shown.page, shown.page.locator(".tour")
+    page.get_by_role("button", name="Take the tour").click()
+    page.get_by_text("The sample film is made").wait_for()
+    tour.get_by_text("1 of 5").wait_for()
+    shown.until("s.pictured === 0")
+    shown.drag((300, 150), (360, 200))
+    tour.get_by_text("✓ Object 1 is drawn").wait_for()
+    tour.get_by_role("button", name="Next").click()
+    tour.get_by_text("2 of 5").wait_for()
+    page.locator("#track").click()
+    tour.get_by_text("✓ It is tracked").wait_for()
+    tour.get_by_role("button", name="Next").focus()
+    for step in range(3, 6):
+        page.keyboard.press("Enter")
+        tour.get_by_text(f"{step} of 5").wait_for()
+    page.keyboard.press("Enter")
+    tour.wait_for(state="detached")
+
+
+def test_a_film_that_was_left_untouched_opens_the_same_session(shown: Shown) -> None:
+    first = shown.open()
+    shown.page.goto(shown.address)
+    shown.until("s.session === null && s.sessions")
+    assert shown.open() == first
+
+
+def test_absent_frames_are_gaps_in_the_timeline(shown: Shown) -> None:
+    found = shown.page.evaluate(
+        """() => import('/static/series.js').then(({ columns, LANES }) => {
+        const here = { status: 'tracking', x: 5, y: 5, a: 2, b: 8, confidence: 1, distance: 1,
+            effective_sample_size: 1, cue_weights: [1], supporting: 1, milliseconds: 1 };
+        const none = { x: null, y: null, a: null, b: null, confidence: null, distance: null,
+            effective_sample_size: null, cue_weights: [0], supporting: null, milliseconds: null };
+        const rows = [here, here, { status: 'absent', ...none }, { status: 'lost', ...none },
+            { ...here, x: 9 }, here].map((row, frame) => ({ ...row, frame }));
+        const span = { first: 0, last: 5, count: 6 };
+        const of = (name) => columns(rows, LANES.find((lane) => lane.name === name).value, span);
+        return [of('size'), of('speed'), columns(rows, (row) => row.cue_weights[0], span)];
+    })"""
+    )
+    size, speed, cue = found
+    assert size == [[8, 8], [8, 8], None, None, [8, 8], [8, 8]]
+    assert speed == [None, [0, 0], None, None, None, [4, 4]]
+    assert cue[2] is None
+
+
+def test_menus_show_few_trackers_and_more(shown: Shown) -> None:
+    shown.open()
+    shown.draw()
+    menu = shown.page.locator("#left").get_by_label("Tracker")
+    words = "(menu) => [...menu.options].map(({ textContent }) => textContent)"
+    assert menu.evaluate(words) == ["default", "nummiaro", "More …", "From a file …"]
+    shown.choose_tracker("#left", "maggio")
+    shown.until("s.session.objects[0].preset === 'maggio'")
+    shown.page.get_by_role("tab", name="Count").click()
+    shown.choose_tracker("#right", "zhao_pei")
+    assert shown.page.locator("#right").get_by_label("Tracker").input_value() == "zhao_pei"
 
 
 def test_colors_are_switched_and_kept(shown: Shown) -> None:

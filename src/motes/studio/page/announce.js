@@ -4,7 +4,7 @@ import { button, element } from "./dom.js";
 
 const SECONDS = { note: 4, error: 12 };
 
-/** Show a message; an error stays longer, and is read at once. */
+/** Show a message; an error stays longer, and is read at once. Return a function that takes it away. */
 export function announce(text, kind = "note") {
   const region = document.getElementById(kind === "error" ? "alerts" : "notes");
   const close = button("Close this message", () => message.remove(), { picture: "close" });
@@ -12,6 +12,7 @@ export function announce(text, kind = "note") {
   region.append(message);
   while (region.children.length > 3) region.firstElementChild.remove();
   setTimeout(() => message.remove(), SECONDS[kind] * 1000);
+  return () => message.remove();
 }
 
 /** Have screen readers read a text; nothing is shown. */

@@ -3,6 +3,7 @@
 import { button, element, field, fill, fillAnew } from "./dom.js";
 import { endGround } from "./places.js";
 import { isRunning } from "./derived.js";
+import { isMore, presetOptions } from "./trackers.js";
 
 const DETECTORS = [
   ["mog2", "Motion, MOG2"],
@@ -17,7 +18,12 @@ const LATEST = 8; // events that are listed
 export function mountCountPanel(app) {
   const { store, actions } = app;
   const detector = element("select", {}, DETECTORS.map(([value, label]) => element("option", { value }, label)));
-  const preset = element("select");
+  const preset = element("select", {
+    onchange: ({ target }) => {
+      if (!isMore(target, store.state.presets.watch, watched)) watched = target.value;
+    },
+  });
+  let watched = USUAL;
   const seed = element("input", { type: "number", min: "0", step: "1", value: "0" });
   const start = button("Track all that moves", () => actions.watch({
     detector: detector.value, preset: preset.value, config: null, seed: Math.max(0, Math.round(Number(seed.value))),
@@ -34,8 +40,8 @@ export function mountCountPanel(app) {
     element("section", { class: "panel" }, element("h2", {}, "Counts"), counts, events),
     element("section", { class: "panel" }, element("h2", {}, "Slit scan"), slit));
   store.on(["presets"], ({ presets }) => {
-    fill(preset, (presets?.watch ?? []).map(({ name, summary }) => element("option", { value: name, title: summary }, name)));
-    preset.value = USUAL;
+    fill(preset, presetOptions(presets?.watch ?? [], watched));
+    preset.value = watched;
   });
   store.on(["counts"], (state) => fill(counts, countRows(state)));
   store.on(["events"], (state) => fillAnew(events, state.events.slice(-LATEST), () => eventRows(app, state)));

@@ -43,6 +43,7 @@ let opening = false;
 async function openFilm(app, film, uploaded = false) {
   if (opening) return;
   opening = true;
+  document.body.classList.add("busy");
   try {
     const session = await ask("/api/sessions", { method: "POST", body: { film, uploaded } });
     location.hash = `#${session.id}`;
@@ -50,16 +51,20 @@ async function openFilm(app, film, uploaded = false) {
     announce(error.message, "error");
   } finally {
     opening = false;
+    document.body.classList.remove("busy");
   }
 }
 
 /** Open the sample film; the server renders it when it is first asked for. */
 export async function openSample(app) {
+  const made = announce("The sample film is made and opened. This takes some seconds …");
   try {
     const { name } = await ask("/api/sample", { method: "POST" });
     await openFilm(app, name, true);
   } catch (error) {
     announce(error.message, "error");
+  } finally {
+    made();
   }
 }
 
@@ -79,12 +84,17 @@ const size = (bytes) => (bytes > 1e6 ? `${(bytes / 1e6).toFixed(1)} MB` : bytes 
 function sessionEntries(app, { sessions }) {
   if (sessions === null) return element("li", { class: "muted empty" }, "…");
   if (!sessions.length) return element("li", { class: "muted empty" }, "What you do is kept here, as it happens.");
-  return sessions.map(({ id, film, objects, changed }) => element("li", { class: "row" },
+  return sessions.map(({ id, film, objects, counted, changed }) => element("li", { class: "row" },
     element("a", { href: `#${id}`, class: "entry" },
       element("span", { class: "grow name" }, film),
-      element("span", { class: "muted" }, `${objects} object${objects === 1 ? "" : "s"}`),
+      element("span", { class: "muted" }, contents(objects, counted)),
       element("time", { class: "muted", datetime: changed }, when(changed))),
     button(`Delete the session of ${film}`, () => app.dialogs.remove(id, film), { picture: "trash" })));
+}
+
+function contents(objects, counted) {
+  const drawn = objects ? `${objects} object${objects === 1 ? "" : "s"}` : null;
+  return [drawn, counted ? "counted" : null].filter(Boolean).join(", ") || "nothing yet";
 }
 
 function when(changed) {
@@ -94,7 +104,7 @@ function when(changed) {
 
 /** A place for films that are dropped or chosen; they are sent to the server as they are. */
 function dropZone(app) {
-  const file = element("input", { type: "file", accept: "video/*,.mkv,.avi,.mpg,.wmv", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
+  const file = element("input", { type: "file", class: "unseen", id: "file", onchange: ({ target }) => target.files[0] && upload(target.files[0]) });
   const bar = element("progress", { max: "1", value: 0, hidden: true, "aria-label": "Upload" });
   const words = element("span", {}, "Drop a film here, or ");
   const zone = element("div", { class: "drop" }, icon("import"), words, element("label", { class: "pick plain", for: "file" }, "Choose a file"), file, bar);

@@ -1,7 +1,10 @@
 // What the timeline shows: for each lane, numbers of each frame out of an object's rows.
 
 /** The mean side of the ellipse's box, in pixels. */
-const side = (row) => 2 * Math.sqrt(row.a * row.b);
+const side = ({ a, b }) => (isPlace(a) ? 2 * Math.sqrt(a * b) : NaN);
+
+/** Whether a number of a row is known; null would be taken for 0. */
+const isPlace = (value) => value !== null && value !== undefined;
 
 /** The lanes: the last three are the cue weights, and figures 12 and 7 of Nummiaro et al. */
 export const LANES = [
@@ -21,9 +24,12 @@ export const SCENE_LANES = [
 ];
 
 function speed(row, before) {
-  if (!before || before.frame === row.frame) return NaN;
+  if (!before || before.frame === row.frame || !isPlace(row.x) || !isPlace(before.x)) return NaN;
   return Math.hypot(row.x - before.x, row.y - before.y) / Math.abs(row.frame - before.frame);
 }
+
+/** Whether a frame has nothing to show: the object is not there. */
+export const isGap = ({ status }) => status === "absent";
 
 /** Return per column of a plot the smallest and largest value of its frames: [low, high] or null. */
 export function columns(rows, value, { first, last, count }) {
@@ -31,7 +37,7 @@ export function columns(rows, value, { first, last, count }) {
   let before = rows[first - 1];
   for (let frame = Math.max(0, first); frame <= last && frame < rows.length; frame += 1) {
     const row = rows[frame];
-    if (!row) {
+    if (!row || isGap(row)) {
       before = undefined;
       continue;
     }

@@ -1,7 +1,7 @@
 // The timeline: status, keyframes and the lanes of numbers of the selected object, frame by frame.
 
 import { calm, color, element, sized, textScale } from "./dom.js";
-import { columns, highest, LANES, SCENE_LANES } from "./series.js";
+import { columns, highest, isGap, LANES, SCENE_LANES } from "./series.js";
 import { COLORS } from "./colors.js";
 import { shown } from "./derived.js";
 
@@ -171,7 +171,7 @@ function paintLane(context, lane, { rows, first, last, width, top, tall, frame, 
     paintWire(context, ranges, y, 1 + Math.ceil(width / (last - first + 1)));
   });
   const row = rows[frame];
-  if (!row || !lane.value) return;
+  if (!row || isGap(row) || !lane.value) return;
   const number = lane.value(row, rows[frame - 1]);
   if (!Number.isFinite(number)) return;
   context.textAlign = "right";

@@ -4,14 +4,39 @@ import { element, field } from "./dom.js";
 import { announce } from "./announce.js";
 
 const OWN = "(own configuration)";
+const MORE = "(more)";
+const FEW = ["default", "nummiaro"];
+let allShown = false; // once somebody has asked for more, menus that are made later have all
 const LARGEST = 1 << 16;
+
+/** Return the entries of a menu of presets: few, the chosen one, and one that shows the rest. */
+export function presetOptions(presets, chosen) {
+  const wanted = presets.filter(({ name }) => allShown || FEW.includes(name) || name === chosen);
+  const options = wanted.map(({ name, summary }) => element("option", { value: name, title: summary }, name));
+  if (!presets.some(({ name }) => name === chosen)) options.push(element("option", { value: chosen }, chosen));
+  if (wanted.length < presets.length) options.push(element("option", { value: MORE }, "More …"));
+  return options;
+}
+
+/** Show all presets in a menu in which "More" was chosen; return whether it was. */
+export function isMore(menu, presets, chosen) {
+  if (menu.value !== MORE) return false;
+  allShown = true;
+  const rest = [...menu.options].filter(({ value }) => value === OWN);
+  menu.replaceChildren(...presetOptions(presets, chosen).filter(({ value }) => value !== OWN), ...rest);
+  menu.value = chosen;
+  try {
+    menu.showPicker();
+  } catch {
+    // a browser that opens menus by itself alone
+  }
+  return true;
+}
 
 /** Return the fields that choose preset, configuration and seed; `change` is called with what changed. */
 export function trackerFields({ store }, { preset, config, seed }, change) {
   const presets = store.state.presets?.track ?? [];
-  const known = presets.some(({ name }) => name === preset);
-  const options = presets.map(({ name, summary }) => element("option", { value: name, title: summary }, name));
-  if (!known) options.push(element("option", { value: preset }, preset));
+  const options = presetOptions(presets, preset);
   options.push(element("option", { value: OWN }, config === null ? "From a file …" : "Own configuration"));
   const file = element("input", { type: "file", accept: ".toml", class: "unseen", tabindex: "-1", "aria-label": "Configuration file" });
   file.addEventListener("change", async () => {
@@ -22,6 +47,7 @@ export function trackerFields({ store }, { preset, config, seed }, change) {
   });
   const choice = element("select", {
     onchange({ target }) {
+      if (isMore(target, presets, config === null ? preset : OWN)) return;
       if (target.value === OWN) {
         target.value = config === null ? preset : OWN;
         file.click();
