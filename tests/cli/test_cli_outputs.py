@@ -72,8 +72,12 @@ def test_an_overlay_beside_rows_that_fail(
 def test_ctrl_c_while_an_overlay_is_finished(
     go: Go, command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(_: PartialFile) -> None:
-        raise KeyboardInterrupt
+    settle = PartialFile.settle
+
+    def interrupted(file: PartialFile) -> None:
+        if file.path.name.startswith("o.mp4"):
+            raise KeyboardInterrupt
+        settle(file)
 
     monkeypatch.setattr(PartialFile, "settle", interrupted)
     code, error = go(f"{command} -o r.csv --overlay o.mp4")

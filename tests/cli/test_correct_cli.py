@@ -97,7 +97,7 @@ def test_other_outputs(go: Go) -> None:
     code, said = go(f"track FILM --at 0=BOX --absent 5 -o d.xml --overlay d.mp4 {OPTIONS}")
     assert (code, "wrote d.mp4, d.xml" in said) == (0, True)
     assert Path("d.xml").read_text().count("<box ") >= 2
-    assert not Path("d.xml.corrections.json").exists()
+    assert not Path("d.xml.run.json").exists()
 
 
 def test_metres_masks_and_figures(go: Go) -> None:
@@ -163,7 +163,7 @@ def test_a_killed_run_is_resumed(go: Go, monkeypatch: pytest.MonkeyPatch) -> Non
                 assert go(f"{line} -o rows.csv")[0] == 0
 
     stopped_at(12)
-    history = History.load(Path("rows.csv.corrections.json"))
+    history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(8, 16), (16, 23)]
     calls = list[int]()
 
@@ -203,7 +203,7 @@ def test_an_interrupt_on_the_way_back_leaves_the_stretch_to_be_finished(
         patched.setattr("motes.correction.correct.run_pass", interrupted)
         assert go(f"{line} -o rows.csv")[0] == 130
     assert len(rows("rows.csv")) == 21
-    history = History.load(Path("rows.csv.corrections.json"))
+    history = History.load(Path("rows.csv.run.json"))
     assert history.unfinished == [(12, 20), (20, 23)]
     assert go(f"{line} -o rows.csv --resume")[0] == 0
     assert Path("rows.csv").read_text() == Path("expected.csv").read_text()
@@ -233,11 +233,11 @@ def test_a_correction_killed_between_its_files_is_finished(
                 patched.setattr(Rows, "write", lambda *_: None)
             assert go("refine FILM rows.csv --at 12=31,25,30,40")[0] == 130
         assert (Path("rows.csv").read_text() == old) == (killed == "before the rows")
-        assert History.load(Path("rows.csv.corrections.json")).unfinished == [(0, 12), (12, 23)]
+        assert History.load(Path("rows.csv.run.json")).unfinished == [(0, 12), (12, 23)]
         assert go("refine FILM rows.csv")[0] == 0
         assert Path("rows.csv").read_text() == expected
-        assert not History.load(Path("rows.csv.corrections.json")).unfinished
-        Path("rows.csv.corrections.json").unlink()
+        assert not History.load(Path("rows.csv.run.json")).unfinished
+        Path("rows.csv.run.json").unlink()
         assert go(f"track FILM --at 0=BOX -o rows.csv --overwrite {OPTIONS}")[0] == 0
 
 
@@ -258,7 +258,7 @@ def test_other_rows_stay_to_the_byte(go: Go) -> None:
     changed = [i - 1 for i, (a, b) in enumerate(zip(before, after, strict=True)) if a != b]
     assert min(changed) > 12
     assert after[19].split(",")[2] == "45.500"
-    history = History.load(Path("rows.csv.corrections.json"))
+    history = History.load(Path("rows.csv.run.json"))
     assert [len(marks) for marks in history.corrections] == [2, 3]
     # The history repeats the run.
     keys = "".join(f"{frame},{_text(mark)}\n" for frame, mark in history.keys.items())
@@ -279,7 +279,7 @@ def test_plain_rows_are_corrected_in_their_columns(go: Go) -> None:
     assert tuple(json.loads(new[12])) == COLUMNS
     assert json.loads(new[12])["x"] == 44.5
     assert go("refine FILM new.jsonl --at 3=BOX --seed 1")[1].count(
-        "--seed is already in new.jsonl.corrections.json"
+        "--seed is already in new.jsonl.run.json"
     )
 
 
@@ -387,15 +387,30 @@ def test_files_are_written_though_the_reader_of_the_list_has_gone(
         ),
         ("track FILM --at 3=BOX --lens none.yml", 2, "Give either --scale or --ground"),
         ("track FILM --at 3=BOX --resume", 2, "--resume continues rows; - holds none"),
-        ("track FILM --at 3=BOX --resume -o plain.csv", 5, "plain.csv cannot be resumed: without"),
+        (
+            "track FILM --at 3=BOX --resume -o plain.csv",
+            5,
+            "plain.csv cannot be resumed: its keyframes",
+        ),
         ("track FILM --at 3=BOX --resume -o rows.csv", 5, "its keyframes, its tracker or its"),
         (
             "refine FILM rows.csv --at 3=BOX --scale 9 --seed 1",
             2,
-            "--seed and --scale are already in rows.csv.corrections.json, beside the rows; omit",
+            "--seed is already in rows.csv.run.json, beside the rows; omit",
         ),
-        ("refine FILM metres.csv --at 3=BOX", 2, "metres.csv has metres; give --scale or --ground"),
-        ("smooth metres.csv -o a.csv", 2, "metres.csv has metres; give --scale or --ground"),
+        ("refine FILM metres.csv --at 3=BOX --scale 9", 2, "--scale is already in metres.csv.run"),
+        ("refine FILM alone.csv --at 3=BOX", 2, "alone.csv has metres; give --scale or --ground"),
+        ("smooth alone.csv -o a.csv", 2, "alone.csv has metres; give --scale or --ground"),
+        (
+            "refine FILM plain.csv --at 3=BOX --scale 9",
+            2,
+            "for rows with metres, and plain.csv has",
+        ),
+        ("refine FILM plain.csv --at 3=BOX --fps 9", 2, "--fps is already in plain.csv"),
+        ("refine FILM plain.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
+        ("refine FILM rows.csv --at 3=BOX --overlay a.mp4", 2, "There is no option --overlay"),
+        ("check FILM rows.csv --figures f", 2, "There is no option --figures"),
+        ("check FILM rows.csv --seed 4", 2, "--seed is already in rows.csv.run.json"),
         ("track FILM --at 3=BOX --detect face", 2, "Keyframes go with --init"),
         ("track FILM --keyframes none.csv", 3, "cannot be read"),
         ("track 0 --at 3=BOX", 3, "record it first"),
@@ -453,8 +468,9 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
     Path("objects.csv").write_text("frame,time,identity,x,y\n0,0,1,2,3\n")
     if "rows.csv" in line:
         assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    if "metres.csv" in line:
-        assert go(f"track FILM --init BOX --scale 9 -o metres.csv {OPTIONS}")[0] == 0
+    if "metres.csv" in line or "alone.csv" in line:
+        assert go(f"track FILM --init BOX --scale 8 -o metres.csv {OPTIONS}")[0] == 0
+        Path("metres.csv").rename(f"{'metres' if 'metres' in line else 'alone'}.csv")
     if "plain.csv" in line:
         assert go(f"track FILM --init BOX -o plain.csv {OPTIONS}")[0] == 0
     found, said = go(line.replace("OTHER", "other.mkv").replace("SLOW", "slow.mkv"))
@@ -471,12 +487,12 @@ def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> No
         ("units", {"x": 1}, "Config has no key 'x'"),
         ("config", {}, "missing required field"),
         ("corrections", [[[0, [1, 2]]]], "A region has 4 numbers"),
-        ("motes", 9, "of another version of motes"),
+        ("form", 9, "of another version of motes"),
     ],
 )
 def test_a_history_that_was_changed(go: Go, key: str, value: object, message: str) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    path = Path("rows.csv.corrections.json")
+    path = Path("rows.csv.run.json")
     path.write_text(json.dumps({**json.loads(path.read_text()), key: value}))
     for line in ("refine FILM rows.csv --at 3=BOX", "check FILM rows.csv"):
         code, said = go(line)
@@ -485,8 +501,40 @@ def test_a_history_that_was_changed(go: Go, key: str, value: object, message: st
 
 def test_a_file_that_is_no_history(go: Go) -> None:
     assert go(f"track FILM --at 0=BOX -o rows.csv {OPTIONS}")[0] == 0
-    Path("rows.csv.corrections.json").write_text("{}")
-    assert "no history of corrections" in go("refine FILM rows.csv --at 3=BOX")[1]
+    Path("rows.csv.run.json").write_text("{}")
+    assert "does not tell how its rows were made" in go("refine FILM rows.csv --at 3=BOX")[1]
     Path("rows.csv").write_text("frame,time\n0,0\n")
     with pytest.raises(FormatError, match="no rows of one target"):
         Rows(Path("rows.csv"))
+
+
+def test_what_is_remembered_is_not_asked_for_again(go: Go) -> None:
+    Path("lens.yml").write_text(
+        "camera_matrix: !!opencv-matrix\n   data: [ 90., 0., 48., 0., 90., 40., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   data: [ -0.2, 0., 0., 0., 0. ]\n"
+    )
+    made = go(
+        f"track FILM --init BOX --scale 20 --lens lens.yml --fps 5 --seed 3 -o a.csv {OPTIONS}"
+    )
+    assert made[0] == 0
+    Path("lens.yml").unlink()
+    assert go("smooth a.csv -o s.csv")[0] == 0
+    for name in ("a", "s"):
+        known = History.load(Path(f"{name}.csv.run.json"))
+        assert (known.fps, known.preset, known.seed) == (5, "mean_shift", 3)
+        assert known.real_units is not None
+        assert go(f"refine FILM {name}.csv --at 22=31,25,30,40")[0] == 0
+        after = rows(f"{name}.csv")
+        assert (after[22]["time"], after[22]["x_m"] != "") == ("4.400000", True)
+        assert History.load(Path(f"{name}.csv.run.json")).fps == 5
+    assert go("convert a.csv b.jsonl")[0] == 0
+    assert go("refine FILM b.jsonl --at 9=BOX")[0] == 0
+
+
+def test_rows_of_watched_objects_remember_their_lines(go: Go) -> None:
+    assert go("watch FILM --line 9,0,9,60 --scale 4 --fps 5 -o rows.csv")[0] in (0, 4)
+    known = History.load(Path("rows.csv.run.json"))
+    assert [*known.regions.line[0].points] == [9, 0, 9, 60]
+    assert known.fps == 5
+    assert known.real_units is not None
+    assert known.real_units.ground.scale == 4

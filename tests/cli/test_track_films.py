@@ -45,9 +45,10 @@ def test_each_film_has_its_rows(go: Go) -> None:
     keys("a,0,40,30,20,30\nb,2,40,30,20,30\nb,5,absent\nb,6,50,30,20,30\n")
     code, said = go("track a b --keyframes all.csv --preset mean_shift -o out")
     assert code == 0
-    assert said[0].startswith("motes: a: 8 frames, 1 keyframe, tracking in 8")
+    assert "motes: a: the images have no frame rate" in said[0]
+    assert said[1].startswith("motes: a: 8 frames, 1 keyframe, tracking in 8")
     assert said[-1] == "motes: 2 films, 2 done, 0 failed, 16 frames; wrote 2 files in out."
-    names = ["a.csv", "a.csv.corrections.json", "b.csv", "b.csv.corrections.json"]
+    names = ["a.csv", "a.csv.run.json", "b.csv", "b.csv.run.json"]
     assert sorted(path.name for path in Path("out").iterdir()) == names
     assert go("track a --keyframes all.csv --preset mean_shift -o one.csv")[0] == 0
     assert Path("out/a.csv").read_text() == Path("one.csv").read_text()

@@ -75,7 +75,7 @@ class Both:
         rows = self.at / "rows.csv"
         rows.write_bytes(self.exported(number))
         history = self.exported(number, "corrections")
-        rows.with_name("rows.csv.corrections.json").write_bytes(history)
+        rows.with_name("rows.csv.run.json").write_bytes(history)
         return rows
 
     def repeated(self, number: int, output: str) -> bytes:
@@ -118,7 +118,7 @@ def test_rows_are_those_of_the_command_line(both: Both) -> None:
     page.settle()
     assert both.exported(number) == both.repeated(number, "corrected.csv")
     history = both.exported(number, "corrections")
-    assert history == (both.at / "corrected.csv.corrections.json").read_bytes()
+    assert history == (both.at / "corrected.csv.run.json").read_bytes()
 
 
 def test_refined_rows_are_those_of_the_command_line(both: Both) -> None:

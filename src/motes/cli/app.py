@@ -46,6 +46,7 @@ app.command("motes.cli.smooth:app", name="smooth", help="Smooth tracks, and fill
 app.command(
     "motes.cli.check:app", name="check", help="List the frames in which tracks are doubtful."
 )
+app.command("motes.cli.draw:app", name="draw", help="Draw tracks on their film, with figures.")
 app.command("motes.cli.watch:app", name="watch", help="Track and count all objects that move.")
 app.command("motes.cli.batch:app", name="batch", help="Track in many films, on many machines.")
 app.command(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from motes.cli.convert import convert
 from motes.cli.exit_codes import NOT_FOUND
 from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.known_run import TrackerOptions
 from motes.cli.options import ConfigOptions, FrameOptions
 from motes.cli.refine import refine
 from motes.cli.track import track
@@ -23,6 +24,7 @@ from motes.cli.watch_options import ObjectOptions, WatchOutputs
 from motes.cluster.jobs import Job
 from motes.cluster.split import join_parts, marks_of, parts_of
 from motes.cluster.work import Made
+from motes.correction.history import ENDING
 from motes.correction.keyframes import ABSENT
 
 if TYPE_CHECKING:
@@ -65,7 +67,7 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         join_parts(job, folder / "rows.csv")
         return Made(_rows(folder / "rows.csv"))
     rows, video = folder / f"rows.{form}", folder / "overlay.mp4" if overlay else None
-    frames = CountedFrames(start=job.start, end=job.end, stride=job.stride)
+    frames = CountedFrames(start=job.start, end=job.end, stride=job.stride, fps=job.fps)
     with _quiet():
         if job.do == "track":
             code = _track(job, rows, video, frames)
@@ -79,6 +81,8 @@ def make(job: Job, folder: Path, form: str, overlay: bool) -> Made:
         return Made(_rows(rows))
     notes = [f"Nothing was ever found by {job.do}."] * (code == NOT_FOUND)
     report = frames.opened[-1].report
+    if report.assumption is not None:
+        notes.append(report.assumption.capitalize())
     if report.problems:
         notes.append(f"The film has problems: {report.problems}.")
     return Made(len(range(job.start, report.decoded, job.stride)), " ".join(notes) or None)
@@ -137,9 +141,12 @@ def _refine(job: Job, rows: Path) -> int:
         Path(job.rows),
         keyframes=_path(job.keyframes),
         output=goal,
-        preset=job.preset,
-        config=_path(job.config),
-        seed=job.seed if own else None,
+        tracker=TrackerOptions(
+            preset=job.preset,
+            config=_path(job.config),
+            seed=job.seed if own else None,
+            fps=job.fps,
+        ),
     )
     if goal != rows:
         convert(goal, rows)
@@ -148,8 +155,8 @@ def _refine(job: Job, rows: Path) -> int:
 
 
 def _drop_histories(folder: Path) -> None:
-    """Remove the histories of corrections: motes refine does not read Parquet."""
-    for path in folder.glob("*.corrections.json"):
+    """Remove the histories of rows: no command that reads one reads Parquet."""
+    for path in folder.glob(f"*{ENDING}"):
         path.unlink()
 
 

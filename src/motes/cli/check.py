@@ -12,9 +12,9 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_counts, check_not_source
-from motes.cli.load_config import tracker_config
+from motes.cli.known_run import TrackerOptions, corrected_run, history_beside
 from motes.cli.messages import log
-from motes.cli.options import OUTPUT, ConfigOptions, Overwrite, Preset
+from motes.cli.options import OUTPUT, Overwrite
 from motes.cli.settings import TRACKER_HELP, Settings
 from motes.core.errors import FormatError, InputError
 
@@ -48,8 +48,7 @@ def check(
         Path | None, Parameter(group=OUTPUT, help="Contact sheet of the frames, .png.")
     ] = None,
     overwrite: Overwrite = False,
-    preset: Preset = "default",
-    values: ConfigOptions = ConfigOptions(),
+    tracker: TrackerOptions = TrackerOptions(),
     **settings: Settings,
 ) -> int:
     """List the frames of rows whose correction is expected to help most.
@@ -65,8 +64,6 @@ def check(
     rows
         A .csv or .jsonl file that motes track, smooth or refine has written.
     """
-    from motes.cli.refine import begun, film_of, known_film
-    from motes.correction.history import History, history_path
     from motes.correction.rows import Rows
     from motes.correction.suspects import doubts
     from motes.output.track_rows import check_writable
@@ -78,16 +75,9 @@ def check(
                 raise FormatError(f"{path} does not end in {ending}; rename it.")
             check_writable(path, overwrite)
     check_not_source(source, rows, output, sheet)
-    path = history_path(rows)
-    known = History.load(path) if path.exists() else None
+    known = history_beside(rows)
     table = Rows(rows, growing=known is not None and bool(known.unfinished))
-    if known is not None:
-        film, history = known_film(source, known), known
-        table.check(film)
-    else:
-        config = tracker_config(app, preset, values.config, settings)
-        film = film_of(source, table)
-        history = begun(film, table, config, values.seed)
+    film, history = corrected_run(app, source, rows, table, known, tracker, settings)
     tracks = table.tracks
     if not table.hindsight:
         tracks = _compared(film, table, history.tracker, history.seed)

@@ -200,7 +200,7 @@ def prepare_folder(out: Path, files: Iterable[str], overwrite: bool) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FormatError(
-            f"The folder {out} cannot be made: {error.strerror}; choose another with --out."
+            f"The folder {out} cannot be made: {error.strerror}; choose another name."
         ) from None
     for name in files:
         check_writable(out / name, overwrite)

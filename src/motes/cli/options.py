@@ -13,6 +13,7 @@ from motes.cli.messages import log
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from motes.video.film import Film
     from motes.video.sources import Source
 
 TARGET = Group("Target (one of these)", sort_key=1)
@@ -62,6 +63,14 @@ Cluster = Annotated[
         group=RUN,
         help="Run on a cluster of Ray instead of the processes of this machine: auto for the one "
         "that this machine belongs to, or HOST:PORT of its head.",
+    ),
+]
+Fps = Annotated[
+    float | None,
+    Parameter(
+        group=FRAMES,
+        help="Frames per second of images, or of a film whose times are wrong. The default is what "
+        "the film says, for images the frameRate in their seqinfo.ini, else 25.",
     ),
 ]
 FirstPixel = Annotated[
@@ -115,6 +124,7 @@ class FrameOptions:
     start: Annotated[int, Parameter(help="First frame.")] = 0
     end: Annotated[int | None, Parameter(help="Stop before this frame.")] = None
     stride: Annotated[int, Parameter(help="Read every n-th frame.")] = 1
+    fps: Fps = None
     reconnect: Annotated[
         float | None,
         Parameter(
@@ -134,9 +144,16 @@ class FrameOptions:
             start=self.start,
             end=self.end,
             stride=self.stride,
+            fps=self.fps,
             on_drop=log,
             patience=self.reconnect,
         )
+
+
+def say_rate(film: "Source | Film") -> None:
+    """Print that a frame rate is assumed, if it is."""
+    if film.report.assumption is not None:
+        log(f"{film.name}: {film.report.assumption}")
 
 
 @Parameter(name="*", group=OUTPUT)
@@ -174,6 +191,16 @@ class OutputOptions:
         ),
     ] = False
     overwrite: Overwrite = False
+
+
+OwnCode = Annotated[
+    bool,
+    FLAG,
+    Parameter(
+        group=CONFIGURATION,
+        help="Run the Python code that a file names as its detector, MODULE:CALLABLE.",
+    ),
+]
 
 
 @Parameter(name="*", group=CONFIGURATION)

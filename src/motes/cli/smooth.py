@@ -10,10 +10,10 @@ from cyclopts import App, Parameter
 
 from motes.cli.exit_codes import DONE
 from motes.cli.input_checks import check_not_source
+from motes.cli.known_run import history_beside, units_of
 from motes.cli.messages import counted, log
 from motes.cli.options import HYPHEN, OUTPUT, Overwrite
 from motes.cli.track_units import UnitOptions
-from motes.core.errors import ConfigError
 
 app = App(name="smooth", help_format="plaintext")
 
@@ -47,16 +47,17 @@ def smooth(
         A .csv or .jsonl file that motes track has written.
     """
     from motes.correction.correct import smooth as smoothed
+    from motes.correction.history import history_path
     from motes.correction.rows import Rows
     from motes.mot.analytics.real_units import GroundMotion
-    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter
+    from motes.output.track_rows import CORRECTED, GROUND, TrackWriter, check_writable
 
     check_not_source(str(rows), Path(output))
-    table, plane = Rows(rows), units.units()
-    if table.metres and plane is None:
-        raise ConfigError(
-            f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
-        )
+    table, known = Rows(rows), history_beside(rows)
+    plane = units_of(rows, table.metres, units, known)
+    beside = None if known is None or output == "-" else history_path(Path(output))
+    if beside is not None:
+        check_writable(beside, overwrite)
     tracks = smoothed(table.tracks)
     motion = None if plane is None else GroundMotion(plane)
     columns = CORRECTED if motion is None else (*CORRECTED, *GROUND)
@@ -64,6 +65,8 @@ def smooth(
         for track in tracks:
             place = None if motion is None else motion.update(track)
             writer.write(track.frame, track.time, track, {} if place is None else place.columns)
+    if known is not None and beside is not None:
+        known.with_units(plane).save(beside)
     states = Counter(str(track.status) for track in tracks)
     parts = [counted(len(tracks), "frame"), *(f"{s} in {n}" for s, n in states.most_common())]
     parts.append(counted(sum(track.outlier for track in tracks), "outlier"))

@@ -24,6 +24,7 @@ from motes.cli.options import (
     ConfigOptions,
     FrameOptions,
     TrackPreset,
+    say_rate,
 )
 from motes.cli.settings import TRACKER_HELP, Settings, default_preset
 from motes.cli.track_options import TrackOutputs
@@ -32,8 +33,8 @@ from motes.cli.track_units import UnitOptions, motion_names
 from motes.core.errors import ConfigError
 
 if TYPE_CHECKING:
+    from motes.cli.track_between import Choice
     from motes.cli.watch_outputs import Output as ObjectsOutput
-    from motes.mot.analytics.real_units import RealUnits
     from motes.sot.presets import TrackerConfig
 
 app = App(name="track", help_epilogue=TRACKER_HELP, help_format="plaintext")
@@ -94,7 +95,10 @@ def track(
         refuse(unfit | {"--figures FOLDER": papers}, "not for keyframes")
         plane = units.units()
         check_keyframe_error(outputs.keyframe_error)
-        return _track_keyframes(sources, keys, target, frames, outputs, plane, config, values.seed)
+        from motes.cli.track_between import Choice
+
+        choice = Choice(config, values.seed, preset, plane)
+        return _track_keyframes(sources, keys, target, frames, outputs, choice)
     if len(sources) > 1:
         raise ConfigError(
             f"No option takes {' '.join(sources[1:])}; numbers of one option need commas, and "
@@ -118,13 +122,13 @@ def track(
             from motes.cli.watch_outputs import check_several
 
             check_several(output, outputs.format)
-        return _track_several(source, boxes, frames, output, outputs, config, values.seed)
+        return _track_several(source, boxes, frames, output, outputs, config, values.seed, preset)
 
     from motes.cli.track_one import track_one
     from motes.sot.tracker import Tracker
 
     tracker = Tracker(config, values.seed, fps_target)
-    return track_one(source, tracker, begin, frames, output, outputs, plane)
+    return track_one(source, tracker, begin, frames, output, outputs, plane, preset, values.seed)
 
 
 def _checked_output(source: str, outputs: TrackOutputs) -> str | None:
@@ -158,9 +162,7 @@ def _track_keyframes(
     target: TargetOptions,
     frames: FrameOptions,
     outputs: TrackOutputs,
-    units: RealUnits | None,
-    config: TrackerConfig,
-    seed: int,
+    choice: Choice,
 ) -> int:
     """Track an object between keyframes, or backward; or one in each of several films."""
     from motes.cli.track_between import Between, frame_of_init, open_film, track_between
@@ -175,7 +177,7 @@ def _track_keyframes(
             )
         check_label(outputs.label, outputs.output and "rows.csv", outputs.format)
         each = marks_of_films(films, keys.keyframes)
-        return track_films(each, frames, outputs, units, config, seed)
+        return track_films(each, frames, outputs, choice)
     (source,) = films
     marks = keys.marks(source)
     if region is None and not any(mark for _, mark in marks):
@@ -183,10 +185,10 @@ def _track_keyframes(
             "The target is missing. Give --at N=x,y,width,height, or --init x,y,width,height."
         )
     output = _checked_output(source, outputs)
-    film = open_film(source, frames.start, frames.end, keys)
+    film = open_film(source, frames, keys)
     if region is not None:
         marks = [(frame_of_init(film, keys), region), *marks]
-    return track_between(Between(film, source, marks, config, seed, units), output, outputs)
+    return track_between(Between(film, source, marks, choice), output, outputs)
 
 
 def _track_several(
@@ -197,8 +199,10 @@ def _track_several(
     outputs: TrackOutputs,
     config: TrackerConfig,
     seed: int,
+    preset: str,
 ) -> int:
     """Track the objects in several boxes of the first frame."""
+    from motes.cli.known_run import remembered
     from motes.cli.show import show_scene
     from motes.cli.track_batch import track_several
     from motes.cli.watch_outputs import Overlay, objects_output
@@ -207,6 +211,7 @@ def _track_several(
 
     overwrite = outputs.overwrite
     with frames.open(source) as film:
+        say_rate(film)
         opened: list[ObjectsOutput] = []
         if outputs.overlay is not None:
             stride = frames.stride
@@ -214,5 +219,6 @@ def _track_several(
         if outputs.show:
             opened.append(show_scene(Regions()))
         if output is not None:
+            opened += remembered(output, outputs, film, frames, config, seed, preset)
             opened.append(objects_output(output, film, outputs))
         return track_several(film, Trackers(config, seed), boxes, opened)

@@ -9,6 +9,7 @@ from pathlib import Path
 from motes.cli.exit_codes import DONE
 from motes.cli.frame_loop import summarize
 from motes.cli.keyframe_options import KeyframeOptions
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
 from motes.cli.refine_run import refine_rows
 from motes.cli.track_keyframes import Outputs, Run, steps_of, write_others, write_stretches
@@ -28,7 +29,7 @@ from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
 
 
-def open_film(source: str, start: int, end: int | None, options: KeyframeOptions) -> Film:
+def open_film(source: str, frames: FrameOptions, options: KeyframeOptions) -> Film:
     """Return the film with the frames that these options use.
 
     Raises
@@ -40,11 +41,14 @@ def open_film(source: str, start: int, end: int | None, options: KeyframeOptions
         raise ConfigError(
             "Between keyframes, the target is tracked in both directions; omit --backward."
         )
+    start, end = frames.start, frames.end
     if options.from_ is not None and options.from_ < start:
         raise ConfigError(f"--from is {options.from_}, before the first frame {start}.")
     if options.backward and options.from_ is not None:
         end = options.from_ + 1 if end is None else min(end, options.from_ + 1)
-    return Film(source, start=start, end=end)
+    film = Film(source, start=start, end=end, fps=frames.fps)
+    say_rate(film)
+    return film
 
 
 def frame_of_init(film: Film, options: KeyframeOptions) -> int:
@@ -52,6 +56,24 @@ def frame_of_init(film: Film, options: KeyframeOptions) -> int:
     if options.from_ is not None:
         return options.from_
     return film.frames.stop - 1 if options.backward else film.frames.start
+
+
+@dataclass(frozen=True)
+class Choice:
+    """How a target is tracked.
+
+    Attributes
+    ----------
+    config, seed, preset
+        The tracker, and the name of its preset.
+    units
+        How pixels become metres; None for pixels.
+    """
+
+    config: TrackerConfig
+    seed: int
+    preset: str
+    units: RealUnits | None
 
 
 @dataclass(frozen=True)
@@ -64,18 +86,14 @@ class Between:
         The film, and its name on the command line.
     marks
         The keyframes.
-    config, seed
-        The tracker.
-    units
-        How pixels become metres; None for pixels.
+    choice
+        The tracker and the units.
     """
 
     film: Film
     source: str
     marks: Marks
-    config: TrackerConfig
-    seed: int
-    units: RealUnits | None
+    choice: Choice
 
     @property
     def history(self) -> History:
@@ -86,10 +104,11 @@ class Between:
         ConfigError
             If keyframes contradict each other or do not fit the film, or the lens does not.
         """
-        found = History.begin(self.film, self.config, self.seed, self.marks, self.units)
+        own = self.choice
+        found = History.begin(self.film, own.config, own.seed, self.marks, own.units, own.preset)
         film = self.film
         check_keyframes(found.keys, film.name, film.frames, film.width, film.height)
-        check_size(self.units, film)
+        check_size(own.units, film)
         return found
 
 
@@ -136,16 +155,16 @@ def track_film(
     quiet, bar
         As in `run_stretches`.
     """
-    film, history = job.film, job.history
+    film, history, units = job.film, job.history, job.choice.units
     path = _history_of(output, outputs)
     table = None if not outputs.resume else _begun_rows(output, path, history, film)
     if outputs.resume:
         outputs = replace(outputs, overwrite=True)
-    others = pictures_outputs(film, job.source, output, outputs, job.units)
+    others = pictures_outputs(film, job.source, output, outputs, units)
     pictures = any((outputs.overlay, outputs.masks, outputs.show))
     motion = None
-    if job.units is not None or motion_names(outputs.figures):
-        motion = GroundMotion(job.units or PIXELS)
+    if units is not None or motion_names(outputs.figures):
+        motion = GroundMotion(units or PIXELS)
     opened += others
     if table is not None and output is not None:
         opened.append(finished := _Finished(output))
@@ -156,7 +175,7 @@ def track_film(
         run.states.update(track.status for track in table.tracks)
         _replay(Outputs(None, None, others, pictures), film, table, motion, run)
         return
-    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, job.units)
+    rows = None if output is None else rows_output(output, film, outputs, CORRECTED, units)
     if rows is not None:
         opened.append(rows)
     each = Outputs(rows, path, others, pictures)

@@ -6,15 +6,14 @@ import glob
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import prepare_folder, refuse
 from motes.cli.keyframe_options import other_format_named
 from motes.cli.messages import counted, log
-from motes.cli.options import FrameOptions
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import FrameProgress
-from motes.cli.track_between import Between, track_film
+from motes.cli.track_between import Between, Choice, track_film
 from motes.cli.track_keyframes import Run
 from motes.cli.track_options import TrackOutputs
 from motes.cli.watch_outputs import format_of
@@ -24,10 +23,6 @@ from motes.correction.keyframes import Keyframes, check_keyframes, read_keyframe
 from motes.formats.registry import named
 from motes.video.film import Film as ReadableFilm
 from motes.video.image_files import IMAGE_ENDINGS
-
-if TYPE_CHECKING:
-    from motes.mot.analytics.real_units import RealUnits
-    from motes.sot.presets import TrackerConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +90,7 @@ def track_films(
     marks: Mapping[str, Keyframes],
     frames: FrameOptions,
     outputs: TrackOutputs,
-    units: RealUnits | None,
-    config: TrackerConfig,
-    seed: int,
+    choice: Choice,
 ) -> int:
     """Track the target of each film by its keyframes, into a folder.
 
@@ -123,7 +116,7 @@ def track_films(
     with FrameProgress(None if None in known else both) as bar:
         for film in chosen:
             try:
-                run = _track(film, frames, outputs, units, config, seed, bar)
+                run = _track(film, frames, outputs, choice, bar)
             except MotesError as error:
                 failed += 1
                 log(f"{film.name} failed: {error}")
@@ -187,14 +180,13 @@ def _track(
     film: Film,
     frames: FrameOptions,
     outputs: TrackOutputs,
-    units: RealUnits | None,
-    config: TrackerConfig,
-    seed: int,
+    choice: Choice,
     bar: FrameProgress,
 ) -> Run:
     """Track the target of a film into its outputs."""
-    source = ReadableFilm(film.name, start=frames.start, end=frames.end)
-    job = Between(source, film.name, [*film.marks.items()], config, seed, units)
+    source = ReadableFilm(film.name, start=frames.start, end=frames.end, fps=frames.fps)
+    say_rate(source)
+    job = Between(source, film.name, [*film.marks.items()], choice)
     run = Run(len(film.marks))
     track_film(job, film.output, replace(outputs, masks=film.masks), run, [], bar=bar)
     return run

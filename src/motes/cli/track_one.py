@@ -8,7 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from motes.cli.frame_loop import exit_code, run_and_report, summarize
-from motes.cli.options import FrameOptions
+from motes.cli.known_run import remembered
+from motes.cli.options import FrameOptions, say_rate
 from motes.cli.progress import RunStatistics
 from motes.cli.track_loop import Begin, Steps, follow
 from motes.cli.track_opened import pictures_outputs, rows_output
@@ -35,6 +36,8 @@ def track_one(
     output: str | None,
     outputs: TrackOutputs,
     units: RealUnits | None,
+    preset: str,
+    seed: int,
 ) -> int:
     """Track one object; return the exit code.
 
@@ -50,6 +53,7 @@ def track_one(
         if resume and film.live:
             raise ConfigError(f"{film.name} is live and cannot be read again; omit --resume.")
         check_size(units, film)
+        say_rate(film)
         opened = pictures_outputs(
             film, source, output, outputs, units, config=tracker.config, stride=frames.stride
         )
@@ -57,6 +61,10 @@ def track_one(
         if motion_names(outputs.figures) or units is not None:
             steps = measured(units or PIXELS, steps)
         if output is not None:
+            opened += remembered(
+                output, outputs, film, frames, tracker.config, seed, preset, units=units,
+                resume=resume,
+            )  # fmt: skip
             opened.append(rows_output(output, film, outputs, COLUMNS, units, resume=resume))
         return _run(film, tracker, steps, opened, quiet=output == "-")
 

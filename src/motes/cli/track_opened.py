@@ -57,7 +57,8 @@ def pictures_outputs(
     opened: list[Output] = []
     anew = outputs.overwrite or outputs.resume
     if outputs.overlay is not None:
-        opened.append(Overlay(outputs.overlay, film, stride, overwrite=anew))
+        unit = None if units is None else "m"
+        opened.append(Overlay(outputs.overlay, film, stride, overwrite=anew, unit=unit))
     if names := motion_names(outputs.figures):
         stem = Path(stem_of(source) if output in (None, "-") else str(output)).with_suffix("")
         unit = "pixels" if units is None else "m"

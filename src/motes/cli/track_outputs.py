@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
@@ -108,15 +109,26 @@ class AsObjects:
 
 
 class Overlay(AnnotatedVideo):
-    """An annotated video."""
+    """An annotated video; with a unit of length, it shows the speed."""
 
-    def __init__(self, path: Path, source: Source | Film, stride: int, *, overwrite: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        source: Source | Film,
+        stride: int,
+        *,
+        overwrite: bool,
+        unit: str | None = None,
+    ) -> None:
         super().__init__(path, source, stride, overwrite=overwrite)
-        self._painter = TrackPainter()
+        self._painter, self._unit = TrackPainter(), unit
 
     def write(self, step: Step) -> None:
         """Add a picture."""
-        self.add(self._painter.painted(step.frame, step.info)(), step.frame.time)
+        note = ""
+        if self._unit is not None and step.place is not None and isfinite(step.place.speed):
+            note = f"{step.place.speed:.2f} {self._unit}/s"
+        self.add(self._painter.painted(step.frame, step.info, note)(), step.frame.time)
 
 
 class Figures:

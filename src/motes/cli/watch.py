@@ -19,7 +19,14 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset
+from motes.cli.options import (
+    Cluster,
+    ConfigOptions,
+    FrameOptions,
+    ObjectPreset,
+    OwnCode,
+    say_rate,
+)
 from motes.cli.settings import HELP, Settings
 from motes.cli.watch_counting import CountingOptions
 from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
@@ -47,8 +54,8 @@ def watch(
         Parameter(
             help="A video, a folder or pattern of images, the number of a camera, or an address. "
             "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram and --cluster "
-            "may be given."
+            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram, --cluster "
+            "and --own-code may be given."
         ),
     ] = None,
     /,
@@ -60,6 +67,7 @@ def watch(
     preset: ObjectPreset = PRESET,
     values: ConfigOptions = ConfigOptions(),
     cluster: Cluster = None,
+    own_code: OwnCode = False,
     **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
@@ -74,7 +82,13 @@ def watch(
         from motes.cli.watch_cameras import watch_rig
 
         return watch_rig(
-            source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster
+            source,
+            outputs.output,
+            outputs.overwrite,
+            values.seed,
+            objects.histogram,
+            cluster,
+            own_code=own_code,
         )
     if cluster is not None:
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
@@ -84,7 +98,14 @@ def watch(
         )
     where = counting.regions()
     config = watch_config(
-        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings
+        app,
+        preset,
+        values.config,
+        objects.detector,
+        objects.like,
+        objects.selection(),
+        settings,
+        own_code=own_code,
     )
     if values.dump_config:
         from motes.core.config import to_toml
@@ -116,6 +137,9 @@ def watch(
         check_several(output, outputs.format)
     point_out_leftovers(overlay, *files)
 
+    from msgspec.structs import replace
+
+    from motes.cli.known_run import remembered
     from motes.cli.metrics_page import MetricsPage, place_of
     from motes.cli.sent_events import SentEvents
     from motes.cli.show import show_scene
@@ -124,6 +148,7 @@ def watch(
     from motes.cli.watch_pictures import Heatmap, Paths, Slits
     from motes.core.detection import PreparedDetector
     from motes.mot.analytics.events import EventCounter
+    from motes.mot.analytics.real_units import RealUnits
     from motes.mot.detection.in_process import DetectorProcess
     from motes.mot.detection.lookalike import LookalikeConfig
     from motes.mot.pipeline_config import lookalike_detector
@@ -154,6 +179,7 @@ def watch(
                 detector.prepare(film)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
+        say_rate(film)
         opened: list[Output] = []
         if overlay is not None:
             opened.append(Overlay(overlay, film, frames.stride, where, overwrite=overwrite))
@@ -171,6 +197,11 @@ def watch(
         if outputs.paths is not None:
             opened.append(Paths(outputs.paths, overwrite=overwrite))
         if output is not None:
+            ground = None if where.ground is None else RealUnits(where.ground)
+            opened += remembered(
+                output, outputs, film, frames, config, values.seed, preset, units=ground,
+                places=replace(where, ground=None),
+            )  # fmt: skip
             opened.append(objects_output(output, film, outputs))
         return watch_scene(film, scene, counter, opened)
 

@@ -15,6 +15,7 @@ from motes.cluster.jobs import Job
 from motes.cluster.objects import Objects
 from motes.cluster.store import sha256
 from motes.core.errors import SourceError
+from motes.correction.history import ENDING
 
 
 class Input(msgspec.Struct, frozen=True):
@@ -38,7 +39,7 @@ class Input(msgspec.Struct, frozen=True):
 def paths_of(job: Job) -> list[str]:
     """Return the files that a job reads, its source first."""
     found = [job.source, *job.files.values()]
-    history = None if job.rows is None else f"{job.rows}.corrections.json"
+    history = None if job.rows is None else f"{job.rows}{ENDING}"
     return [*found, history] if history is not None and not missing(history) else found
 
 

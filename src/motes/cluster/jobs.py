@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from motes.core.errors import ConfigError
 from motes.core.geometry import as_ellipse
 from motes.sot.presets import preset
-from motes.video.sources import is_recorded
+from motes.video.sources import check_rate, is_recorded
 
 Region = tuple[float, ...]
 
@@ -46,6 +46,8 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
         of the random numbers.
     start, end, stride
         The frames that are used.
+    fps
+        Frames per second of images.
     label
         Any text; it is copied to the table of results.
     split, parts_in, is_part
@@ -67,6 +69,7 @@ class Job(msgspec.Struct, frozen=True, omit_defaults=True, kw_only=True):
     start: int = 0
     end: int | None = None
     stride: int = 1
+    fps: float | None = None
     label: str | None = None
     split: int = 0
     parts_in: str | None = None
@@ -144,6 +147,7 @@ def _check(job: Job) -> None:
         as_ellipse(region)
     if job.preset is not None:
         preset(job.preset)
+    check_rate(job.fps)
     if job.seed < 0 or job.start < 0 or job.stride < 1:
         raise ConfigError("seed and start are 0 or more, and stride is 1 or more.")
     if not is_recorded(job.source) and not job.source.startswith(("http://", "https://")):

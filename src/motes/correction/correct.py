@@ -24,6 +24,7 @@ def correct(
     marks: Mapping[int, Sequence[float] | None],
     config: str | TrackerConfig = "default",
     seed: int = 0,
+    fps: float | None = None,
 ) -> list[Track]:
     """Track a target between keyframes, forward and backward, and smooth the result.
 
@@ -36,6 +37,8 @@ def correct(
         None for a frame without the target. One is enough.
     config, seed
         The tracker, as in `Tracker`.
+    fps
+        Frames per second of images, as in `open_source`.
 
     Returns
     -------
@@ -50,7 +53,7 @@ def correct(
     SourceError
         If the film cannot be read.
     """
-    film, keys = Film(source), keyframes(marks.items())
+    film, keys = Film(source, fps=fps), keyframes(marks.items())
     check_keyframes(keys, film.name, film.frames, film.width, film.height)
     tracker = preset(config) if isinstance(config, str) else config
     found: dict[int, Track] = {}

@@ -1,4 +1,4 @@
-"""The history of corrections: a file beside the rows from which the run can be repeated."""
+"""What is remembered of rows, in one file beside them: the run that made them, and corrections."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 import msgspec
 from msgspec.structs import replace
 
-from motes.core.config import from_dict, to_dict
+from motes import __version__
+from motes.core.config import Config, from_dict, to_dict
 from motes.core.errors import ConfigError, FormatError, InputError
 from motes.core.files import write_whole
 from motes.core.geometry import Ellipse
@@ -17,33 +18,41 @@ from motes.core.seed import checked_seed
 from motes.correction.join import Stretch
 from motes.correction.keyframes import keyframes
 from motes.mot.analytics.real_units import RealUnits
+from motes.mot.analytics.regions import Regions
 from motes.sot.algorithm import Algorithm
 from motes.sot.presets import TrackerConfig
 from motes.video.film import Film
+from motes.video.sources import Source, check_rate
 
-FORMAT = 1
+FORMAT = 2
 """Version of the file."""
-ENDING = ".corrections.json"
-"""The file of `rows.csv` is `rows.csv.corrections.json`."""
+ENDING = ".run.json"
+"""The file of `rows.csv` is `rows.csv.run.json`."""
 
 Marks = Sequence[tuple[int, Sequence[float] | None]]
 
 
 class History(msgspec.Struct, frozen=True):
-    """What has been done to a film.
+    """How rows were made, and what has been corrected; every command that reads rows reads it.
 
     Attributes
     ----------
-    motes
+    form
         Version of the file.
+    motes
+        Version of motes.
     film, width, height, frames
-        Name and size of the film, and the number of its frames.
-    start, end
+        Name and size of the film, and the number of its frames; None before they are all known.
+    start, end, stride
         The frames that are used.
-    config, seed
-        The tracker.
+    fps
+        Frames per second that give the times; None where the film has times of its own.
+    preset, config, seed
+        The tracker: the name of its preset, and all its values.
     units
-        How pixels become metres, if the rows have metres.
+        How pixels become metres, if they do.
+    places
+        The lines and zones of `motes watch`; None for rows of `motes track`.
     corrections
         The marks of each command, in order: frames with a region or None. A later mark of a frame
         replaces an earlier one.
@@ -52,18 +61,55 @@ class History(msgspec.Struct, frozen=True):
         its stretches here before it writes any row, so that it can be finished after a kill.
     """
 
-    motes: int
+    form: int
     film: str
     width: int
     height: int
-    frames: int
+    frames: int | None
     start: int
-    end: int
+    end: int | None
     config: dict[str, Any]
     seed: int
+    motes: str = __version__
+    stride: int = 1
+    fps: float | None = None
+    preset: str | None = None
+    places: dict[str, Any] | None = None
     units: dict[str, Any] | None = None
     corrections: list[list[tuple[int, list[float] | None]]] = []
     unfinished: list[tuple[int, int]] = []
+
+    @classmethod
+    def of_run(
+        cls,
+        film: Source | Film,
+        config: Config,
+        seed: int,
+        preset: str | None = None,
+        *,
+        units: RealUnits | None = None,
+        places: Regions | None = None,
+        start: int = 0,
+        end: int | None = None,
+        stride: int = 1,
+    ) -> History:
+        """Return the history of a run that begins, without keyframes."""
+        return cls(
+            form=FORMAT,
+            film=Path(film.name).name,
+            width=film.width,
+            height=film.height,
+            frames=None,
+            start=start,
+            end=end,
+            stride=stride,
+            fps=film.even_rate,
+            preset=preset,
+            config=to_dict(config),
+            seed=seed,
+            units=None if units is None else to_dict(units),
+            places=None if places is None else to_dict(places),
+        )
 
     @classmethod
     def begin(
@@ -73,21 +119,12 @@ class History(msgspec.Struct, frozen=True):
         seed: int,
         marks: Marks,
         units: RealUnits | None = None,
+        preset: str | None = None,
     ) -> History:
         """Return the history of a film with its first keyframes."""
-        empty = cls(
-            motes=FORMAT,
-            film=Path(film.name).name,
-            width=film.width,
-            height=film.height,
-            frames=len(film.times),
-            start=film.frames.start,
-            end=film.frames.stop,
-            config=to_dict(config),
-            seed=seed,
-            units=None if units is None else to_dict(units),
-        )
-        return empty.corrected(marks)
+        used = film.frames
+        empty = cls.of_run(film, config, seed, preset, units=units, start=used.start, end=used.stop)
+        return replace(empty, frames=len(film.times)).corrected(marks)
 
     @classmethod
     def load(cls, path: Path) -> History:
@@ -100,12 +137,14 @@ class History(msgspec.Struct, frozen=True):
         """
         try:
             history = msgspec.json.decode(path.read_bytes(), type=cls)
-            if history.motes != FORMAT:
+            if history.form != FORMAT:
                 raise InputError(f"{path} is of another version of motes; make the rows anew.")
-            if not 0 <= history.start < history.end <= history.frames:
-                raise ConfigError(f"the frames {history.start} to {history.end - 1} are none")
+            history.check_frames()
             checked_seed(history.seed)
-            history.tracker  # noqa: B018
+            check_rate(history.fps)
+            if history.places is None:
+                history.tracker  # noqa: B018
+            history.regions  # noqa: B018
             history.real_units  # noqa: B018
             history.keys  # noqa: B018
         except OSError as error:
@@ -113,8 +152,8 @@ class History(msgspec.Struct, frozen=True):
         except (msgspec.MsgspecError, ConfigError, RecursionError) as error:
             why = str(error).rstrip(".")
             raise InputError(
-                f"{path} is no history of corrections ({why}); repair it, or delete it: the "
-                f"first row is then the only keyframe."
+                f"{path} does not tell how its rows were made ({why}); repair it, or delete it: "
+                f"the first row is then the only keyframe."
             ) from None
         return history
 
@@ -133,9 +172,17 @@ class History(msgspec.Struct, frozen=True):
                 f"{path} cannot be written: {error.strerror}; make room, or choose another place."
             ) from None
 
+    def check_frames(self) -> None:
+        """Raise a ConfigError if the frames that are used are none."""
+        end = self.end if self.end is not None else self.frames
+        stop = self.frames if self.frames is not None else end
+        if self.start < 0 or (end is not None and not self.start < end <= (stop or 0)):
+            last = "" if end is None else f" to {end - 1}"
+            raise ConfigError(f"the frames {self.start}{last} are none")
+
     @property
     def tracker(self) -> TrackerConfig:
-        """The configuration of the tracker."""
+        """The configuration of the tracker of `motes track`."""
         config: TrackerConfig = from_dict(self.config, Algorithm)
         return config
 
@@ -143,6 +190,11 @@ class History(msgspec.Struct, frozen=True):
     def real_units(self) -> RealUnits | None:
         """How pixels become metres; None without metres."""
         return None if self.units is None else from_dict(self.units, RealUnits)
+
+    @property
+    def regions(self) -> Regions:
+        """The lines and zones."""
+        return Regions() if self.places is None else from_dict(self.places, Regions)
 
     @property
     def keys(self) -> dict[int, Ellipse | None]:
@@ -158,6 +210,10 @@ class History(msgspec.Struct, frozen=True):
         new = [(frame, None if mark is None else [*mark]) for frame, mark in found.items()]
         return replace(self, corrections=[*self.corrections, new])
 
+    def with_units(self, units: RealUnits | None) -> History:
+        """Return the history of rows with these units."""
+        return replace(self, units=None if units is None else to_dict(units))
+
     def unfinished_with(self, left: Iterable[Stretch]) -> History:
         """Return the history with stretches that are not finished."""
         return replace(self, unfinished=[(each.first, each.last) for each in left])
@@ -165,25 +221,30 @@ class History(msgspec.Struct, frozen=True):
     def repeats(self, other: History) -> bool:
         """Return whether two runs have the same film, tracker and keyframes after all commands."""
         first, second = (
-            msgspec.json.encode(replace(each, corrections=[], unfinished=[]))
+            msgspec.json.encode(replace(each, motes="", corrections=[], unfinished=[]))
             for each in (self, other)
         )
         return first == second and self.keys == other.keys
 
-    def check(self, film: Film) -> None:
+    def check(self, film: Film | Source) -> None:
         """Check that this is the history of a film.
 
         Raises
         ------
         InputError
-            If the film has another size or number of frames.
+            If the film has another size or, where it is known, another number of frames.
         """
-        here = film.width, film.height, len(film.times)
-        if here != (self.width, self.height, self.frames):
+        count = len(film.times) if isinstance(film, Film) else self.frames
+        if (film.width, film.height) != (self.width, self.height) or self.frames not in (
+            None, count,
+        ):  # fmt: skip
+            here, there = (
+                f"{'' if frames is None else f'{frames} frames of '}{each.width}x{each.height}"
+                for each, frames in ((film, count), (self, self.frames))
+            )
             raise InputError(
-                f"{film.name} has {here[2]} frames of {here[0]}x{here[1]}, but the rows are of "
-                f"{self.film}, with {self.frames} frames of {self.width}x{self.height}; give that "
-                f"film."
+                f"{film.name} has {here}, but the rows are of {self.film}, with {there}; give "
+                f"that film."
             )
 
 

@@ -23,6 +23,7 @@ def refine(
     corrections: Marks,
     config: str | TrackerConfig = "default",
     seed: int = 0,
+    fps: float | None = None,
 ) -> list[Track]:
     """Correct tracks: only stretches between corrections and neighboring keyframes are made anew.
 
@@ -38,6 +39,8 @@ def refine(
         Further keyframes; one of a frame that is marked already replaces it.
     config, seed
         The tracker, as in `Tracker`.
+    fps
+        Frames per second of images, as in `open_source`.
 
     Returns
     -------
@@ -54,7 +57,7 @@ def refine(
     frames = [track.frame for track in tracks]
     if not frames or frames != [*range(frames[0], frames[0] + len(frames))]:
         raise ConfigError("Give the track of every frame, in order.")
-    film = Film(source, start=frames[0], end=frames[-1] + 1)
+    film = Film(source, start=frames[0], end=frames[-1] + 1, fps=fps)
     old = keyframes(marks.items())
     new = dict(sorted((old | keyframes(corrections.items())).items()))
     check_keyframes(new, film.name, range(frames[0], frames[-1] + 1), film.width, film.height)

@@ -86,7 +86,8 @@ def path(series: MotionSeries, unit: str) -> Figure:
     angles = np.linspace(0, 2 * np.pi, 33)
     circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     known = np.flatnonzero(np.isfinite(series.x))
-    chosen = known[:: max(1, -(-len(known) // REGIONS))]
+    sure = np.flatnonzero(np.isfinite(series.x_std + series.y_std))
+    chosen = sure[:: max(1, -(-len(sure) // REGIONS))]
     radius = np.sqrt(-2 * np.log(0.05))  # of 95 % of a Gaussian in the plane
     sides = np.stack([series.x_std, series.y_std], axis=1)[chosen, None]
     centers = np.stack([series.x, series.y], axis=1)[chosen, None]

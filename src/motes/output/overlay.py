@@ -118,7 +118,7 @@ def draw(
     image.paste(part.reduce(SUPERSAMPLING), tuple(low.tolist()))
 
     if label != "":
-        _draw_label(image, label or _describe(track), track.confidence, color)
+        _draw_label(image, label or describe(track), track.confidence, color)
     return np.array(image)
 
 
@@ -162,7 +162,8 @@ def _region(
     return low, high
 
 
-def _describe(track: Track) -> str:
+def describe(track: Track) -> str:
+    """Return what an overlay says of a track: frame, status and confidence."""
     return f"{track.frame}  {track.status}  {track.confidence:.2f}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
 from collections.abc import Sequence
 from functools import partial
@@ -9,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from motes.core.frame import Frame
 from motes.core.track import Status
-from motes.mot.analytics.events import Event
+from motes.mot.analytics.events import SPEED_OVER, Event, foot_of
 from motes.mot.analytics.regions import Regions
 from motes.mot.tracked_object import SceneTrack
-from motes.output.overlay import Draw, draw
+from motes.output.overlay import Draw, describe, draw
 from motes.output.scene_overlay import Point, draw_scene
 
 if TYPE_CHECKING:
@@ -29,8 +30,11 @@ class TrackPainter:
     def __init__(self) -> None:
         self._trail: deque[Point] = deque(maxlen=TRAIL)
 
-    def painted(self, frame: Frame, info: StepInfo | None) -> Draw:
-        """Return a function that draws the next frame; without info, it is as it was."""
+    def painted(self, frame: Frame, info: StepInfo | None, note: str = "") -> Draw:
+        """Return a function that draws the next frame, with a note beside its status.
+
+        Without info, the frame is as it was.
+        """
         if info is None:
             return lambda: frame.pixels
         track = info.track
@@ -43,37 +47,56 @@ class TrackPainter:
             particles=info.ellipses,
             weights=info.weights,
             trail=list(self._trail),
+            label=f"{describe(track)}  {note}" if note else None,
         )
 
 
 class ScenePainter:
     """Paints all objects with their trails, the lines and zones, the time and the totals.
 
+    A trail is of the point that is counted: the foot. Before a known ground, objects have speeds.
+
     Parameters
     ----------
     places
-        The lines and zones.
+        The lines and zones, and the ground.
     """
 
     def __init__(self, places: Regions) -> None:
         self._places = places
-        self._trails: dict[int, deque[Point]] = {}
+        self._trails: dict[int, deque[tuple[float, Point]]] = {}
         self._totals: Counter[str] = Counter()
 
     def painted(self, frame: Frame, tracks: Sequence[SceneTrack], events: Sequence[Event]) -> Draw:
         """Return a function that draws the next frame."""
-        here = {each.identity for each in tracks}
+        # A detection without an identity has no past.
+        here = {each.identity for each in tracks if each.identity > 0}
         self._trails = {
             identity: trail for identity, trail in self._trails.items() if identity in here
         }
-        for each in tracks:
+        for each in (each for each in tracks if each.identity in here):
             trail = self._trails.setdefault(each.identity, deque(maxlen=TRAIL))
-            trail.append(each.track.ellipse[:2])
+            trail.append((frame.time, foot_of(each)))
         for event in events:
             if event.event in ("crosses", "enters", "leaves"):
                 self._totals[f"{event.place} {event.direction or event.event}"] += 1
         minutes, seconds = divmod(int(frame.time), 60)
         totals = [f"{what} {count}" for what, count in sorted(self._totals.items())]
         caption = [f"{minutes}:{seconds:02}", *totals]
-        trails = {identity: list(trail) for identity, trail in self._trails.items()}
-        return partial(draw_scene, frame.pixels, tracks, trails, self._places, caption)
+        trails = {identity: [foot for _, foot in trail] for identity, trail in self._trails.items()}
+        return partial(
+            draw_scene, frame.pixels, tracks, trails, self._places, caption, self._speeds()
+        )
+
+    def _speeds(self) -> dict[int, str]:
+        """Return the speed of each object over the last half second, before a known ground."""
+        ground, speeds = self._places.ground, dict[int, str]()
+        if ground is None:
+            return speeds
+        for identity, trail in self._trails.items():
+            now, last = trail[-1]
+            began, first = next(each for each in trail if each[0] >= now - SPEED_OVER)
+            start, end = ground.metres(first), ground.metres(last)
+            if now > began and start is not None and end is not None:
+                speeds[identity] = f"{math.dist(start, end) / (now - began):.1f} m/s"
+        return speeds

@@ -34,6 +34,7 @@ def draw_scene(
     trails: Mapping[int, Sequence[Point]],
     regions: Regions | None = None,
     caption: Sequence[str] = (),
+    notes: Mapping[int, str] = {},
 ) -> NDArray[np.uint8]:
     """Return a copy of a frame's pixels with a scene drawn on it.
 
@@ -45,11 +46,13 @@ def draw_scene(
         The objects, drawn as boxes with their identities and classes. An object that is not tracked
         has thin lines and a label without background.
     trails
-        The past centers of each identity, oldest first.
+        The past places of each identity, oldest first.
     regions
         Lines and zones of the event counter.
     caption
         Lines of text in the upper left corner, such as time and totals.
+    notes
+        Further text beside identities, such as their speeds.
     """
     from PIL import Image, ImageDraw
 
@@ -69,8 +72,9 @@ def draw_scene(
         box = each.track.box
         corners = _rounded(np.array([box[:2], (box.x + box.width - 1, box.y + box.height - 1)]))
         pen.rectangle(corners, outline=(*color, 255), width=line if hidden else 2 * line)
-        name = "" if each.label is None else f" {each.label}"
-        text = f"{each.identity}{name}" + (f" {each.track.status}" if hidden else "")
+        number = f"{each.identity}" if each.identity > 0 else ""
+        words = number, each.label, notes.get(each.identity), each.track.status if hidden else None
+        text = " ".join(word for word in words if word)
         # The label stays inside the frame even if the box does not.
         _, _, right, bottom = pen.textbbox((0, 0), text, typeface)
         x = min(max(corners[0], 0), image.width - right)

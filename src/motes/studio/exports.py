@@ -140,13 +140,14 @@ def history_file(target: Target, film: FilmFacts) -> bytes:
     """Return the history beside rows, from which `motes refine` goes on."""
     end = target.last + 1
     history = History(
-        motes=FORMAT,
+        form=FORMAT,
         film=os.path.basename(film.name),
         width=film.width,
         height=film.height,
         frames=film.frames if end == film.frames else end,
         start=target.first,
         end=end,
+        preset=target.preset,
         config=to_dict(target.tracker),
         seed=target.seed,
     ).corrected([*target.marks.items()])

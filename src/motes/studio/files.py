@@ -41,7 +41,7 @@ async def export(session: Session, form: str, number: int | None) -> File:
     targets = _targets(session, number)
     if form == HISTORY:
         stem = exports.file_name(film, targets[0].name, "csv")
-        return File(f"{stem}.corrections.json", exports.history_file(targets[0], film))
+        return File(f"{stem}.run.json", exports.history_file(targets[0], film))
     exports.check_formats(form, several=len(targets) > 1)
     tables = {each.object: (each.name, _table(session, each)) for each in targets}
 

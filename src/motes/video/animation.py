@@ -37,7 +37,7 @@ class Animation:
     Attributes
     ----------
     fps
-        The inverse of the time for which the first picture is shown.
+        The inverse of the time for which the first picture is shown; None without times.
     duration
         In seconds; None for an animation, whose times are read together with its pictures.
     count
@@ -60,12 +60,14 @@ class Animation:
             self.count = len(self._numbers)
             timed = self._image.format in ANIMATED and self.count > 1
             self.duration = None if timed else self.count * FRAME_INTERVAL
-            self.fps: float | None = 1 / (self._show(self._numbers[0]) or FRAME_INTERVAL)
+            shown = self._show(self._numbers[0]) if timed else 0.0
+            self.fps: float | None = 1 / shown if shown else None
             opened.pop_all()
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
         """Yield the pictures in order."""
         moment = 0.0
+        report.assumed = self.count > 1 and self._image.format not in ANIMATED
         for index, number in enumerate(self._numbers):
             with readable(self._path, index):
                 shown = self._show(number)

@@ -21,7 +21,7 @@ from motes.core.frame import Frame
 from motes.core.interrupts import check
 from motes.video.decoder import Decoder, Load, Stamped
 from motes.video.report import Report
-from motes.video.sources import Reader, find_reader, is_recorded, timed
+from motes.video.sources import Reader, check_rate, even_rate, find_reader, is_recorded, timed
 
 PART = 1 << 28
 """Bytes of decoded pictures that are held while a film is read backward; a pixel has three."""
@@ -40,6 +40,8 @@ class Film:
         A video file, an image file, a folder or a pattern.
     start, end
         The frames that are used: from `start` on, before `end`.
+    fps
+        Frames per second, in place of the times in the file; as in `open_source`.
     quick
         Whether the times are taken from the packets of a video file, without decoding them. This
         takes a hundredth of the time. After a seek, only frames are decoded that others need. A
@@ -58,6 +60,8 @@ class Film:
         The size of a frame, in pixels.
     fps
         Nominal frames per second; None if unknown.
+    even_rate
+        Frames per second that give the times; None where the file has times of its own.
     quick
         Whether it was opened so.
     frames
@@ -79,6 +83,7 @@ class Film:
         *,
         start: int = 0,
         end: int | None = None,
+        fps: float | None = None,
         quick: bool = False,
         check: Callable[[], None] = check,
     ) -> None:
@@ -91,7 +96,8 @@ class Film:
             raise ConfigError(
                 f"No frame is from {start}{stop}; start at 0 or later, and end later."
             )
-        self._source, self.quick = str(source), quick
+        check_rate(fps)
+        self._source, self._rate, self.quick = str(source), fps, quick
         self.report, self.times, self._stamps = Report(), list[float](), list[float | None]()
         size: tuple[int, int] | None = None
         self._matrices: dict[int, NDArray[np.int32]] = {}
@@ -103,8 +109,9 @@ class Film:
         else:
             self.quick, pictures = False, reader.pictures(self.report)
         with contextlib.closing(reader), contextlib.closing(pictures) as all_:
-            self.fps = reader.fps
-            for moment, stamp, load in timed(all_, reader.fps, self.report):
+            self.fps = fps or reader.fps
+            even = fps is not None
+            for moment, stamp, load in timed(all_, self.fps, self.report, even=even):
                 if end is not None and len(self.times) >= end:
                     break
                 if size is None:
@@ -112,6 +119,7 @@ class Film:
                 self.times.append(moment)
                 self._stamps.append(stamp)
                 check()
+            self.even_rate = even_rate(reader, fps, self.report)
             self._keys = reader.keys if isinstance(reader, Decoder) else []
         self._file_of = reader.file_of
         if size is None:
@@ -133,7 +141,7 @@ class Film:
 
         So no decoder but the first reads a display matrix, which costs the memory of a picture.
         """
-        name, reader = find_reader(self._source)
+        name, reader = find_reader(self._source, fps=self._rate)
         if isinstance(reader, Decoder):
             reader.matrices = self._matrices
         return name, reader

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import configparser
+import math
 import os
 import re
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,23 +24,27 @@ if TYPE_CHECKING:
 IMAGE_ENDINGS = frozenset(
     {".bmp", ".jpeg", ".jpg", ".pgm", ".png", ".pnm", ".ppm", ".tif", ".tiff", ".webp"}
 )
+INFO = "seqinfo.ini"
+"""The file in which the MOTChallenge has the rate of a folder of images."""
 
 
 class ImageFiles:
     """Image files, one frame each: the first picture, in the natural order of the names.
 
+    Their rate is `fps`, else that of `rate_in`, else one is assumed: `1 / FRAME_INTERVAL`.
+
     Raises
     ------
     SourceError
-        If none of the paths is an image; while reading, at the first one that is damaged.
+        If none of the paths is an image, or the file of the rate has none; while reading, at the
+        first one that is damaged.
     """
 
-    fps: float | None = 1 / FRAME_INTERVAL
     duration: float | None
     count: int | None
     live = realtime = False
 
-    def __init__(self, name: str, paths: list[str]) -> None:
+    def __init__(self, name: str, paths: list[str], fps: float | None = None) -> None:
         self._paths = sorted(
             (
                 path
@@ -52,13 +58,16 @@ class ImageFiles:
             endings = ", ".join(sorted(IMAGE_ENDINGS))
             raise SourceError(f"There are no images in {name}; they would end in {endings}.")
         self._folder = os.path.commonpath({os.path.dirname(path) for path in self._paths})
+        self.fps = rate_in(self._folder) if fps is None else fps
+        self._interval = 1 / self.fps if self.fps else FRAME_INTERVAL
         self.count = len(self._paths)
-        self.duration = len(self._paths) * FRAME_INTERVAL
+        self.duration = self.count * self._interval
 
     def pictures(self, report: Report) -> Generator[Stamped, None, None]:
-        """Yield the pictures in order, `FRAME_INTERVAL` apart."""
+        """Yield the pictures in order, at the rate of the files."""
+        report.assumed = self.fps is None
         for index, path in enumerate(self._paths):
-            yield index * FRAME_INTERVAL, partial(_first_picture, path, report)
+            yield index * self._interval, partial(_first_picture, path, report)
 
     def file_of(self, index: int) -> str | None:
         """Return the path of a picture in the folder that holds all of them."""
@@ -74,6 +83,47 @@ def files_in(path: str) -> list[str]:
         return [os.path.join(path, name) for name in os.listdir(path)]
     except OSError as error:
         raise SourceError(f"The folder {path} cannot be read: {error.strerror}.") from error
+
+
+def rate_in(folder: str) -> float | None:
+    """Return the frames per second in the seqinfo.ini of a folder of images; None without one.
+
+    The file lies in the folder, or beside it and names it, as in the MOTChallenge.
+
+    Raises
+    ------
+    SourceError
+        If the file has another number than a rate.
+    """
+    here = Path(folder).absolute()
+    for path, name in ((here / INFO, None), (here.parent / INFO, here.name)):
+        if path.is_file():
+            section = _sequence(path)
+            if name in (None, section.get("imDir", "img1")):
+                return _rate(path, section.get("frameRate"))
+    return None
+
+
+def _sequence(path: Path) -> Mapping[str, str]:
+    """Return the section Sequence of a seqinfo.ini; empty without one."""
+    parser = configparser.ConfigParser(interpolation=None)
+    try:
+        parser.read_string(path.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError, configparser.Error):
+        raise SourceError(f"{path} cannot be read as INI; correct or remove it.") from None
+    return parser["Sequence"] if parser.has_section("Sequence") else {}
+
+
+def _rate(path: Path, text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        rate = float(text)
+    except ValueError:
+        rate = math.nan
+    if not 0 < rate < math.inf:
+        raise SourceError(f"{path} has frameRate={text}; give frames per second there.")
+    return rate
 
 
 def read_image(path: str | Path) -> NDArray[np.uint8]:

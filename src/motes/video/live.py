@@ -161,7 +161,9 @@ class Live:
         self._closed.set()
 
 
-def open_watched(source: str, origin: float | None = None) -> Source | Live:
+def open_watched(
+    source: str, origin: float | None = None, fps: float | None = None
+) -> Source | Live:
     """Open a source of frames: a recording as `Source`, a live source as `Live`.
 
     Raises
@@ -170,7 +172,7 @@ def open_watched(source: str, origin: float | None = None) -> Source | Live:
         If a file or folder cannot be read; a camera or an address is tried again instead.
     """
     try:
-        opened = open_source(source)
+        opened = open_source(source, fps=fps)
     except SourceError as error:
         if not is_remote(source):
             raise

@@ -31,6 +31,8 @@ class Report:
         Frames of a live source that were left out, as a newer one had come before they were used.
     drops
         Number of times that a live source ended or failed and had to be opened again.
+    assumed
+        Whether the source is images without a frame rate, so that one was assumed.
     aspect
         Width of a pixel divided by its height, 1 if unknown. Frames are not rescaled.
     """
@@ -44,12 +46,20 @@ class Report:
     left_out: int = 0
     late: int = 0
     drops: int = 0
+    assumed: bool = False
     aspect: float = 1.0
 
     @property
     def truncated(self) -> bool:
         """Whether the source ended before the end given in its header."""
         return self.ended is not None
+
+    @property
+    def assumption(self) -> str | None:
+        """One line about the frame rate, or None if the source has one."""
+        if not self.assumed:
+            return None
+        return "the images have no frame rate, 25 a second are assumed; give fps if it is another."
 
     @property
     def problems(self) -> str | None:

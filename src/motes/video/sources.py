@@ -29,6 +29,8 @@ from motes.video.report import Report
 
 SCHEMES = ("http", "https", "rtsp", "rtsps")
 
+LEAST_RATE = 1e-5
+"""Least number of frames per second that may be given: a picture a day; the inverse is the most."""
 _TICK = 1e-6
 """Times closer than this, in seconds, differ only by rounding."""
 
@@ -94,9 +96,19 @@ class Source:
         Counts of what was read and of errors; complete after the last frame.
     """
 
-    def __init__(self, name: str, reader: Reader, start: int, end: int | None, stride: int) -> None:
-        self.name = name
-        self.fps, self.duration, self.live = reader.fps, reader.duration, reader.live
+    def __init__(
+        self,
+        name: str,
+        reader: Reader,
+        start: int,
+        end: int | None,
+        stride: int,
+        fps: float | None = None,
+    ) -> None:
+        self.name, self._rate = name, fps
+        self.fps, self.duration, self.live = fps or reader.fps, reader.duration, reader.live
+        if fps is not None:
+            self.duration = None if reader.count is None else reader.count / fps
         self.report = Report()
         self._reader = reader
         ends = [stop for stop in (end, reader.count) if stop is not None]
@@ -124,7 +136,8 @@ class Source:
     def _select(self, start: int, end: int | None, stride: int) -> Generator[Frame, None, None]:
         size = None
         pictures = itertools.islice(self._pictures, end)
-        for index, (moment, _, load) in enumerate(timed(pictures, self.fps, self.report)):
+        moments = timed(pictures, self.fps, self.report, even=self._rate is not None)
+        for index, (moment, _, load) in enumerate(moments):
             if index < start or (index - start) % stride:
                 continue
             arrived = time.monotonic() if self.live else None
@@ -157,6 +170,11 @@ class Source:
         self._reader.close()
 
     @property
+    def even_rate(self) -> float | None:
+        """Frames per second that give the times; None where the file has times of its own."""
+        return even_rate(self._reader, self._rate, self.report)
+
+    @property
     def realtime(self) -> bool:
         """Whether frames certainly arrive in real time, so that old ones may be left out."""
         return self._reader.realtime
@@ -172,12 +190,19 @@ class Source:
 
 
 def timed(
-    pictures: Iterable[Stamped], fps: float | None, report: Report
+    pictures: Iterable[Stamped], fps: float | None, report: Report, *, even: bool = False
 ) -> Iterator[tuple[float, float | None, Load]]:
     """Yield the time of each picture since the first one, its stamp, and a function that loads it.
 
     Times strictly increase: stamps that are missing, or do not increase, are replaced and counted.
+    With `even`, no stamp counts, and the times are those of the rate.
     """
+    if fps and even:
+        for index, (stamp, load) in enumerate(pictures):
+            report.decoded += 1
+            report.assumed = False
+            yield index / fps, stamp, load
+        return
     interval = 1 / fps if fps else FRAME_INTERVAL
     origin, last = None, -interval
     for stamp, load in pictures:
@@ -199,6 +224,7 @@ def open_source(
     start: int = 0,
     end: int | None = None,
     stride: int = 1,
+    fps: float | None = None,
     on_drop: Callable[[str], None] | None = None,
     patience: float | None = None,
 ) -> Source:
@@ -218,6 +244,9 @@ def open_source(
     start, end, stride
         The frames with index start, start + stride, ... below end. `Frame.index` counts in the
         source: start 10 and stride 2 give 10, 12, ...
+    fps
+        Frames per second, in place of the times in the file; for images without a rate. By default,
+        that of their seqinfo.ini (see `rate_in` of `motes.video.image_files`), else 25.
     on_drop
         Called with one line of text when a live source ends or fails, and when it is back. Such a
         source is opened again after growing pauses, and its frames go on. Without `on_drop`, the
@@ -234,15 +263,17 @@ def open_source(
     Source
         Its frames are upright (rotation marks are applied), RGB uint8, all of one size. Their
         times are those of the file, in seconds since the first frame of the source, and strictly
-        increase; images are `FRAME_INTERVAL` apart.
+        increase.
 
     Raises
     ------
     SourceError
         If there is nothing to read; while iterating, if a frame cannot be read.
     ConfigError
-        If start, end or stride is not a possible range of frames.
+        If start, end or stride is not a possible range of frames, or fps is no rate or given for
+        a live source.
     """
+    check_rate(fps)
     for what, number in (("start", start), ("end", end), ("stride", stride)):
         if number is not None or what != "end":
             _check_whole(what, number)
@@ -256,8 +287,19 @@ def open_source(
         raise ConfigError(f"end is {end}, start {start}; end must be greater.")
     if patience is not None and not patience >= 0:
         raise ConfigError(f"patience is {patience}; give seconds, 0 or more.")
-    name, reader = find_reader(str(source), on_drop, patience)
-    return Source(name, reader, start, end, stride)
+    name, reader = find_reader(str(source), on_drop, patience, fps)
+    if fps is not None and reader.live:
+        reader.close()
+        raise ConfigError(f"{name} is live: its frames come at their own times; omit fps.")
+    return Source(name, reader, start, end, stride, fps)
+
+
+def check_rate(fps: float | None) -> None:
+    """Raise a ConfigError if a rate is no possible number of frames per second."""
+    if fps is not None and not LEAST_RATE <= fps <= 1 / LEAST_RATE:
+        raise ConfigError(
+            f"fps is {fps:g}; give frames per second from {LEAST_RATE:g} to {1 / LEAST_RATE:g}."
+        )
 
 
 def _check_whole(name: str, number: object) -> None:
@@ -279,10 +321,23 @@ def is_remote(source: str) -> bool:
     return source.isdecimal() or bool(url and url[1].lower() in SCHEMES)
 
 
+def even_rate(reader: Reader, fps: float | None, report: Report) -> float | None:
+    """Return the frames per second that give the times, where no stamps of the film do.
+
+    They are those that are given, or those of images; None for a film with its own times.
+    """
+    if fps is None and report.assumed:
+        return 1 / FRAME_INTERVAL
+    return reader.fps if fps is None and isinstance(reader, ImageFiles) else fps
+
+
 def find_reader(
-    source: str, on_drop: Callable[[str], None] | None = None, patience: float | None = None
+    source: str,
+    on_drop: Callable[[str], None] | None = None,
+    patience: float | None = None,
+    fps: float | None = None,
 ) -> tuple[str, Reader]:
-    """Return a source's name for messages, and its reader."""
+    """Return a source's name for messages, and its reader; `fps` is for images alone."""
     if source.isdecimal():
         name = f"camera {source}"
         return name, _persistent(partial(camera, int(source)), name, on_drop, patience)
@@ -296,10 +351,10 @@ def find_reader(
         connect = partial(Decoder, source, name, advice, options=options, remote=True)
         return name, _persistent(connect, name, on_drop, patience)
     if os.path.isdir(source):
-        return source, ImageFiles(source, files_in(source))
+        return source, ImageFiles(source, files_in(source), fps)
     if not os.path.exists(source):
         if glob.has_magic(source):
-            return source, ImageFiles(source, glob.glob(source, recursive=True))
+            return source, ImageFiles(source, glob.glob(source, recursive=True), fps)
         raise SourceError(f"There is no file or folder {source}; check the name.")
     if os.path.splitext(source)[1].lower() in IMAGE_ENDINGS:
         from motes.video.animation import Animation

@@ -16,6 +16,7 @@ from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
 from motes.sot.known_target import Target
 from motes.video.live import Live, open_watched
+from motes.video.sources import Source
 
 PRESET = "nummiaro:adaptive"
 """The preset of the filters that follow all objects."""
@@ -75,8 +76,10 @@ def watch_camera(
 
     try:
         reporter = reporter_of(camera, seed, target)
-        with open_watched(camera.source, origin) as film:
+        with open_watched(camera.source, origin, camera.fps) as film:
             line.send(Ready(camera.name, isinstance(film, Live)))
+            if isinstance(film, Source) and film.report.assumption is not None:
+                line.send(CameraMessage(camera.name, film.report.assumption))
             if isinstance(film, Live):
                 for news in film:
                     if isinstance(news, str):

@@ -30,6 +30,8 @@ class Camera(Config, frozen=True):
         `nummiaro:adaptive`, and `nummiaro` where all cameras wait for a known target.
     offset
         Seconds from the start of the rig to the start of a recording.
+    fps
+        Frames per second of images, as for `motes.open_source`.
     node
         On a cluster, the resource of the nodes that reach it; by default, all nodes do.
     place
@@ -41,6 +43,7 @@ class Camera(Config, frozen=True):
     detector: str | None = None
     preset: str | None = None
     offset: float = 0.0
+    fps: Positive | None = None
     node: str | None = None
     place: tuple[Place, ...] = ()
 

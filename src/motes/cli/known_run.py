@@ -1,0 +1,246 @@
+"""What is remembered beside rows: how a run writes it, and how commands that take rows read it.
+
+Annotations are evaluated here: the parser would look for their names in the module of a subclass.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from cyclopts import App, Parameter
+
+from motes.cli.input_checks import refuse
+from motes.cli.options import (
+    CONFIGURATION,
+    PRESETS,
+    ConfigFile,
+    Fps,
+    FrameOptions,
+    OutputOptions,
+    say_rate,
+)
+from motes.cli.track_units import UnitOptions
+from motes.core.config import Config
+from motes.core.errors import ConfigError
+
+if TYPE_CHECKING:
+    from motes.correction.history import History
+    from motes.correction.rows import Rows
+    from motes.mot.analytics.real_units import RealUnits
+    from motes.mot.analytics.regions import Regions
+    from motes.video.film import Film
+    from motes.video.sources import Source
+
+
+@Parameter(name="*", group=CONFIGURATION)
+@dataclass(frozen=True, kw_only=True)
+class TrackerOptions:
+    """The tracker of rows that do not have one beside them."""
+
+    preset: Annotated[
+        str | None, Parameter(help=f"{PRESETS} The default is that of the rows, or default.")
+    ] = None
+    config: ConfigFile = None
+    seed: Annotated[int | None, Parameter(help="Seed of the random numbers.")] = None
+    fps: Fps = None
+
+    @property
+    def given(self) -> dict[str, object]:
+        """The values of the tracker's options by their names; None if one is not given."""
+        return {"--preset": self.preset, "--config": self.config, "--seed": self.seed}
+
+
+class Remembered:
+    """Writes what is to be remembered of a run, before its first row.
+
+    Parameters
+    ----------
+    rows
+        The file of the rows.
+    history
+        What is remembered.
+    overwrite
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    FormatError
+        If the file exists and must not be overwritten, or cannot be made.
+    """
+
+    result = None
+
+    def __init__(self, rows: str, history: "History", *, overwrite: bool) -> None:
+        from motes.correction.history import history_path
+        from motes.output.track_rows import check_writable
+
+        self._path, self._history, self._done = history_path(Path(rows)), history, False
+        check_writable(self._path, overwrite)
+
+    def write(self, _: object) -> None:
+        """Write the file before the first frame."""
+        if not self._done:
+            self._history.save(self._path)
+            self._done = True
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Do nothing: the file is complete."""
+
+
+def remembered(
+    output: str,
+    outputs: OutputOptions,
+    film: "Source",
+    frames: FrameOptions,
+    config: Config,
+    seed: int,
+    preset: str,
+    *,
+    units: "RealUnits | None" = None,
+    places: "Regions | None" = None,
+    resume: bool = False,
+) -> list[Remembered]:
+    """Return what writes the history of rows, in a list; empty for standard output and documents.
+
+    Parameters
+    ----------
+    output, outputs
+        The file of the rows, or -, and the options of outputs.
+    film, frames
+        The film and its frames.
+    config, seed, preset
+        The tracker, or the scene.
+    units, places
+        As in `History`.
+    resume
+        Whether the file may be there, of the same run.
+    """
+    from motes.cli.watch_outputs import STREAMED, format_of
+    from motes.correction.history import History
+
+    if output == "-" or format_of(output, outputs.format) not in STREAMED:
+        return []
+    history = History.of_run(
+        film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
+        stride=frames.stride,
+    )  # fmt: skip
+    return [Remembered(output, history, overwrite=outputs.overwrite or resume)]
+
+
+def history_beside(rows: Path) -> "History | None":
+    """Return what is remembered of rows; None if there is nothing beside them.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    from motes.correction.history import History, history_path
+
+    path = history_path(rows)
+    return History.load(path) if path.exists() else None
+
+
+def units_of(
+    rows: Path, metres: bool, options: UnitOptions, known: "History | None"
+) -> "RealUnits | None":
+    """Return how the pixels of rows become metres; None if they do not.
+
+    Raises
+    ------
+    ConfigError
+        If another one is given than is remembered; or if rows have metres, and it is neither.
+    """
+    plane = options.units()
+    if known is not None and known.units is not None:
+        if plane not in (None, known.real_units):
+            refuse(options.given, _beside(rows))
+        return known.real_units
+    if metres and plane is None:
+        raise ConfigError(
+            f"{rows} has metres; give --scale or --ground, and --lens, as for these rows."
+        )
+    return plane
+
+
+def film_of_rows(source: str, rows: Path, fps: float | None, known: "History | None") -> "Film":
+    """Return the film of rows, up to the end and at the frame rate that are remembered.
+
+    Raises
+    ------
+    ConfigError
+        If another rate is given than is remembered.
+    InputError
+        If it is another film.
+    """
+    from motes.cli.messages import log
+    from motes.video.film import Film
+
+    if known is None:
+        film = Film(source, fps=fps)
+        say_rate(film)
+        return film
+    if fps != known.fps:
+        refuse({"--fps": fps}, _beside(rows))
+    film = Film(source, end=known.end, fps=known.fps)
+    known.check(film)
+    name = Path(film.name).name
+    if name != known.film and known.frames is not None:
+        log(f"{name} has the size and the frames of {known.film}, and is taken for it.")
+    return film
+
+
+def corrected_run(
+    app: App,
+    source: str,
+    rows: Path,
+    table: "Rows",
+    known: "History | None",
+    options: TrackerOptions,
+    settings: Mapping[str, Any],
+    units: UnitOptions = UnitOptions(),
+) -> "tuple[Film, History]":
+    """Return the film of rows of one target, and their history with its keyframes.
+
+    Rows of a plain `motes track` get the first target as their keyframe, and may get another
+    tracker.
+
+    Raises
+    ------
+    ConfigError
+        For an unknown option, one that is remembered already, or rows without a target.
+    InputError
+        If it is another film.
+    """
+    from motes.cli.load_config import tracker_config
+    from motes.correction.history import History
+
+    preset = options.preset or (known and known.preset) or "default"
+    tracker = tracker_config(app, preset, options.config, settings)
+    own = options.given | {f"--{key}": value for key, value in settings.items()}
+    if known is not None and known.corrections:
+        refuse(own, _beside(rows))
+    if not table.metres:
+        refuse(units.given, f"for rows with metres, and {rows} has none")
+    plane = units_of(rows, table.metres, units, known)
+    film = film_of_rows(source, rows, options.fps, known)
+    table.check(film)
+    if known is not None and known.corrections:
+        return film.part(known.start, known.end or len(film.times)), known
+    seed = options.seed or 0
+    if known is not None and not any(each is not None for each in own.values()):
+        tracker, seed = known.tracker, known.seed
+    part = film.part(table.frames[0], table.frames[-1] + 1)
+    first = table.first_tracked
+    mark = first.ellipse if first.ellipse.theta else first.box
+    return part, History.begin(part, tracker, seed, [(first.frame, mark)], plane, preset)
+
+
+def _beside(rows: Path) -> str:
+    from motes.correction.history import history_path
+
+    return f"already in {history_path(rows).name}, beside the rows"

@@ -1,0 +1,189 @@
+"""motes draw, from the outside: pictures of rows of every kind."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes import open_source
+from motes.cli import main
+from motes.core.track import Status
+from motes.output.overlay import COLORS
+from motes.video.writer import VideoWriter
+
+Go = Callable[[str], tuple[int, str]]
+FRAMES = 30
+TRACK = "track film.mkv --init 20,20,20,20 --preset mean_shift"
+
+
+@pytest.fixture
+def go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Go:
+    """Run motes in a folder with a film of a red box that walks two pixels a frame."""
+    monkeypatch.chdir(tmp_path)
+    with VideoWriter("film.mkv", 25) as writer:
+        for index in range(FRAMES):
+            pixels = np.full((60, 120, 3), 90, np.uint8)
+            pixels[20:40, 20 + 2 * index : 40 + 2 * index] = (230, 40, 40)
+            writer.write(pixels)
+
+    def run(line: str) -> tuple[int, str]:
+        capfd.readouterr()
+        code = main(line.split())
+        return code, capfd.readouterr().err
+
+    return run
+
+
+def pictures(path: str | Path) -> list[np.ndarray]:
+    with open_source(path) as film:
+        return [frame.pixels.astype(int) for frame in film]
+
+
+def changed(path: str | Path) -> list[bool]:
+    """Return which pictures of an overlay differ from those of the film, beside its codec."""
+    pairs = zip(pictures(path), pictures("film.mkv"), strict=True)
+    return [bool((abs(drawn - plain) > 60).sum() > 30) for drawn, plain in pairs]
+
+
+def test_every_kind_of_rows_is_drawn(go: Go) -> None:
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    assert go("smooth rows.csv -o smooth.csv")[0] == 0
+    assert go("refine film.mkv rows.csv -o refined.csv --at 25=70,20,20,20")[0] == 0
+    names = ["rows.csv", "smooth.csv", "refined.csv"]
+    for ending in ("jsonl", "xml", "json", "txt", "gt.txt", "dlc.csv", "vot.txt", "keyframes.csv"):
+        assert go(f"convert rows.csv other.{ending} --video film.mkv")[0] == 0
+        names.append(f"other.{ending}")
+    for name in names:
+        form = " --from vot" * ("vot" in name)
+        code, said = go(f"draw film.mkv {name} -o drawn.mkv --overwrite{form}")
+        assert (code, "30 frames; wrote drawn.mkv" in said) == (0, True), said
+        assert all(changed("drawn.mkv")) or "keyframes" in name, name
+
+
+def test_an_outline_stands_where_the_row_says(go: Go) -> None:
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    assert go("refine film.mkv rows.csv --at 29=78,20,20,20")[0] == 0
+    assert go("draw film.mkv rows.csv -o drawn.mkv")[0] == 0
+    last = pictures("drawn.mkv")[29]
+    blue = np.argwhere((abs(last - np.array(COLORS[Status.TRACKING])) < 60).all(axis=2))
+    around = blue[blue[:, 0] > 15]
+    assert around[:, 1].min() < 82
+    assert around[:, 1].max() > 94
+
+
+def test_figures_have_the_units_that_the_rows_remember(go: Go) -> None:
+    assert go(f"{TRACK} -o rows.csv --scale 10")[0] == 0
+    code, said = go("draw film.mkv rows.csv --figures figures")
+    assert (code, "figures/rows.speed.pdf" in said) == (0, True)
+    assert sorted(path.name for path in Path("figures").iterdir()) == [
+        "rows.path.pdf", "rows.size.pdf", "rows.speed.pdf",
+    ]  # fmt: skip
+    assert go("draw film.mkv rows.csv --figures figures")[0] == 5
+    assert go("draw film.mkv rows.csv --scale 3 --figures f")[0] == 2
+
+
+def test_speeds_are_those_of_the_file_or_of_the_units(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A box that walks 50 pixels a second, 10 pixels a metre, has 5 m/s beside its status."""
+    said = list[str]()
+    paint = "motes.output.overlay._draw_label"
+    monkeypatch.setattr(paint, lambda image, text, *_: said.append(text))
+    assert go(f"{TRACK} -o metres.csv --scale 10")[0] == 0
+    assert go(f"{TRACK} -o plain.csv")[0] == 0
+    for line in ("metres.csv", "plain.csv --scale 10"):
+        said.clear()
+        assert go(f"draw film.mkv {line} -o drawn.mkv --overwrite")[0] == 0
+        speeds = [float(text.split()[-2]) for text in said if text.endswith("m/s")]
+        assert len(speeds) > 20
+        assert np.median(speeds) == pytest.approx(5, rel=0.1)
+    said.clear()
+    assert go("draw film.mkv plain.csv -o drawn.mkv --overwrite")[0] == 0
+    assert not any(text.endswith("m/s") for text in said)
+
+
+def objects(count: int = FRAMES) -> str:
+    """Return rows of two objects with names, of which one walks over the line."""
+    lines = ["frame,time,identity,x,y,width,height,confidence,status,occluded_by,class"]
+    for index in range(count):
+        time = f"{index / 25:.6f}"
+        lines.append(f"{index},{time},1,{20 + 2 * index},20,20,20,0.9,tracking,,car")
+        lines.append(f"{index},{time},2,90,2,9,12,0.9,tracking,,")
+    return "\n".join(lines) + "\n"
+
+
+def test_objects_are_drawn_with_their_names_lines_and_speeds(
+    go: Go, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = list[str]()
+
+    def heard(pixels: np.ndarray, tracks: object, *others: object) -> np.ndarray:
+        said.extend(str(each) for each in others)
+        return pixels
+
+    assert go("watch film.mkv -o objects.csv --line 50,0,50,59 --scale 10")[0] in (0, 4)
+    Path("objects.csv").write_text(objects())
+    code, printed = go("draw film.mkv objects.csv -o drawn.mkv --figures figures")
+    assert (code, "objects.slit.png" in printed) == (0, True)
+    assert all(changed("drawn.mkv"))
+    assert {path.name for path in Path("figures").iterdir()} == {
+        "objects.heatmap.png", "objects.paths.png", "objects.slit.png",
+    }  # fmt: skip
+    monkeypatch.setattr("motes.output.painters.draw_scene", heard)
+    assert go("draw film.mkv objects.csv -o again.mkv")[0] == 0
+    assert any("line 1" in text for text in said)
+    assert any("'5.0 m/s'" in text.replace("{1: ", "") for text in said)
+    assert not any("-1" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    ("line", "code", "message"),
+    [
+        ("draw film.mkv rows.csv", 2, "Nothing is to be made"),
+        ("draw film.mkv none.csv -o a.mkv", 3, "none.csv cannot be read"),
+        ("draw none.mkv rows.csv -o a.mkv", 3, "none.mkv"),
+        ("draw 0 rows.csv -o a.mkv", 2, "read once"),
+        ("draw film.mkv rows.csv -o film.mkv", 2, "is the source"),
+        ("draw film.mkv rows.csv -o rows.csv", 2, "rows.csv is the source"),
+        ("draw film.mkv rows.csv -o a.gif", 2, "a.gif"),
+        ("draw small.mkv rows.csv -o a.mkv", 3, "but the rows are of film.mkv, with 120x60"),
+        ("draw short.mkv alone.csv -o a.mkv", 3, "rows up to frame 29, but short.mkv ends with"),
+        ("draw slow.mkv alone.csv -o a.mkv", 3, "has frame 1 at 0.04 s, but slow.mkv at 0.1 s"),
+        ("draw film.mkv cut.csv -o a.mkv", 3, "cut.csv"),
+        ("draw film.mkv words.csv -o a.mkv", 3, "words.csv"),
+        ("draw film.mkv binary.csv -o a.mkv", 3, "binary.csv"),
+        ("draw film.mkv nan.csv -o a.mkv", 3, "nan.csv"),
+        ("draw film.mkv damaged.csv -o a.mkv", 3, "damaged.csv.run.json"),
+        ("draw film.mkv empty.csv -o a.mkv", 3, "empty.csv is empty"),
+        ("draw film.mkv objects.csv --scale 9 --lens l.yml -o a.mkv", 3, "l.yml"),
+        ("draw film.mkv rows.csv -o a.mkv --fps 0", 2, "fps is 0"),
+    ],
+)
+def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
+    for name, size, fps, frames in (
+        ("small", (40, 40), 25, FRAMES),
+        ("short", (120, 60), 25, 9),
+        ("slow", (120, 60), 10, FRAMES),
+    ):  # fmt: skip
+        with VideoWriter(f"{name}.mkv", fps) as writer:
+            for _ in range(frames):
+                writer.write(np.zeros((size[1], size[0], 3), np.uint8))
+    assert go(f"{TRACK} -o rows.csv")[0] == 0
+    text = Path("rows.csv").read_text()
+    Path("alone.csv").write_text(text)
+    Path("cut.csv").write_text(text[: len(text) // 2])
+    Path("words.csv").write_text("what,ever\n1,2\n")
+    Path("binary.csv").write_bytes(b"\x00\xff" * 99)
+    Path("nan.csv").write_text(text.replace("tracking", "flying"))
+    Path("damaged.csv").write_text(text)
+    Path("damaged.csv.run.json").write_text(json.dumps({"form": 2}))
+    Path("empty.csv").write_text("")
+    Path("objects.csv").write_text(objects())
+    found, said = go(line)
+    *before, last = said.splitlines()
+    assert (found, message in last) == (code, True), said
+    assert all("(unfinished)" in text for text in before)  # what was drawn before it showed
