@@ -4,10 +4,26 @@ from __future__ import annotations
 
 import errno
 import os
+from typing import BinaryIO
 
 import pytest
 
+from motes.core import files
 from motes.core.files import PartialFile
+
+
+def fill_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """Let the disk be full after some files of a folder, inside of the next one."""
+    put, written = files.write_all, list[str]()
+
+    def full(file: BinaryIO, data: bytes | memoryview) -> None:
+        written.append(file.name)
+        if len(written) > count:
+            put(file, data[:1])
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        put(file, data)
+
+    monkeypatch.setattr(files, "write_all", full)
 
 
 def fill(monkeypatch: pytest.MonkeyPatch, target: str) -> None:

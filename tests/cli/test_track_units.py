@@ -82,7 +82,10 @@ def test_figures_of_the_motion(go: Go) -> None:
     [
         ("--scale 20 --ground g.toml", 2, "Give either --scale or --ground"),
         ("--lens g.toml", 2, "Give either --scale or --ground; --lens needs one"),
-        ("--scale 0", 2, "--scale is 0; give pixels per metre, above 0"),
+        ("--scale 0", 2, "--scale is 0; give pixels per metre, from 1e-9"),
+        ("--scale 1e-320", 2, "give pixels per metre, from 1e-9 to 1e9"),
+        ("--scale 1e999", 2, "--scale is inf; give pixels per metre"),
+        ("--scale 20 --lens damaged.yml", 2, "The lens maps nothing to the middle of film"),
         ("--ground none.toml", 3, "none.toml cannot be read"),
         ("--ground g.toml", 2, "g.toml: it has no [ground]"),
         ("--scale 20 --lens g.toml", 2, "g.toml: It has no camera_matrix"),
@@ -96,6 +99,10 @@ def test_errors_are_one_line(go: Go, line: str, code: int, message: str) -> None
         "image_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n"
         "   data: [ 100., 0., 60., 0., 100., 45., 0., 0., 1. ]\n"
         "distortion_coefficients: !!opencv-matrix\n   data: [ 0., 0., 0., 0., 0. ]\n"
+    )
+    Path("damaged.yml").write_text(
+        "camera_matrix: !!opencv-matrix\n   data: [ 1e-9, 0., 1e9, 0., 1e-9, 45., 0., 0., 1. ]\n"
+        "distortion_coefficients: !!opencv-matrix\n   data: [ -1e9, 0., 0., 0., 0. ]\n"
     )
     found, said = go(f"{TRACK} {line}")
     assert (found, message in said, said.count("\n")) == (code, True, 1), said

@@ -14,13 +14,13 @@ from motes.correction.keyframes import check_keyframes, keyframes, marks_of, nam
 def test_a_file_of_keyframes(tmp_path: Path) -> None:
     path = tmp_path / "keys.csv"
     path.write_text(
-        "frame,x,y,width,height\n\n# a remark\n90,310.5,214,21,33,0.12\n0,300,200,40,60\n"
-        "130,absent\n135:137,absent\n"
+        "frame,x,y,a,b,theta\n\n# a remark\n90,310.5,214,21,33,0.12\n0,320,230,20,30,0\n"
+        "130,absent,,,,\n135:137,absent\n"
     )
     found = read_keyframes(path)
     assert list(found) == [""]
     assert list(found[""].items()) == [
-        (0, Ellipse.from_box((300, 200, 40, 60))),
+        (0, Ellipse(320, 230, 20, 30, 0)),
         (90, Ellipse(310.5, 214, 21, 33, 0.12)),
         *((frame, None) for frame in (130, 135, 136, 137)),
     ]
@@ -42,6 +42,9 @@ def test_rows_may_name_their_film(tmp_path: Path) -> None:
         ("7:9,1,2,3,4", "row 2: The frames 7:9 have one region"),
         ("9:7,absent", "row 2: The frames 9:7 are no range"),
         ("a.mp4,x,absent", "row 2: 'x' is no frame"),
+        ("7,1,2,30,40,0.5", "row 2: it has 5 numbers, and a region of this file has 4"),
+        ("7,1,2,30,", "row 2: '1,2,30,' is no region"),
+        ("7,absent,4", "row 2: 'absent,4' is no region"),
         ("0,absent", "frame 0 contradict each other: 1,2,30,40 and absent; keep one"),
     ],
 )
@@ -51,6 +54,14 @@ def test_other_rows_are_refused(tmp_path: Path, row: str, message: str) -> None:
     with pytest.raises(FormatError) as raised:
         read_keyframes(path)
     assert message in str(raised.value)
+
+
+@pytest.mark.parametrize("text", ["90,310,214,21,33", "frame,x,y,a,b,theta\n90,310,214,21,33\n"])
+def test_an_ellipse_that_lost_its_angle_is_no_box(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "keys.csv"
+    path.write_text(text)
+    with pytest.raises(FormatError, match=r"a region of this file has 5|last line has no end"):
+        read_keyframes(path)
 
 
 def test_a_file_without_keyframes(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+import disks
 from motes.cli import main
 from motes.formats import registry
 from recordings import crowd, turning
@@ -80,6 +81,81 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert (code, "labels holds shares of the picture; give its --size" in said) == (2, True)
     assert go("convert labels d.csv --video film")[0] == 0
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
+
+
+def test_what_is_left_out_is_said(go: Go) -> None:
+    assert go("convert two.json labels")[0] == 0
+    Path("labels/readme.txt").write_text("of somebody\n")
+    Path("labels/classes.txt").write_text("car\nobject\n")
+    code, said = go("convert labels a.csv --size 320x240")
+    assert (code, said.count("left out")) == (0, 1), said
+    assert "left out of labels: readme.txt, whose name has no number of a frame." in said
+
+    assert go("convert two.json a.ls.json")[0] == 0
+    (task,) = json.loads(Path("a.ls.json").read_text())
+    regions = task["predictions"][0]["result"]
+    regions += [{"type": kind, "value": {}} for kind in ("choices", "choices", "timelinelabels")]
+    Path("a.ls.json").write_text(json.dumps([task]))
+    code, said = go("convert a.ls.json b.csv --size 320x240")
+    assert "left out of a.ls.json: 2 regions of choices; 1 region of timelinelabels." in said
+
+    assert go("convert two.json a.xml")[0] == 0
+    text = Path("a.xml").read_text().replace("</track>", "<cuboid frame='0'/></track>")
+    Path("a.xml").write_text(text)
+    assert "left out of a.xml: 2 cuboids." in go("convert a.xml c.csv")[1]
+
+    assert go("convert one.csv a.dlc.csv")[0] == 0
+    lines = Path("a.dlc.csv").read_text().splitlines()
+    more = ["motes", "snout", "x", *["1.5"] * (len(lines) - 3)]
+    table = "".join(f"{line},{field}\n" for line, field in zip(lines, more, strict=True))
+    Path("a.dlc.csv").write_text(table)
+    assert "left out of a.dlc.csv: the points snout, which have" in go("convert a.dlc.csv d.csv")[1]
+
+    head = '{"motes": "rows 1", "source": "film", "width": 9, "height": 9, "label": "object"}\n'
+    Path("a.json.rows.jsonl").write_text(head + '{"frame": 0, "time": 0.0, "objects": []}\n{"fra')
+    code, said = go("convert a.json.rows.jsonl a.json")
+    assert (code, "the last line, which is cut off" in said) == (0, True), said
+
+
+def test_a_folder_is_whole_or_not_there(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A part of one would read as whole: there are fewer frames, and nothing says so."""
+    with monkeypatch.context() as patch:
+        disks.fill_after(patch, 6)
+        code, said = go("convert two.json labels")
+    assert (code, "labels cannot be written: No space left on device" in said) == (5, True), said
+    assert list(Path().glob("labels*")) == []
+    assert go("convert two.json labels")[0] == 0
+    whole = {path.name: path.read_bytes() for path in Path("labels").iterdir()}
+    assert len(whole) == 31
+    with monkeypatch.context() as patch:
+        disks.fill_after(patch, 6)
+        assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 5
+    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert go("convert one.csv labels --size 320x240 --overwrite")[0] == 0
+    assert len(list(Path("labels").iterdir())) == 41
+    assert go("convert two.json labels/ --overwrite")[0] == 0  # and no frame of another film
+    assert {path.name: path.read_bytes() for path in Path("labels").iterdir()} == whole
+    assert len(list(Path().glob("labels*"))) == 1
+
+
+def test_a_folder_with_other_files_is_not_replaced(go: Go) -> None:
+    Path("mine").mkdir()
+    assert go("convert two.json mine --to yolo")[0] == 0
+    Path("mine/thesis.doc").write_text("all of it")
+    code, said = go("convert two.json mine --to yolo --overwrite")
+    assert (code, "holds thesis.doc, which is no label; choose another name" in said) == (5, True)
+    assert Path("mine/thesis.doc").read_text() == "all of it"
+    code, said = go("convert two.json . --to yolo --overwrite")
+    assert (code, ". is the current folder; name another one" in said) == (5, True), said
+
+
+def test_the_format_of_a_folder_is_named_or_by_its_ending(go: Go) -> None:
+    for target in ("a.yolo", "labels", "b --to yolo"):
+        code, said = go(f"convert two.json {target}")
+        name = target.split()[0]
+        assert (code, f"wrote {name} (labels of YOLO)" in said) == (0, True), said
+    code, said = go("convert two.json folder")
+    assert (code, "as yolo for a folder of labels" in said, said.count("\n")) == (2, True, 1)
 
 
 @pytest.mark.parametrize(

@@ -197,6 +197,17 @@ WHOLE: dict[str, Callable[[bytes], bytes]] = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("name", SAMPLES)
+def test_the_last_record_is_cut_off(name: str, convert: Convert) -> None:
+    """Wherever it is cut but at its start, also inside of its last number."""
+    text = SAMPLES[name].text
+    last = SAMPLES[name].record or text.splitlines(keepends=True)[-1]
+    start = text.rindex(last) + (name != "yolo")  # whose text is empty without it
+    for end in range(start + (name == "yolo"), len(text)):
+        if text[end:].strip() or name not in ("coco", "cvat", "label-studio", "jsonl"):
+            check_refused(convert(name, text[:end].encode(), "--from", name))
+
+
 @pytest.mark.parametrize("recognize", [True, False])
 @pytest.mark.parametrize("damage", WHOLE)
 @pytest.mark.parametrize("name", SAMPLES)
@@ -322,7 +333,7 @@ WRONG = [
     ("csv", TRACK_ROW, TRACK_ROW.replace("0.9,", ","), "row 2: it has no confidence"),
     ("jsonl", '"y": 40.0, "a": 40.5', '"a": 40.5', "it has no y"),
     ("jsonl", '"x": 12.5', '"x": null', "row 2: it has no x"),
-    ("mot", "2,7,12.5,40,40.5,24,0.9,1,1,-1", "2,7,12.5,40,40.5,24", "line 2: 6 numbers"),
+    ("mot", "2,7,12.5,40,40.5,24,0.9,1,1,-1", "2,7,12.5,40,40.5,24", "line 2: 6 fields, and"),
     ("mot-truth", "24,1,1,1\n", "24,1,99,1\n", "line 1: 99 is not a class"),
     ("otb", "12.5,40,40.5,24", "12.5,40,40.5", "line 2: a row has 4 numbers"),
     ("coco", '"annotations"', '"boxes"', "missing required field"),
@@ -478,4 +489,4 @@ def test_a_turned_rectangle_of_label_studio(convert: Convert) -> None:
 
 def test_every_format_that_is_read_is_here() -> None:
     read = {name for name, each in registry.FORMATS.items() if each.read is not None}
-    assert read - {"journal"} == {*SAMPLES, "parquet"}
+    assert read - {"journal", "yolo-predictions"} == {*SAMPLES, "parquet"}

@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from motes.core.errors import ConfigError, FormatError, SourceError
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import registry
 from motes.formats.aspects import ANGLES, CLASSES, CONFIDENCES, HIDDEN, aspects
-from motes.formats.recording import FilmFacts, Recorded, Recording
+from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of
 from motes.formats.thinning import keyframes
+from motes.output.journal import ObjectRow
 from recordings import FACTS, crowd, turning
 
 NAMES = {
@@ -26,8 +29,8 @@ NAMES = {
     "vot": "groundtruth.txt", "coco": "a.json", "cvat": "a.xml", "yolo": "labels",
     "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv", "keyframes": "keyframes.csv",
 }  # fmt: skip
-ONE_OBJECT = sorted(set(NAMES) - {"mot-detections"})
-MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "keyframes"})
+ONE_OBJECT = sorted(set(NAMES) - {"mot-detections", "yolo"})
+MANY = sorted(set(NAMES) - {"otb", "vot", "mot-detections", "yolo", "keyframes"})
 
 
 def round_trip(recorded: Recorded, name: str, folder: Path) -> Recorded:
@@ -81,14 +84,15 @@ def test_several_objects(name: str, tmp_path: Path) -> None:
     assert statuses == [Status.TRACKING, *[Status.OCCLUDED] * (HIDDEN in held)]
 
 
-def test_detections_have_no_identity(tmp_path: Path) -> None:
-    found = round_trip(crowd(), "mot-detections", tmp_path)
+@pytest.mark.parametrize("name", ["mot-detections", "yolo"])
+def test_detections_have_no_identity(name: str, tmp_path: Path) -> None:
+    found = round_trip(crowd(), name, tmp_path)
     expected = {frame: 1 + (not 10 <= frame < 15) for frame in range(30)}
     assert {row.frame: len(row.objects) for row in found} == expected
     assert {each.identity for row in found for each in row.objects} == {-1}
-    for name in ("cvat", "deeplabcut"):
+    for other in ("cvat", "deeplabcut"):
         with pytest.raises(FormatError, match="boxes without identities"):
-            registry.write(tmp_path / "a.xml", name, found)
+            registry.write(tmp_path / "a.xml", other, found)
     registry.write(tmp_path / "a.json", "coco", found)
     assert aspects(registry.read(tmp_path / "a.json", "coco", FACTS)) <= aspects(found)
 
@@ -158,7 +162,8 @@ def test_a_file_of_keyframes(tmp_path: Path) -> None:
     path = tmp_path / "keyframes.csv"
     registry.write(path, "keyframes", turning(), 1.0)
     lines = path.read_text().splitlines()
-    assert lines[0] == "frame,x,y,width,height"
+    assert lines[0] == "frame,x,y,a,b,theta"
+    assert {line.count(",") for line in lines[1:] if "absent" not in line} == {5}
     assert lines[1].startswith("0,60,120,20,12,0.1")
     assert "20:24,absent" in lines
     assert len(lines) < 20
@@ -247,3 +252,31 @@ def test_damaged_files_are_one_clear_error(name: str, data: bytes, tmp_path: Pat
     path.write_bytes(data)
     with contextlib.suppress(SourceError):  # which is one line, and no other error
         assert not boxes(registry.read(path, name, FACTS))  # an empty text has no objects
+
+
+@pytest.mark.parametrize(
+    ("name", "ending"),
+    [
+        (name, ending)
+        for name, each in registry.FORMATS.items()
+        if each.write and not each.folder
+        for ending in each.endings
+    ],
+)
+def test_a_file_is_known_by_what_was_its_ending(name: str, ending: str, tmp_path: Path) -> None:
+    """Boxes are written alike in OTB and VOT, and truth, results and detections nearly so."""
+    upright = [
+        (frame, ObjectRow(1, Ellipse.from_box((9 + frame**2, 9, 20, 30)), 1.0, Status.TRACKING))
+        for frame in range(3)
+    ]
+    path = tmp_path / (ending if ending[0] != "." else f"street{ending}")
+    registry.write(path, name, recording_of(FACTS, upright), 0.0)
+    assert registry.recognized(path) == name
+    same_boxes(
+        registry.read(path, registry.recognized(path), FACTS),
+        recording_of(
+            FACTS, [(frame, replace(each, identity=-1 if name == "mot-detections" else 1))
+                    for frame, each in upright],
+        ),
+        0.011,
+    )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from motes.core.detection import Detection
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import Box
+from motes.core.import_callable import import_callable
 from motes.mot.detection.adapters import as_detections, from_supervision
 from motes.mot.pipeline_config import named_detector
 from motes.mot.scene import Scene
@@ -146,6 +148,19 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_a_callable_is_a_detector_or_makes_one(name: str, module: str) -> None:
     found = named_detector(f"{module}:{name}")(FRAME)
     assert found == [Detection(Box(4, 2, 30, 40), 0.75)]
+
+
+def test_the_current_folder_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file there does not take the place of an installed module."""
+    for name in ("this_module_is_here", "zipapp"):
+        (tmp_path / f"{name}.py").write_text("here = list\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [place for place in sys.path if place])
+    monkeypatch.delitem(sys.modules, "zipapp", raising=False)
+    assert import_callable("this_module_is_here:here") is list
+    assert sys.path[-1] == str(tmp_path)
+    with pytest.raises(AttributeError):
+        import_callable("zipapp:here")
 
 
 @pytest.mark.parametrize(

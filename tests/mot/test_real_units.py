@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,8 @@ def test_a_lens_is_that_of_opencv(count: int) -> None:
     seen, _ = cv2.projectPoints(rays, np.zeros(3), np.zeros(3), matrix, distortion)
     lens = Lens(MATRIX, DISTORTIONS[count])
     for ray, pixel in zip(rays @ matrix.T, seen[:, 0].tolist(), strict=True):
-        np.testing.assert_allclose(lens.undistorted((pixel[0], pixel[1])), ray[:2], atol=1e-6)
+        place = lens.undistorted((pixel[0], pixel[1]))
+        assert place == pytest.approx(ray[:2], abs=1e-6)
 
 
 @pytest.mark.parametrize("ending", ["yml", "xml"])
@@ -58,12 +60,57 @@ def test_opencvs_calibration_files(ending: str, tmp_path: Path) -> None:
     assert Lens.parse(path.read_text()) == Lens(MATRIX, DISTORTIONS[5], (640, 480))
 
 
+LENS = (
+    "camera_matrix: !!opencv-matrix\n   data: [ 9, 0, 1, 0, 9, 1, 0, 0, 1 ]\n"
+    "distortion_coefficients: !!opencv-matrix\n   data: [ 0, 0, 0, 0 ]\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "camera_matrix:" + " " * 900_000,
+        "camera_matrix: !!opencv-matrix\n" * 30_000,
+        "camera_matrix: !!opencv-matrix\n" + " data\n" * 150_000,
+        "image_width:\n" * 70_000,
+        "<camera_matrix>" * 60_000,
+        "<camera_matrix " * 60_000,
+        "<image_width>" + "1\n" * 400_000,
+    ],
+    ids=["blanks", "matrices", "data", "widths", "elements", "attributes", "numbers"],
+)
+def test_the_time_for_a_file_grows_with_its_length(text: str) -> None:
+    """Not with the square of it: that was more than 40 s here."""
+    started = time.process_time()
+    with pytest.raises(ConfigError):
+        Lens.parse(text)
+    assert time.process_time() - started < 5
+
+
+def test_a_point_that_no_lens_sees_has_no_place() -> None:
+    """The folded part of a model, and a pole of it; never a number that means nothing."""
+    folded = Lens((100.0, 0, 50, 0, 100, 50, 0, 0, 1), (-1.0, 0, 0, 0))
+    assert folded.undistorted((55.0, 50.0)) is not None
+    assert folded.undistorted((150.0, 50.0)) is None
+    assert RealUnits(Ground(scale=9.0), folded).metres(Ellipse(150, 50, 5, 5)) is None
+    square = ((0.0, 0.0, 0.0, 0.0), (300.0, 0.0, 2.0, 0.0), (0.0, 300.0, 0.0, 2.0),
+              (300.0, 300.0, 2.0, 2.0))  # fmt: skip
+    with pytest.raises(ConfigError, match="no place for the ground's point"):
+        RealUnits(Ground(points=square), folded).corrected()
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("", "no camera_matrix and distortion_coefficients"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1, 2 ]\n", "no camera_matrix"),
         ("camera_matrix: !!opencv-matrix\n data: [ 1, x ]\n", "holds a value that is not"),
+        ("camera_matrix: !!opencv-matrix\n data: [ 1e999 ]\n", "not finite, or too large"),
+        ("camera_matrix: !!opencv-matrix\n data: [ .nan ]\n", "holds a value that is not"),
+        ("image_width: nan\n", "image_width holds a number that is not finite"),
+        (LENS.replace("[ 9,", "[ 0,"), "needs focal lengths above 0"),
+        (f"image_width: -640\nimage_height: 480\n{LENS}", "Pictures of -640x480 pixels"),
+        (f"image_width: 1e12\nimage_height: 480\n{LENS}", "Pictures of 1000000000000x480"),
     ],
 )
 def test_other_files_are_refused(text: str, message: str) -> None:
@@ -81,9 +128,9 @@ def test_metres_are_those_of_the_scale_or_of_the_foot() -> None:
     lens = Lens(MATRIX, DISTORTIONS[5])
     turned = RealUnits(Ground(points=square), lens).corrected()
     for x, y, metres_x, metres_y in square:  # seen through the lens, they are where they were
-        assert turned.ground.metres(lens.undistorted((x, y))) == pytest.approx(
-            (metres_x, metres_y), abs=1e-6
-        )
+        place = lens.undistorted((x, y))
+        assert place is not None
+        assert turned.ground.metres(place) == pytest.approx((metres_x, metres_y), abs=1e-6)
 
 
 def test_covariances_are_those_of_samples() -> None:

@@ -14,7 +14,16 @@ from cyclopts import App, Parameter
 from motes.cli.exit_codes import DONE, PARTIAL
 from motes.cli.input_checks import check_counts, worker_count
 from motes.cli.messages import counted, log
-from motes.cli.options import CONFIGURATION, FLAG, OUTPUT, RUN, Cluster, MetricsPlace, Workers
+from motes.cli.options import (
+    CONFIGURATION,
+    FLAG,
+    OUTPUT,
+    RUN,
+    Cluster,
+    MetricsPlace,
+    OwnCode,
+    Workers,
+)
 from motes.cluster.pool import ATTEMPTS, TIME_LIMIT
 from motes.core import interrupts
 from motes.core.errors import ConfigError, MissingDependencyError
@@ -66,6 +75,7 @@ class WorkOptions:
             "those whose size or time has changed."
         ),
     ] = False
+    own_code: OwnCode = False
     metrics: MetricsPlace = None
     log: Annotated[
         str | None,
@@ -148,11 +158,14 @@ def batch(
     if rows == "parquet":
         _check_parquet()
     table = JobTable(jobs, columns.columns())
-    count, bad, problems = table.problems(missing, _check_config)
+    check = functools.partial(_check_config, own_code=work.own_code)
+    count, bad, problems = table.problems(missing, check)
     for problem in problems:
         log(problem)
     if bad:
         raise ConfigError(f"{counted(bad, 'row')} of {jobs} cannot be used; nothing was started.")
+    if not count:
+        raise ConfigError(f"{jobs} has no job; add a row for each film.")
     store = open_store(output)
     with store.used_alone():
         options = Options(count, rows, overlay)
@@ -211,8 +224,11 @@ def retry(
         return _run(store, out, options, work, again=failed)
 
 
-def _check_config(job: Job) -> None:
+def _check_config(job: Job, *, own_code: bool) -> None:
     """Check the preset, the configuration and the detector of a job; raise a MotesError."""
+    from motes.mot.pipeline_config import check_code
+
+    check_code(job.detector, own_code)
     _config(job.do, job.preset, job.config, job.detector)
 
 
@@ -237,6 +253,7 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
     from motes.cluster.driver import PARTS, Plan, Stage, batch, stages_of_split
     from motes.cluster.open_pool import open_pool
     from motes.cluster.state import load_jobs, write_table
+    from motes.mot.pipeline_config import check_code
 
     plan = Plan(
         out=out if "://" in out else os.path.abspath(out),
@@ -248,6 +265,8 @@ def _run(store: Store, out: str, options: Options, work: WorkOptions, *, again: 
         again=again,
         thorough=work.checksums,
     )
+    for job in load_jobs(store):  # also those of a folder that somebody else has made
+        check_code(job.detector, work.own_code)
     stages = [Stage(load_jobs(store), store, plan)]
     if work.split is not None:
         if options.form != "csv" or options.overlay:

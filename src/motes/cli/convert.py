@@ -9,7 +9,7 @@ from cyclopts import App, Group, Parameter
 from msgspec.structs import replace
 
 from motes.cli.exit_codes import DONE
-from motes.cli.input_checks import check_keyframe_error, check_not_source
+from motes.cli.input_checks import check_keyframe_error, check_not_source, point_out_leftovers
 from motes.cli.messages import log
 from motes.cli.options import FLAG, OUTPUT, KeyframeError, Overwrite
 from motes.core.errors import ConfigError, FormatError, SourceError
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 app = App(name="convert", help_format="plaintext")
 FILM = Group("Film (what the file does not contain)", sort_key=2)
 FORMS = Group("Formats", sort_key=1)
+SAID = 5
+"""Kinds of things left out that are named; the others are counted."""
 
 
 @app.default
@@ -93,10 +95,13 @@ def convert(
     source = from_ or registry.recognized(rows)
     form = format_of(str(target), to)
     facts = _facts(video, size, fps, frames, label)
-    recorded = _checked(registry.read(rows, source, facts), rows, facts)
+    recorded = registry.read(rows, source, facts)
+    left_out = recorded.left_out
+    recorded = _checked(recorded, rows, facts)
     if identity is not None:
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
+    point_out_leftovers(target)
     known = history_beside(rows) if {source, form} <= {"csv", "jsonl"} else None
     try:
         registry.write(target, form, recorded, keyframe_error)
@@ -108,6 +113,9 @@ def convert(
         known.save(history_path(target))
     count = sum(1 for _ in recorded)
     log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
+    if left_out:
+        more = f", and {len(left_out) - SAID} more" * (len(left_out) > SAID)
+        log(f"left out of {rows}: {'; '.join(left_out[:SAID])}{more}.")
     lost = registry.lost(aspects(recorded), source, form)
     if lost:
         log(f"{form} does not hold {', '.join(lost)}; {rows} has them.")
@@ -118,10 +126,10 @@ def _table() -> list[str]:
     """Return a line for each format."""
     from motes.formats.registry import FORMATS
 
-    lines = [f"{'format':15}{'from':6}{'to':4}{'endings':32}content"]
+    lines = [f"{'format':18}{'from':6}{'to':4}{'endings':32}content"]
     for name, each in FORMATS.items():
         read, written = ("yes" if way else "" for way in (each.read, each.write))
-        lines.append(f"{name:15}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
+        lines.append(f"{name:18}{read:6}{written:4}{' '.join(each.endings):32}{each.title}")
     return lines
 
 

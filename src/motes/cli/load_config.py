@@ -67,6 +67,8 @@ def watch_config(
     like: str | None,
     selection: Mapping[str, Any],
     settings: Mapping[str, Any],
+    *,
+    own_code: bool = False,
 ) -> WatchConfig:
     """Return the scene of a preset, changed by the file, the options and the settings in turn.
 
@@ -84,6 +86,8 @@ def watch_config(
         The keys that --classes, --least and --camera set.
     settings
         Options that are keys of the configuration.
+    own_code
+        Whether the file may name a detector that is code.
 
     Raises
     ------
@@ -95,7 +99,13 @@ def watch_config(
     from msgspec.structs import asdict
 
     from motes.core.config import from_dict, from_toml, merge, to_dict
-    from motes.mot.pipeline_config import WatchConfig, detector_values, for_lookalikes
+    from motes.mot.detection.custom import CustomConfig
+    from motes.mot.pipeline_config import (
+        WatchConfig,
+        check_code,
+        detector_values,
+        for_lookalikes,
+    )
     from motes.mot.scene_config import scene_config
 
     def changed(config: WatchConfig, changes: Mapping[str, Any]) -> WatchConfig:
@@ -109,6 +119,8 @@ def watch_config(
     if file is not None:
         with error_context(file):
             config = changed(config, from_toml(read_text(file), "this file"))
+            if isinstance(config.detector, CustomConfig):
+                check_code(config.detector.name, own_code)
     if like is not None:
         box = numbers_of("--like", like, "x,y,width,height")
         config = changed(config, {"detector": {"type": "like", "box": box}})

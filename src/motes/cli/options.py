@@ -193,6 +193,16 @@ class OutputOptions:
     overwrite: Overwrite = False
 
 
+OwnCode = Annotated[
+    bool,
+    FLAG,
+    Parameter(
+        group=CONFIGURATION,
+        help="Run the Python code that a file names as its detector, MODULE:CALLABLE.",
+    ),
+]
+
+
 @Parameter(name="*", group=CONFIGURATION)
 @dataclass(frozen=True, kw_only=True)
 class ConfigOptions:

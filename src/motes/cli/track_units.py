@@ -13,6 +13,7 @@ from cyclopts import Group, Parameter
 
 from motes.cli.input_checks import read_text
 from motes.cli.load_config import error_context
+from motes.cli.messages import counted, log
 from motes.core.errors import ConfigError, FormatError, MissingDependencyError
 
 if TYPE_CHECKING:
@@ -82,8 +83,10 @@ class UnitOptions:
                 if plane is None:
                     raise ConfigError("it has no [ground]; add scale, homography or points.")
         else:
-            if not 0 < self.scale < math.inf:  # type: ignore[operator]
-                raise ConfigError(f"--scale is {self.scale:g}; give pixels per metre, above 0.")
+            if not 1e-9 <= self.scale <= 1e9:  # type: ignore[operator]
+                raise ConfigError(
+                    f"--scale is {self.scale:g}; give pixels per metre, from 1e-9 to 1e9."
+                )
             plane = Ground(self.scale)
         lens: Lens | None = None
         if self.lens is not None:
@@ -94,13 +97,32 @@ class UnitOptions:
 
 
 def check_size(units: RealUnits | None, film: Source | Film) -> None:
-    """Raise a ConfigError if the lens was calibrated with pictures of another size."""
-    size = None if units is None or units.lens is None else units.lens.size
+    """Check that the lens is of this film, and say where it has no places.
+
+    Raises
+    ------
+    ConfigError
+        If it was calibrated with pictures of another size, or maps nothing to their middle.
+    """
+    if units is None or units.lens is None:
+        return
+    lens, size = units.lens, units.lens.size
     if size is not None and size != (film.width, film.height):
         raise ConfigError(
             f"The lens was calibrated at {size[0]}x{size[1]}, and {film.name} has {film.width}x"
             f"{film.height} pixels; give the calibration of this film's camera."
         )
+    units.corrected()  # which needs the ground's points
+    right, low = film.width - 1.0, film.height - 1.0
+    if lens.undistorted((right / 2, low / 2)) is None:
+        raise ConfigError(
+            f"The lens maps nothing to the middle of {film.name}; its numbers are damaged, or of "
+            f"another camera: calibrate again."
+        )
+    corners = [(x, y) for x in (0.0, right) for y in (0.0, low)]
+    if lost := sum(lens.undistorted(corner) is None for corner in corners):
+        log(f"The lens has no places for {counted(lost, 'corner')} of {film.name}; rows have no "
+            f"metres there.")  # fmt: skip
 
 
 def measured(units: RealUnits, steps: Steps) -> Steps:

@@ -19,7 +19,14 @@ from motes.cli.input_checks import (
     point_out_leftovers,
 )
 from motes.cli.load_config import watch_config
-from motes.cli.options import Cluster, ConfigOptions, FrameOptions, ObjectPreset, say_rate
+from motes.cli.options import (
+    Cluster,
+    ConfigOptions,
+    FrameOptions,
+    ObjectPreset,
+    OwnCode,
+    say_rate,
+)
 from motes.cli.settings import HELP, Settings
 from motes.cli.watch_counting import CountingOptions
 from motes.cli.watch_options import QUEUE, ObjectOptions, WatchOutputs
@@ -47,8 +54,8 @@ def watch(
         Parameter(
             help="A video, a folder or pattern of images, the number of a camera, or an address. "
             "Or a .toml file of several cameras with [[camera]], [[passage]] and [[overlap]] "
-            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram and --cluster "
-            "may be given."
+            "(docs/cameras.md); then only -o, --overwrite, --seed, --histogram, --cluster "
+            "and --own-code may be given."
         ),
     ] = None,
     /,
@@ -60,6 +67,7 @@ def watch(
     preset: ObjectPreset = PRESET,
     values: ConfigOptions = ConfigOptions(),
     cluster: Cluster = None,
+    own_code: OwnCode = False,
     **settings: Settings,
 ) -> int:
     """Track all that moves before a fixed camera, and give each object an identity.
@@ -74,7 +82,13 @@ def watch(
         from motes.cli.watch_cameras import watch_rig
 
         return watch_rig(
-            source, outputs.output, outputs.overwrite, values.seed, objects.histogram, cluster
+            source,
+            outputs.output,
+            outputs.overwrite,
+            values.seed,
+            objects.histogram,
+            cluster,
+            own_code=own_code,
         )
     if cluster is not None:
         raise ConfigError("--cluster is for a file of several cameras; name it, as in rig.toml.")
@@ -84,7 +98,14 @@ def watch(
         )
     where = counting.regions()
     config = watch_config(
-        app, preset, values.config, objects.detector, objects.like, objects.selection(), settings
+        app,
+        preset,
+        values.config,
+        objects.detector,
+        objects.like,
+        objects.selection(),
+        settings,
+        own_code=own_code,
     )
     if values.dump_config:
         from motes.core.config import to_toml

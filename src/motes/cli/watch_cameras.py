@@ -20,6 +20,7 @@ from motes.mot.cameras.camera_report import CameraReport
 from motes.mot.cameras.messages import CameraMessage
 from motes.mot.cameras.rig import RigRunner
 from motes.mot.cameras.rig_config import Rig
+from motes.mot.pipeline_config import check_code
 from motes.output.track_rows import Form
 from motes.sot.known_target import Target
 
@@ -81,12 +82,16 @@ def watch_rig(
     seed: int,
     histogram: Path | None,
     cluster: str | None,
+    *,
+    own_code: bool = False,
 ) -> int:
     """Watch the cameras of a rig, write their rows and print a summary; return the exit code."""
     target = None if histogram is None else load_target(histogram)
     text = read_text(Path(file))
     with error_context(Path(file)):
         rig = Rig.parse(text)
+        for camera in rig.camera:
+            check_code(camera.detector, own_code)
     output = default_output(file) if output is None else output
     if output != "-":
         for source in (file, *(camera.source for camera in rig.camera)):

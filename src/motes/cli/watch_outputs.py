@@ -18,7 +18,7 @@ from motes.core.errors import ConfigError, FormatError
 from motes.core.files import open_rows, write_all
 from motes.core.frame import Frame
 from motes.formats.mot import result_line
-from motes.formats.registry import format_for, named
+from motes.formats.registry import check_folder, format_for, named
 from motes.formats.registry import write as write_format
 from motes.formats.rows import OBJECT_COLUMNS, object_line, object_values
 from motes.formats.visibility import visible
@@ -316,6 +316,8 @@ def check_place(name: str, form: str, overwrite: bool) -> None:
         raise FormatError(f"{name} has files; choose another name, or overwrite it (--overwrite).")
     elif not os.path.isdir(name):
         check_writable(name)
+    else:
+        check_folder(Path(name))
 
 
 def _usual_format(name: str) -> list[str]:

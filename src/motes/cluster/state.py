@@ -15,6 +15,7 @@ from motes.cluster.jobs import Job
 from motes.cluster.records import Record, records
 from motes.cluster.store import Store
 from motes.core.errors import ConfigError, FormatError
+from motes.core.spreadsheet import guarded
 
 JOBS, OPTIONS = "jobs.jsonl", "batch.json"
 TABLE = "jobs"
@@ -126,4 +127,8 @@ def _write_csv(path: Path, rows: Iterator[dict[str, Any]]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, [*COLUMNS], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(rows)
+        for row in rows:
+            writer.writerow({
+                key: guarded(value) if isinstance(value, str) else value
+                for key, value in row.items()
+            })  # fmt: skip

@@ -6,13 +6,13 @@ import csv
 import glob
 import json
 import os
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from motes.cluster.jobs import Job, job_of
+from motes.core.config import from_toml
 from motes.core.errors import ConfigError, MissingDependencyError, MotesError, SourceError
 
 Row = tuple[int, Mapping[str, Any]]
@@ -51,6 +51,8 @@ class JobTable:
                 yield from reader(Path(self.name))
         except OSError as error:
             raise SourceError(f"{self.name} cannot be read: {error.strerror or error}.") from None
+        except RecursionError:
+            raise SourceError(f"{self.name} is nested too deeply; a row has values only.") from None
         except (UnicodeDecodeError, csv.Error, ValueError) as error:
             if isinstance(error, MotesError):
                 raise
@@ -136,7 +138,7 @@ def _parquet(path: Path) -> Iterator[Row]:
 
 
 def _toml(path: Path) -> Iterator[Row]:
-    table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    table = from_toml(path.read_text(encoding="utf-8-sig"), path.name)
     rows = table.pop("job", [])
     if table or not isinstance(rows, list):
         raise ValueError("a table of jobs has [[job]] only")

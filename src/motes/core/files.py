@@ -1,4 +1,4 @@
-"""Files that are complete or absent: a file gets its name when all of it is written.
+"""Files and folders that are complete or absent: they get their names when all is written.
 
 Until then a partial file stands beside the target. Its name is the target's, a random part, and an
 ending that video players know, as in `out.mp4.partial-3f9c1a7be2d05846.mp4`. It is always a new
@@ -15,6 +15,7 @@ import glob
 import hashlib
 import os
 import secrets
+import shutil
 from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
@@ -77,6 +78,14 @@ def open_rows(path: str | Path, overwrite: bool) -> BinaryIO:
     return open(_followed(path), "wb" if overwrite else "xb", buffering=0)
 
 
+def check_ended(text: str) -> None:
+    """Raise a ValueError if the last line of a text has no end: the file may be cut off in it."""
+    if text.rpartition("\n")[2].strip():
+        raise ValueError(
+            "its last line has no end, so it may be cut off there; if it is whole, end the line"
+        )
+
+
 def write_all(file: BinaryIO, data: bytes | memoryview) -> None:
     """Write all of `data` into an unbuffered file, which may take it piece by piece."""
     rest = memoryview(data)
@@ -109,6 +118,33 @@ def write_whole(path: str | Path, data: bytes | Iterable[bytes]) -> None:
         raise
 
 
+def write_folder(path: str | Path, files: Iterable[tuple[str, bytes]]) -> None:
+    """Write a folder of files, which gets its name when all of them are written.
+
+    An old folder of that name is replaced, with all that it holds. If writing fails, as on a full
+    disk, the old one stays.
+    """
+    target = Path(os.path.realpath(path))
+    partial, old = (target.with_name(_partial_name(target)) for _ in range(2))
+    partial.mkdir()
+    try:
+        for name, data in files:
+            with (partial / name).open("xb", buffering=0) as file:
+                write_all(file, data)
+                os.fsync(file.fileno())  # some file systems report only then that they are full
+        if target.exists():
+            target.rename(old)
+        partial.rename(target)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _partial_name(target: Path) -> str:
+    return f"{target.name}.partial-{secrets.token_hex(8)}"
+
+
 class PartialFile:
     """A new file beside its target, which becomes the target in the end.
 
@@ -137,8 +173,7 @@ class PartialFile:
 
     def __init__(self, target: str | Path, ending: str = "") -> None:
         self._target = _followed(target)
-        name = f"{self._target.name}.partial-{secrets.token_hex(8)}{ending}"
-        self.path = self._target.with_name(name)
+        self.path = self._target.with_name(_partial_name(self._target) + ending)
         self.whole = False
         self._file = self.path.open("xb", buffering=0)
         self._size = self._place = 0

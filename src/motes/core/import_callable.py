@@ -15,13 +15,15 @@ from motes.core.errors import ConfigError, MotesError
 def import_callable(name: str) -> Callable[..., Any]:
     """Return the callable with a name `module:callable`, also from the current folder.
 
+    That folder comes last: a file there cannot take the place of an installed module.
+
     Raises
     ------
     ConfigError
         If it is not callable. The import may raise other errors.
     """
     if os.getcwd() not in sys.path:
-        sys.path.insert(0, os.getcwd())
+        sys.path.append(os.getcwd())
     module, _, path = name.partition(":")
     found = reduce(getattr, path.split("."), importlib.import_module(module))
     if not callable(found):

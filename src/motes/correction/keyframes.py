@@ -9,6 +9,8 @@ A file of keyframes has a row for each:
 
 A row may begin with the name of its film, so that one file serves many films. A first row of titles
 that begins with `frame` or `film` is skipped, and so are empty rows and those that begin with `#`.
+The regions of a file are all boxes or all ellipses, those of its titles if it has any, so that a
+row that lost a number is noticed.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motes.core.errors import ConfigError, InputError, MotesError
+from motes.core.files import check_ended
 from motes.core.geometry import Ellipse, as_ellipse, region_within
 
 Keyframes = Mapping[int, Ellipse | None]
@@ -119,20 +122,31 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
     except UnicodeDecodeError:
         raise InputError(f"The keyframes {path} are not text; check the name.") from None
     marks: dict[str, list[tuple[int, Sequence[float] | None]]] = {}
+    size: int | None = None
     for number, line in enumerate(text.splitlines(), start=1):
-        fields = [field.strip().strip('"') for field in line.rstrip(", \t").split(",")]
+        fields = [field.strip().strip('"') for field in line.split(",")]
         if number == 1 and fields[0] in ("frame", "film"):
-            _check_titles(path, fields)
+            size = _size_of_titles(path, fields)
             continue
         if not any(fields) or fields[0].startswith("#"):
             continue
         film = "" if _FRAMES.fullmatch(fields[0]) else fields.pop(0)
+        if fields[1:2] == [ABSENT]:
+            fields = fields[: 2 + len("".join(fields[2:]))]  # a spreadsheet fills up the row
         try:
             if len(fields) < 2:
                 raise ConfigError("it has no region; give x,y,width,height or absent.")
-            marks.setdefault(film, []).extend(marks_of(fields[0], ",".join(fields[1:])))
+            here = marks_of(fields[0], ",".join(fields[1:]))
+            if here[0][1] is not None:
+                size = size or len(fields) - 1
+                _check_size(len(fields) - 1, size)
+            marks.setdefault(film, []).extend(here)
         except MotesError as error:
             raise InputError(f"{path}, row {number}: {error}") from None
+    try:
+        check_ended(text)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}.") from None
     if not marks:
         raise InputError(f"{path} has no keyframe; a row is frame,x,y,width,height.")
     try:
@@ -141,13 +155,22 @@ def read_keyframes(path: str | Path) -> dict[str, dict[int, Ellipse | None]]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _check_titles(path: str | Path, titles: Sequence[str]) -> None:
-    """Check the titles of a file: the numbers of its rows have this order."""
-    columns = titles[titles[0] == "film" :]
+def _size_of_titles(path: str | Path, titles: Sequence[str]) -> int | None:
+    """Return how many numbers a region has by the titles of a file; None if they leave it open."""
+    columns = [title for title in titles[titles[0] == "film" :] if title]
     if columns[:1] != ["frame"] or columns[1:] not in TITLES:
         raise InputError(
             f"{path}, row 1: the columns are {', '.join(titles)[:80]}; they must be frame, x, y, "
             f"width, height, or frame, x, y, a, b, theta."
+        )
+    return len(columns) - 1 if len(columns) > 2 else None
+
+
+def _check_size(size: int, known: int) -> None:
+    if size != known:
+        raise ConfigError(
+            f"it has {size} numbers, and a region of this file has {known}; give x,y,width,height "
+            f"in all rows, or x,y,a,b,theta in all."
         )
 
 

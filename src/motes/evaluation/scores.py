@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from motes.core.errors import FormatError
 from motes.core.files import write_whole
 from motes.core.geometry import iou
+from motes.core.spreadsheet import guarded
 from motes.core.types import Floats
 from motes.evaluation.datasets.sot import Sequence
 from motes.evaluation.metrics import sot as metrics
@@ -337,7 +338,8 @@ def format_score(value: float | int | None) -> str:
 def write_table(path: Path, columns: Many[str], rows: Iterable[Many[str]]) -> None:
     """Write a CSV file; raise a FormatError if that is not possible."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([columns, *rows])
+    cells = ([guarded(cell) for cell in row] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows([columns, *cells])
     write_text(path, text.getvalue())
 
 

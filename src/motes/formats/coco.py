@@ -17,7 +17,7 @@ import numpy as np
 
 from motes import __version__
 from motes.core.errors import FormatError
-from motes.core.geometry import Ellipse, area
+from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats import runs
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
@@ -29,7 +29,6 @@ from motes.formats.shapes import (
     label_or_none,
     labels_of,
     visible_box,
-    visible_outline,
 )
 from motes.formats.text import at, read_json
 from motes.output.journal import FrameRow, Header, ObjectRow
@@ -45,8 +44,9 @@ def write(recorded: Recorded) -> Iterator[bytes]:
     of a detection its own. `images` has one entry for each frame, with its `frame` and `time`. The
     `file_name` is that of the image if the source is a folder of images; otherwise it is the name
     that CVAT gives to a frame of a video. `annotations` has one entry for each object in each
-    frame, also if it is occluded: `segmentation` and `area` of its mask or else of its ellipse, the
-    `bbox` around it, the `score`, and the `attributes` `track_id` and `occluded`.
+    frame, also if it is occluded: its `bbox`, the `score`, and the `attributes` `track_id` and
+    `occluded`. An object with a mask has its `segmentation` and `area`; a box has no segmentation,
+    and its own area.
     """
     head = recorded.head
     about = {
@@ -103,25 +103,21 @@ def _annotations(
                 "id": number,
                 "image_id": row.frame + 1,
                 "category_id": numbers[_class(each, names, head)],
-                "bbox": [
-                    corners.left,
-                    corners.top,
-                    round(corners.right - corners.left, 2),
-                    round(corners.bottom - corners.top, 2),
-                ],
-                **_segmentation(each, head),
+                **_place(each, corners, head),
                 "iscrowd": 0,
                 "score": round(each.confidence, 5),
                 "attributes": {**known, "occluded": each.status is Status.OCCLUDED},
             }
 
 
-def _segmentation(each: ObjectRow, head: Header) -> dict[str, object]:
-    if each.mask is not None:
-        mask = {"size": [head.height, head.width], "counts": each.mask}
-        return {"segmentation": mask, "area": runs.area(each.mask, head.height, head.width)}
-    outline = visible_outline(each, head)
-    return {"segmentation": [outline.ravel().round(2).tolist()], "area": round(area(outline), 2)}
+def _place(each: ObjectRow, corners: Corners, head: Header) -> dict[str, object]:
+    width, height = corners.right - corners.left, corners.bottom - corners.top
+    bbox = [corners.left, corners.top, round(width, 2), round(height, 2)]
+    if each.mask is None:
+        return {"bbox": bbox, "segmentation": [], "area": round(width * height, 2)}
+    mask = {"size": [head.height, head.width], "counts": each.mask}
+    area = runs.area(each.mask, head.height, head.width)
+    return {"bbox": bbox, "segmentation": mask, "area": area}
 
 
 class _Image(msgspec.Struct):

@@ -7,6 +7,7 @@ off. Frames count from 0. https://docs.cvat.ai/docs/manual/advanced/formats/form
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,7 +28,7 @@ from motes.formats.recording import (
     sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, labels_of, visible_box
-from motes.formats.text import at, number, read_text, whole
+from motes.formats.text import at, counted, number, read_text, whole
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import SHOWN
 from motes.output.journal import ObjectRow
@@ -191,7 +192,11 @@ def read(path: Path, facts: FilmFacts) -> Recording:
         raise FormatError(f"its size is {count} frames, which no film has")
     times = {frame: facts.time(frame) for frame in range(count)}
     named = {frame: name for frame, name in files.items() if name}
-    return recording_of(facts, objects, times, _size(root, images), named)
+    others = Counter(each.tag for part in (*tracks, *images) for each in part)
+    left_out = [
+        counted(count, kind) for kind, count in others.items() if kind not in (*SHAPES, "attribute")
+    ]
+    return recording_of(facts, objects, times, _size(root, images), named, left_out)
 
 
 def _whole(text: str | None) -> int | None:

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from motes.core.errors import FormatError
+from motes.core.files import check_ended
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
@@ -70,7 +71,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     FormatError
         If it has other points: a place alone has no size.
     """
-    lines = list(csv.reader(io.StringIO(read_text(path))))
+    text = read_text(path)
+    check_ended(text)
+    lines = list(csv.reader(io.StringIO(text)))
     titles = {line[0]: line[1:] for line in lines[:4] if line and line[0] in TITLES}
     points = titles.get("bodyparts", [])
     if not set(POINTS) <= set(points):
@@ -96,7 +99,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
             for name, identity in names.items():
                 row = _row(values, name, identity)
                 objects += [] if row is None else [(frame, row)]
-    return recording_of(facts, objects, times)
+    others = [point for point in dict.fromkeys(points) if point not in POINTS]
+    left_out = [f"the points {', '.join(others)[:80]}, which have no size"] if others else []
+    return recording_of(facts, objects, times, left_out=left_out)
 
 
 def _row(values: dict[tuple[str, str, str], str], name: str, identity: int) -> ObjectRow | None:

@@ -1,7 +1,8 @@
 """Keyframes, as `motes track --keyframes` reads them: a row for each frame that is marked.
 
-A row is `frame,x,y,width,height`, or `frame,x,y,a,b,theta` for an ellipse; `frame,absent` or
-`first:last,absent` where the target is not in the picture. Frames and pixels count from 0.
+A row is `frame,x,y,width,height`, or `frame,x,y,a,b,theta` in all rows of a file if an ellipse is
+turned; `frame,absent` or `first:last,absent` where the target is not in the picture. Frames and
+pixels count from 0.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import only_object
 from motes.output.journal import ObjectRow
 
-TITLES = b"frame,x,y,width,height\n"
+TITLES = (b"frame,x,y,width,height\n", b"frame,x,y,a,b,theta\n")
+"""Those of boxes, and of ellipses."""
 
 
 def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterator[bytes]:
@@ -31,7 +33,8 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
     as keep linear interpolation within `keyframe_error` pixels.
     """
     here = only_object(recorded, "A file of keyframes")
-    yield TITLES
+    turned = any(each.ellipse.theta for each in here.values())
+    yield TITLES[turned]
     listed = [row.frame for row in recorded]
     own = not all(each.keyframe for each in here.values())
     stretch: list[int] = []
@@ -47,7 +50,7 @@ def write(recorded: Recorded, keyframe_error: float = KEYFRAME_ERROR) -> Iterato
             keys = keyframes(np.array(stretch), ellipses, nothing, keyframe_error).tolist()
             for each, key in zip(stretch, keys, strict=True):
                 if here[each].keyframe if own else key:
-                    yield _present(each, here[each].ellipse)
+                    yield _present(each, here[each].ellipse, turned)
         stretch = []
 
 
@@ -75,6 +78,6 @@ def _absent(first: int, last: int) -> bytes:
     return f"{first}:{last},absent\n".encode() if last > first else f"{first},absent\n".encode()
 
 
-def _present(frame: int, ellipse: Ellipse) -> bytes:
-    region = ellipse if ellipse.theta else ellipse.box
+def _present(frame: int, ellipse: Ellipse, turned: bool) -> bytes:
+    region = ellipse if turned else ellipse.box
     return (",".join([str(frame), *(f"{value:.7g}" for value in region)]) + "\n").encode()

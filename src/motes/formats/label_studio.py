@@ -7,6 +7,7 @@ percent of the picture's sides, frames count from 1. https://labelstud.io/tags/v
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -30,7 +31,7 @@ from motes.formats.recording import (
     sound,
 )
 from motes.formats.shapes import Corners, classes_of, label_or_none, visible_box
-from motes.formats.text import at, read_json
+from motes.formats.text import at, counted, read_json
 from motes.formats.thinning import KEYFRAME_ERROR, keyframes
 from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
@@ -176,6 +177,8 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     objects = []
     times: dict[int, float] = {}
     drawn = [each for each in results[-1].result if each.type == REGION]
+    others = Counter(each.type or "no type" for each in results[-1].result if each.type != REGION)
+    left_out = [f"{counted(count, 'region')} of {kind}" for kind, count in others.items()]
     for identity, region in enumerate(drawn, start=1):
         label = label_or_none(next(iter(region.value.labels), None), facts.label)
         with at(f"region {identity}"):
@@ -186,7 +189,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
                 objects.append((frame, row))
                 if time is not None:
                     times[frame] = time
-    return recording_of(facts, objects, times)
+    return recording_of(facts, objects, times, left_out=left_out)
 
 
 def _frames(

@@ -6,8 +6,8 @@ A line is a box, its numbers separated by commas, semicolons, tabs or spaces:
 
 Frames and pixels count from 1. Only truth has classes. The score of truth is a flag, 0 for boxes
 that do not count. Milan et al., MOT16: a benchmark for multi-object tracking, 2016, table 4. Lines
-of ten and more numbers have world coordinates instead of a class, as in Leal-Taixé et al.,
-MOTChallenge 2015.
+of ten numbers have world coordinates instead of a class, as in Leal-Taixé et al., MOTChallenge
+2015.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import FormatError
-from motes.core.files import write_whole
+from motes.core.files import check_ended, write_whole
 from motes.core.geometry import Box
 from motes.core.types import Floats
 from motes.formats.text import number, read_text
@@ -40,7 +40,8 @@ DIGITS = 9
 AREAS: dict[Kind, str] = {"truth": "an object", "detections": "a detection"}
 """The kinds whose rows must have an area, and their names in the error."""
 
-_NEEDED = 7
+_NEEDED, _MOST = 7, 10
+_SEPARATOR = re.compile(r"[ \t]*[,;][ \t]*|[ \t]+")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,7 +106,7 @@ def rows_of(lines: list[list[float]]) -> Rows:
 
 
 def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> Rows:
-    """Read the rows of a video.
+    """Read the rows of a video, all of which have the same number of fields.
 
     Parameters
     ----------
@@ -128,13 +129,18 @@ def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> Ro
         If it is not text, or a line is wrong, with file and line.
     """
     name = "/".join([path.parent.name, path.name]).lstrip("/")
+    text = read_text(path)
     lines: list[list[float]] = []
     seen: dict[tuple[float, float], int] = {}
-    for place, line in enumerate(read_text(path).splitlines(), 1):
-        fields = re.split(r"\s*[,;\s]\s*", line.strip(" \t,;"))
-        if fields == [""]:
+    count = 0
+    for place, line in enumerate(text.splitlines(), 1):
+        if not line.strip():
             continue
+        fields = _SEPARATOR.split(line.strip())
+        count = count or len(fields)
         try:
+            if len(fields) != count:
+                raise ValueError(f"{len(fields)} fields, and the lines before it have {count}")
             row = _parse_row(fields, frames, kind)
             frame, identity, _, _, width, height, *_ = row
             first = seen.setdefault((frame, identity), place)
@@ -149,17 +155,22 @@ def read_rows(path: Path, frames: int, kind: Kind, *, sized: bool = False) -> Ro
         except ValueError as error:
             raise FormatError(f"{name}, line {place}: {error}") from None
         lines.append(row)
+    try:
+        check_ended(text)
+    except ValueError as error:
+        raise FormatError(f"{name}: {error}") from None
     return rows_of(lines)
 
 
 def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
-    if len(fields) < _NEEDED:
+    if not _NEEDED <= len(fields) <= _MOST:
         raise ValueError(
-            f"{len(fields)} numbers, but a line has {_NEEDED} or more: frame, id, x, y, width, "
-            f"height, score"
+            f"{len(fields)} numbers, but a line has {_NEEDED} to {_MOST}: frame, id, x, y, width, "
+            f"height, score, and up to three more"
         )
-    values = [number(field) for field in fields[:_NEEDED]]
+    values, more = [number(field) for field in fields[:_NEEDED]], fields[_NEEDED:]
     frame, identity, *_ = values
+    further = [number(field) for field in more]
     if not (frame.is_integer() and identity.is_integer()):
         raise ValueError(f"frame and id are whole numbers, not {fields[0]}, {fields[1]}")
     if not 1 <= frame <= frames:
@@ -167,9 +178,9 @@ def _parse_row(fields: list[str], frames: int, kind: Kind) -> list[float]:
     ours = kind == "results" and len(fields) == 10 and fields[-2:] == ["1", "-1"]
     if not ours and (kind != "truth" or len(fields) not in (8, 9)):
         return [*values, UNKNOWN, 1]
-    if (label := number(fields[_NEEDED])) not in (UNKNOWN, *CLASSES):
-        raise ValueError(f"{fields[_NEEDED]} is not a class; classes are 1 to {CLASSES[-1]}")
-    return [*values, label, number(fields[_NEEDED + 1]) if len(fields) > 8 else 1]
+    if (label := further[0]) not in (UNKNOWN, *CLASSES):
+        raise ValueError(f"{more[0]} is not a class; classes are 1 to {CLASSES[-1]}")
+    return [*values, label, further[1] if len(further) > 1 else 1]
 
 
 def write_rows(path: Path, rows: Rows) -> None:

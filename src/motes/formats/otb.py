@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from motes.core.files import check_ended
 from motes.core.track import Status
 from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.regions import ABSENT, read_regions
@@ -43,7 +44,9 @@ def read(path: Path, facts: FilmFacts) -> Recording:
 
 def read_frames(path: Path, facts: FilmFacts, first_pixel: int) -> Recording:
     """Return the target of a text for `read_regions` in which pixels count from a number."""
-    regions = read_regions(read_text(path), strict=True)
+    text = read_text(path)
+    check_ended(text)
+    regions = read_regions(text, strict=True)
     objects = []
     for frame, region in enumerate(regions):
         if region is not ABSENT:

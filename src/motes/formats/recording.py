@@ -29,6 +29,11 @@ class Recorded(Protocol):
         """What all frames share."""
         ...
 
+    @property
+    def left_out(self) -> Sequence[str]:
+        """What of the file is not here, in a few words each."""
+        ...
+
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an offset and the frame there, from an offset on."""
         ...
@@ -38,10 +43,14 @@ class Recorded(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """The objects of a film, in memory; `frames` are in order."""
+    """The objects of a film, in memory; `frames` are in order.
+
+    `left_out` is what of the file is not here.
+    """
 
     head: Header
     frames: Sequence[FrameRow]
+    left_out: Sequence[str] = ()
 
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an index in `frames` and the frame there, from an index on."""
@@ -87,6 +96,7 @@ def recording_of(
     times: Mapping[int, float] | None = None,
     size: tuple[int, int] | None = None,
     files: Mapping[int, str] = {},
+    left_out: Sequence[str] = (),
 ) -> Recording:
     """Return a recording of pairs of a frame and an object there, in any order.
 
@@ -102,6 +112,8 @@ def recording_of(
         Width and height in the file; else those of `facts`.
     files
         The names of the images of frames, where each is a file.
+    left_out
+        What of the file is not here, in a few words each.
 
     Raises
     ------
@@ -134,6 +146,7 @@ def recording_of(
             )
             for frame in sorted(frames)
         ],
+        left_out,
     )
 
 

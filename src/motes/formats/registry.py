@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motes.core.errors import ConfigError, FormatError, SourceError
-from motes.core.files import remove_leftovers, write_whole
+from motes.core.files import write_folder, write_whole
 from motes.formats.aspects import (
     ANGLES,
     ASPECTS,
@@ -99,7 +99,7 @@ FORMATS: dict[str, Format] = {
     ),
     "coco": Format(
         title="COCO", endings=(".json",), read="coco:read", write="coco:write",
-        holds=(ANGLES, CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
+        holds=(CONFIDENCES, IDENTITIES, CLASSES, HIDDEN, MASKS, TIMES), sized=True,
     ),
     "cvat": Format(
         title="CVAT for video 1.1", endings=(".xml",), read="cvat:read", write="cvat:write",
@@ -107,7 +107,11 @@ FORMATS: dict[str, Format] = {
     ),
     "yolo": Format(
         title="labels of YOLO", endings=(".yolo", "labels"), read="yolo:read", write="yolo:write",
-        holds=(CONFIDENCES, IDENTITIES, CLASSES), sized=True, folder=True,
+        holds=(CLASSES,), sized=True, folder=True,
+    ),
+    "yolo-predictions": Format(
+        title="labels of YOLO with confidences", read="yolo:read", write="yolo:write_predictions",
+        holds=(CONFIDENCES, CLASSES), sized=True, folder=True,
     ),
     "label-studio": Format(
         title="Label Studio, video", endings=(".ls.json",),
@@ -129,6 +133,8 @@ FORMATS: dict[str, Format] = {
 }  # fmt: skip
 """All formats, by name."""
 
+NAMED = ("otb", "vot", "mot-truth", "mot-detections")
+"""Formats of numbers alone, which the ending of a name tells apart."""
 SNIFFED = 1 << 16
 """Bytes of a file in which its format is looked for."""
 
@@ -163,7 +169,8 @@ def format_for(output: str) -> str:
         endings = (end for each in FORMATS.values() if each.write for end in each.endings)
         usual = [end for end in endings if end.startswith(".") and end.count(".") == 1]
         raise ConfigError(
-            f"{output} ends in none of {', '.join(usual)}; rename it, or give a format."
+            f"{output} ends in none of {', '.join(usual)}; rename it, or name its format (--to in "
+            f"motes convert, else --format), as yolo for a folder of labels."
         )
     return max(fitting)[1]
 
@@ -217,14 +224,18 @@ def _of_numbers(line: str, name: str) -> str | None:
         return "vot"
     fields = [field for field in re.split(r"[,;\s]+", line) if field]
     count = len(fields)
+    own = next((found for found in NAMED if name.lower().endswith(FORMATS[found].endings)), None)
     if count == 4:  # the first pixel is 1 in OTB and 0 in VOT: only the name makes it clear
         known = {"groundtruth_rect": "otb", "groundtruth": "vot"}
-        return next((found for stem, found in known.items() if name.startswith(stem)), None)
+        others = (found for stem, found in known.items() if name.startswith(stem))
+        return own if own in known.values() else next(others, None)
     if count == 8 or (count > 10 and count % 2 == 0) or fields[:1] == ["nan"]:
         return "vot"
     if count in (5, 6) or fields[1:] == ["absent"]:
         return "keyframes"
     if count in (7, 9, 10) and fields[0].replace(".", "", 1).isdigit():
+        if own in ("mot-truth", "mot-detections"):
+            return own
         kinds = {"9": "mot-truth"}
         return "mot-detections" if fields[1] == "-1" else kinds.get(str(count), "mot")
     return None
@@ -256,7 +267,7 @@ def read(path: Path, name: str, facts: FilmFacts) -> Recorded:
         raise SourceError(
             f"{path} is {kinds[path.is_dir()]}, and {name} is {kinds[form.folder]}; check the name."
         )
-    if name in ("yolo", "label-studio") and not facts.width:
+    if name in ("yolo", "yolo-predictions", "label-studio") and not facts.width:
         raise ConfigError(f"{path} holds shares of the picture; give its --size or --video.")
     try:
         _check_not_empty(path)
@@ -281,7 +292,7 @@ def _check_not_empty(path: Path) -> None:
 
 
 def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | None = None) -> None:
-    """Write a file or folder of a format, each file complete or not at all.
+    """Write a file or folder of a format, complete or not at all.
 
     Parameters
     ----------
@@ -314,10 +325,28 @@ def write(path: Path, name: str, recorded: Recorded, keyframe_error: float | Non
     if not form.folder:
         write_whole(path, pieces)
         return
-    path.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(path / "*")
-    for file, data in pieces:
-        write_whole(path / file, data)
+    check_folder(path)
+    write_folder(path, pieces)
+
+
+def check_folder(path: Path) -> None:
+    """Check that nothing is lost if a folder of labels is made anew.
+
+    Raises
+    ------
+    FormatError
+        If the folder holds other files than texts, or is the current one.
+    """
+    if not path.is_dir():
+        return
+    if path.samefile("."):
+        raise FormatError(f"{path} is the current folder; name another one.")
+    for each in path.iterdir():
+        if each.is_dir() or each.suffix not in (".txt", ".yaml", ".cache"):
+            raise FormatError(
+                f"{path} would be replaced, but holds {each.name}, which is no label; choose "
+                f"another name."
+            )
 
 
 def lost(present: set[str], source: str, target: str) -> list[str]:

@@ -15,6 +15,7 @@ import msgspec
 
 from motes.core.errors import FormatError
 from motes.core.geometry import Box, Ellipse
+from motes.core.spreadsheet import guarded
 from motes.core.track import Status
 from motes.formats.recording import FilmFacts, Recorded, Recording, recording_of, sound
 from motes.formats.text import at, whole
@@ -50,12 +51,15 @@ def object_line(form: Form, columns: Sequence[str], values: Values) -> str:
 
 
 def csv_line(values: Sequence[object]) -> str:
-    """Return values as a line of CSV: None is empty, and a text that needs quotes has them."""
+    """Return values as a line of CSV: None is empty, and a text that needs quotes has them.
+
+    No text is a formula to a spreadsheet.
+    """
     return ",".join(map(_csv_field, values))
 
 
 def _csv_field(value: object) -> str:
-    text = "" if value is None else str(value)
+    text = "" if value is None else guarded(str(value))
     if not any(mark in text for mark in ',"\r\n'):
         return text
     return '"' + text.replace('"', '""') + '"'

@@ -1,8 +1,8 @@
 """YOLO's labels: a folder with a text for each frame, and the names of the classes in `data.yaml`.
 
-A line is class, center x, center y, width and height, in shares of the picture's sides, and then,
-as in the results of Ultralytics, the confidence and the identity if they are known.
-https://docs.ultralytics.com/datasets/detect/
+A line is class, center x, center y, width and height, in shares of the picture's sides. Predictions
+have the confidence as a sixth number, which trainers refuse. More than six numbers are a polygon to
+them, so identities have no place. https://docs.ultralytics.com/datasets/detect/
 """
 
 from __future__ import annotations
@@ -15,29 +15,43 @@ from motes.core.errors import FormatError
 from motes.core.geometry import Ellipse
 from motes.core.track import Status
 from motes.formats.recording import ANONYMOUS, FilmFacts, Recorded, Recording, recording_of, sound
-from motes.formats.shapes import frame_name, label_or_none, labels_of
+from motes.formats.shapes import frame_name, label_or_none, labels_of, visible_box
 from motes.formats.text import at, number, read_text, whole
 from motes.formats.visibility import visible
 from motes.output.journal import ObjectRow
 
 NAMES = "data.yaml"
+CLASSES = "classes.txt"
 
 
 def write(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
     """Yield names and contents of files: the texts of all frames, then the names of the classes."""
+    yield from _files(recorded, confidences=False)
+
+
+def write_predictions(recorded: Recorded) -> Iterator[tuple[str, bytes]]:
+    """Yield the files of `write`, with the confidence at the end of each line."""
+    yield from _files(recorded, confidences=True)
+
+
+def _files(recorded: Recorded, *, confidences: bool) -> Iterator[tuple[str, bytes]]:
     head = recorded.head
     every = [each.label or head.label for row in recorded for each in row.objects]
     numbers = {name: number for number, name in enumerate(labels_of(every, head))}
     for row in recorded:
         lines = []
         for each in visible(row):
-            # An ellipse's first pixel has its center at 0, a picture its corner.
-            box = each.box
-            center = (box.x + box.width / 2) / head.width, (box.y + box.height / 2) / head.height
-            sizes = box.width / head.width, box.height / head.height
-            fields = [str(numbers[each.label or head.label])]
-            fields += [f"{value:.8g}" for value in (*center, *sizes, each.confidence)]
-            fields += [] if each.identity == ANONYMOUS else [str(each.identity)]
+            box = visible_box(each, head)  # trainers refuse a text with shares beyond 0 to 1
+            if box is None:
+                continue
+            shares = (
+                (box.left + box.right) / 2 / head.width,
+                (box.top + box.bottom) / 2 / head.height,
+                (box.right - box.left) / head.width,
+                (box.bottom - box.top) / head.height,
+            )
+            fields = [str(numbers[each.label or head.label]), *(f"{share:.8f}" for share in shares)]
+            fields += [f"{each.confidence:.5f}"] if confidences else []
             lines.append(" ".join(fields) + "\n")
         stem = Path(row.file).with_suffix("").name if row.file else frame_name(row.frame)
         yield f"{stem}.txt", "".join(lines).encode()
@@ -59,24 +73,35 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     A frame is the last number in the name of its file, from 0.
     """
     names = _names(path)
-    objects, times = [], {}
+    left_out: list[str] = []
+    objects, times, ended = [], dict[int, float](), dict[bool, str]()
     for file in sorted(path.glob("*.txt")):
         if not file.is_file():
             raise FormatError(f"{file.name} is not a file")
         digits = re.findall(r"\d+", file.stem)
         if not digits:
-            continue  # such as classes.txt
+            if file.name != CLASSES:
+                left_out.append(f"{file.name}, whose name has no number of a frame")
+            continue
         frame = int(digits[-1])
         if frame in times:
             raise FormatError(f"{file.name}: another file is of frame {frame} too")
         times[frame] = facts.time(frame)
-        for place, line in enumerate(read_text(file).splitlines(), start=1):
+        text = read_text(file)
+        if text.strip():
+            ended.setdefault(text.endswith("\n"), file.name)
+        for place, line in enumerate(text.splitlines(), start=1):
             if line.strip():
                 with at(f"{file.name}, line {place}"):
                     objects.append((frame, _row(line, names, facts)))
+    if len(ended) > 1:  # some tools end the last line of no text; then a cut cannot be told
+        raise FormatError(
+            f"{ended[False]}: its last line has no end, unlike those of other texts, so it may be "
+            f"cut off there; if it is whole, end the line"
+        )
     if not times:
         raise FormatError("it has no labels; they are texts with the number of a frame, .txt")
-    return recording_of(facts, objects, times)
+    return recording_of(facts, objects, times, left_out=left_out)
 
 
 def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
@@ -105,7 +130,7 @@ def _row(line: str, names: dict[int, str], facts: FilmFacts) -> ObjectRow:
 
 def _names(folder: Path) -> dict[int, str]:
     """Return the names of the classes, by number."""
-    for place in (folder / "classes.txt", folder.parent / "classes.txt"):
+    for place in (folder / CLASSES, folder.parent / CLASSES):
         if place.is_file():
             return dict(enumerate(read_text(place).splitlines()))
     for place in (folder / NAMES, folder.parent / NAMES, folder.parent.parent / NAMES):

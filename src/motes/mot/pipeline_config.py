@@ -103,6 +103,16 @@ def detector_values(name: str | None) -> dict[str, Any]:
     return {"type": name}
 
 
+def check_code(detector: str | None, allowed: bool) -> None:
+    """Raise a ConfigError if a file names a detector that is code, unless that is allowed."""
+    if detector is None or allowed or detector.endswith((".txt", ".onnx")):
+        return
+    if all(detector.partition(":")):
+        raise ConfigError(
+            f"The detector {detector} is code, which would run; if you trust it, add --own-code."
+        )
+
+
 def named_detector(name: str | None) -> Detector:
     """Return a detector by its name, with default settings; raise a ConfigError for no name."""
     config: DetectorConfig = from_dict(detector_values(name), DetectorConfig)

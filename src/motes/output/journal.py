@@ -7,7 +7,8 @@ is killed loses no frame. The first line is a `Header`, each other line a `Frame
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -160,6 +161,17 @@ class Journal:
                 f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
             ) from None
 
+    @property
+    def left_out(self) -> Sequence[str]:
+        """The last line, if it was cut off."""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(-1, os.SEEK_END)
+                whole = file.read(1) == b"\n"
+        except OSError as error:
+            raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
+        return [] if whole else ["the last line, which is cut off"]
+
     def rows(self, start: int = 0) -> Iterator[tuple[int, FrameRow]]:
         """Yield pairs of an offset in the file and the row there, from an offset to the end."""
         decoder = msgspec.json.Decoder(FrameRow)
@@ -184,7 +196,7 @@ class Journal:
 
 def journal_of(name: str) -> Path:
     """Return the path of a document's journal."""
-    return Path(name + ENDING)
+    return Path(f"{Path(name)}{ENDING}")  # a folder's name may end in a slash
 
 
 def object_rows(tracks: Iterable[SceneTrack]) -> tuple[ObjectRow, ...]:

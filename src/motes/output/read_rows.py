@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motes.core.errors import InputError, MissingDependencyError
+from motes.core.files import check_ended
+from motes.core.spreadsheet import unguarded
 from motes.output.track_rows import DEVIATIONS, GROUND, Form, form_of
 
 WHOLE = ("frame", "identity", "outlier")
@@ -123,7 +125,9 @@ def table_of(text: str, path: str | Path, form: Form) -> NDArray[np.void]:
 
 
 def _csv_lines(text: str) -> Iterator[Sequence[Any]]:
-    return csv.reader(io.StringIO(text), strict=True)
+    for row in csv.reader(io.StringIO(text), strict=True):
+        yield [unguarded(field) for field in row]
+    check_ended(text)
 
 
 def _json_lines(text: str) -> Iterator[Sequence[Any]]:

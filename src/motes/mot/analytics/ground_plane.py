@@ -9,12 +9,14 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from motes.core.config import Config, Positive
+from motes.core.config import Config
 from motes.core.errors import ConfigError
 from motes.core.geometry import FARTHEST
 
 Point: TypeAlias = tuple[float, float]
 Number = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
+Scale = Annotated[float, Meta(ge=1e-9, le=1e9)]
+"""Pixels in a metre: from those of a planet to those of a microscope."""
 Pair = tuple[Number, Number, Number, Number]
 
 DEGENERATE = 1e-9
@@ -40,7 +42,7 @@ class Ground(Config, frozen=True):
         If it is not described in exactly one way, or does not determine a plane.
     """
 
-    scale: Positive | None = None
+    scale: Scale | None = None
     homography: Annotated[tuple[Number, ...], Meta(min_length=9, max_length=9)] | None = None
     points: Annotated[tuple[Pair, ...], Meta(min_length=4)] | None = None
 
@@ -53,7 +55,7 @@ class Ground(Config, frozen=True):
     def metres(self, point: Point) -> Point | None:
         """Return the place on the ground of a picture's point; None on the horizon or above."""
         x, y, w = (_matrix(self) @ (*point, 1.0)).tolist()
-        return (x / w, y / w) if w > 0 else None
+        return (x / w, y / w) if w > 0 and max(abs(x), abs(y)) <= w * FARTHEST else None
 
 
 @cache

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Self
 
 from msgspec import Meta
 
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.geometry import FARTHEST
 from motes.mot.analytics.ground_plane import Number, Point
 
 STEPS = 50
 """Most iterations; a point is exact to `PRECISION` long before, unless the model has no inverse."""
 PRECISION = 1e-12
+SETTLED = 1e-6
+"""Largest last step of a point that is found, in units of the focal length."""
+WIDEST = 100_000
+"""Largest side of pictures, in pixels."""
 
 
 class Lens(Config, frozen=True):
@@ -43,6 +47,8 @@ class Lens(Config, frozen=True):
         super().__post_init__()
         if not (self.matrix[0] > 0 and self.matrix[4] > 0):
             raise ConfigError("The camera matrix needs focal lengths above 0.")
+        if self.size is not None and not all(0 < side <= WIDEST for side in self.size):
+            raise ConfigError(f"Pictures of {self.size[0]}x{self.size[1]} pixels are of no camera.")
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -56,8 +62,11 @@ class Lens(Config, frozen=True):
         ConfigError
             If they are not there, or a model has more than 8 coefficients.
         """
-        matrix = _numbers(text, "camera_matrix")
-        distortion = _numbers(text, "distortion_coefficients")
+        entry = _xml_entry if text.lstrip().startswith("<") else _yaml_entry
+        matrix, distortion, width, height = (
+            _numbers(name, entry(text.lower(), name))
+            for name in ("camera_matrix", "distortion_coefficients", "image_width", "image_height")
+        )
         if len(matrix) != 9 or not distortion:
             raise ConfigError(
                 "It has no camera_matrix and distortion_coefficients, as OpenCV's calibration "
@@ -69,41 +78,65 @@ class Lens(Config, frozen=True):
             raise ConfigError(
                 f"The lens has {len(distortion)} coefficients; calibrate with 4, 5 or 8."
             )
-        sides = [_numbers(text, name) for name in ("image_width", "image_height")]
-        size = (int(sides[0][0]), int(sides[1][0])) if all(sides) else None
+        size = (int(width[0]), int(height[0])) if width and height else None
         return cls(tuple(matrix), tuple(distortion), size)
 
-    def undistorted(self, point: Point) -> Point:
-        """Return the place of a pixel in a picture of the same camera without distortion."""
+    def undistorted(self, point: Point) -> Point | None:
+        """Return the place of a pixel in a picture of the same camera without distortion.
+
+        None where the model has no inverse, as far outside of the pictures of the calibration.
+        """
         fx, _, cx, _, fy, cy, *_ = self.matrix
         k1, k2, p1, p2, k3, k4, k5, k6 = (*self.distortion, *(0.0,) * (8 - len(self.distortion)))
         x = seen_x = (point[0] - cx) / fx
         y = seen_y = (point[1] - cy) / fy
         for _ in range(STEPS):
             r = x * x + y * y
-            radial = (1 + r * (k1 + r * (k2 + r * k3))) / (1 + r * (k4 + r * (k5 + r * k6)))
+            radial = 1 + r * (k1 + r * (k2 + r * k3))
+            below = 1 + r * (k4 + r * (k5 + r * k6))
             aside = 2 * p1 * x * y + p2 * (r + 2 * x * x)
             down = p1 * (r + 2 * y * y) + 2 * p2 * x * y
+            if not radial:
+                return None
             before = x, y
-            x, y = (seen_x - aside) / radial, (seen_y - down) / radial
-            if abs(x - before[0]) + abs(y - before[1]) < PRECISION:
+            x, y = (seen_x - aside) * below / radial, (seen_y - down) * below / radial
+            step = abs(x - before[0]) + abs(y - before[1])
+            if step < PRECISION:
                 break
-        return fx * x + cx, fy * y + cy
+        return (fx * x + cx, fy * y + cy) if step < SETTLED else None
 
 
-def _numbers(text: str, name: str) -> list[float]:
-    """Return the numbers of an entry of a file of cv2.FileStorage; none if it is missing."""
-    forms = (
-        rf"^{name}\s*:\s*([-\d.eE+]+)\s*$",  # YAML, a number
-        rf"<{name}>\s*([-\d.eE+]+)\s*</{name}>",  # XML, a number
-        rf"^{name}\s*:\s*!!opencv-matrix.*?data\s*:\s*\[(.*?)\]",  # YAML, a matrix
-        rf"<{name}\b[^>]*>.*?<data>(.*?)</data>",  # XML, a matrix
-    )
-    for form in forms:
-        found = re.search(form, text, re.DOTALL | re.MULTILINE | re.IGNORECASE)
-        if found:
-            try:
-                return [float(field) for field in re.split(r"[,\s]+", found[1].strip()) if field]
-            except ValueError:
-                raise ConfigError(f"{name} holds a value that is not a number.") from None
-    return []
+def _yaml_entry(text: str, name: str) -> str:
+    """Return the value of a key of YAML, of a matrix that of its `data`; "" if it is missing."""
+    lines = text.splitlines()
+    for number, line in enumerate(lines):
+        key, colon, value = line.partition(":")
+        if not colon or key.rstrip() != name:
+            continue
+        if "!!opencv-matrix" not in value:
+            return value
+        end = number + 1
+        while end < len(lines) and (lines[end][:1].isspace() or not lines[end]):
+            end += 1
+        block = "\n".join(lines[number + 1 : end])
+        return block.partition("data")[2].partition("[")[2].partition("]")[0]
+    return ""
+
+
+def _xml_entry(text: str, name: str) -> str:
+    """Return the text of an element of XML, of a matrix that of its `data`; "" if it is missing."""
+    start = text.find(f"<{name}")
+    body = text[start : text.find(f"</{name}", start)].partition(">")[2] if start >= 0 else ""
+    data = body.find("<data>")
+    return body if data < 0 else body[data + len("<data>") :].partition("</data")[0]
+
+
+def _numbers(name: str, value: str) -> list[float]:
+    """Return the numbers of an entry; raise a ConfigError if one is none, or is not finite."""
+    try:
+        found = [float(field) for field in value.replace(",", " ").split()]
+    except ValueError:
+        raise ConfigError(f"{name} holds a value that is not a number.") from None
+    if not all(abs(number) <= FARTHEST for number in found):
+        raise ConfigError(f"{name} holds a number that is not finite, or too large.")
+    return found

@@ -72,16 +72,22 @@ class RealUnits(Config, frozen=True):
         points, lens = self.ground.points, self.lens
         if points is None or lens is None:
             return self
-        moved = tuple((*lens.undistorted((x, y)), X, Y) for x, y, X, Y in points)
-        return replace(self, ground=Ground(points=moved))
+        moved: list[tuple[float, float, float, float]] = []
+        for x, y, metres_x, metres_y in points:
+            place = lens.undistorted((x, y))
+            if place is None:
+                raise ConfigError(f"The lens has no place for the ground's point {x:g}, {y:g}.")
+            moved.append((*place, metres_x, metres_y))
+        return replace(self, ground=Ground(points=tuple(moved)))
 
     def metres(self, ellipse: Ellipse) -> Point | None:
-        """Return the place of a target; None on the horizon or above."""
+        """Return the place of a target; None on the horizon or above, or where no lens sees it."""
         point = (ellipse.x, ellipse.y)
         if self.ground.scale is None:
             x, y, width, height = ellipse.box
             point = (x + (width - 1) / 2, y + height - 1)
-        return self.ground.metres(self.lens.undistorted(point) if self.lens else point)
+        place = self.lens.undistorted(point) if self.lens else point
+        return None if place is None else self.ground.metres(place)
 
 
 PIXELS = RealUnits(Ground(scale=1.0))

@@ -1,0 +1,422 @@
+"""What we write, as the tools that it is for read it: frames, identities, boxes, and absence.
+
+The expected numbers stand here, and no reader of ours takes part. Where a tool is not installed, a
+plain reader follows the rule that its documentation, or its source, has.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from crowds import trackeval
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.formats import registry
+from motes.formats.recording import FilmFacts, Recorded, recording_of
+from motes.output.journal import ObjectRow
+
+WIDTH, HEIGHT, FRAMES = 320, 240, 12
+FACTS = FilmFacts(source="film.mp4", width=WIDTH, height=HEIGHT, fps=10.0, frames=FRAMES)
+Truth = dict[int, tuple[str | None, Status, tuple[float, float, float, float]]]
+"""Class, status and box of each object in a frame."""
+Boxes = dict[tuple[int, int], list[float]]
+"""x, y, width and height by frame and identity; the left side of the picture is 0."""
+
+
+def truth(frame: int) -> Truth:
+    """Return class, status and box of each object: a car that drives out, a walker, a van.
+
+    The walker is absent in the frames 4 to 6; the van is hidden in 8 and 9, and lost in 10. The
+    last frame is empty.
+    """
+    if frame == FRAMES - 1:
+        return {}
+    there: Truth = {1: ("car", Status.TRACKING, (200.25 + 9 * frame, 41.5, 40.75, 24.5))}
+    if not 4 <= frame <= 6:
+        there[2] = (None, Status.TRACKING, (100.0 - 2 * frame, 100.5 + frame**1.5, 16.0, 48.25))
+    van = {8: Status.OCCLUDED, 9: Status.OCCLUDED, 10: Status.LOST}.get(frame, Status.TRACKING)
+    there[7] = ("van", van, (20.5 + 3 * frame, 150.0, 60.5, 30.25 + frame))
+    return there
+
+
+def street() -> Recorded:
+    """Return the recording of `truth`."""
+    objects = [
+        (frame, ObjectRow(identity, Ellipse.from_box(box), 0.75, status, label=label))
+        for frame in range(FRAMES)
+        for identity, (label, status, box) in truth(frame).items()
+    ]
+    return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
+
+
+def expected(*, cut: bool = True, hidden: bool = False, lost: bool = False) -> Boxes:
+    """Return the boxes that a format holds: cut at the border, with hidden or lost objects."""
+    kept = {Status.TRACKING, *[Status.OCCLUDED] * hidden, *[Status.LOST] * lost}
+    found = {}
+    for frame in range(FRAMES):
+        for identity, (_, status, (x, y, width, height)) in truth(frame).items():
+            right = min(x + width, WIDTH) if cut else x + width
+            if status in kept:
+                found[frame, identity] = [x, y, right - x, height]
+    return found
+
+
+def turned(frame: int) -> Ellipse | None:
+    """Return the place of an object that turns and grows; it is absent in the frames 4 and 5."""
+    if frame in (4, 5):
+        return None
+    return Ellipse(60.5 + 9 * frame, 100 - frame**1.5, 30 + frame / 2, 14.25, 0.1 * frame - 0.3)
+
+
+def one() -> Recorded:
+    """Return the recording of `turned`."""
+    places = {frame: turned(frame) for frame in range(FRAMES)}
+    objects = [
+        (frame, ObjectRow(1, place, 0.75, Status.TRACKING))
+        for frame, place in places.items()
+        if place is not None
+    ]
+    return recording_of(FACTS, objects, {frame: frame / 10 for frame in range(FRAMES)})
+
+
+def same(found: Boxes, known: Boxes, tolerance: float = 0.011) -> None:
+    assert found.keys() == known.keys()
+    for key, box in known.items():
+        np.testing.assert_allclose(found[key], box, atol=tolerance, err_msg=str(key))
+
+
+def without_identity(boxes: Boxes) -> list[tuple[int, list[float]]]:
+    return sorted((frame, np.round(box, 2).tolist()) for (frame, _), box in boxes.items())
+
+
+def same_places(found: list[tuple[int, list[float]]], known: Boxes) -> None:
+    """Compare boxes without identities."""
+    ours, theirs = sorted(found), without_identity(known)
+    assert [frame for frame, _ in ours] == [frame for frame, _ in theirs]
+    np.testing.assert_allclose([box for _, box in ours], [box for _, box in theirs], atol=0.02)
+
+
+@pytest.mark.parametrize("name", ["csv", "jsonl", "parquet"])
+def test_pandas_reads_rows(name: str, tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    readers: dict[str, Callable[[Path], Any]] = {
+        "csv": pandas.read_csv,
+        "jsonl": lambda path: pandas.read_json(path, lines=True),
+        "parquet": pandas.read_parquet,
+    }
+    path = tmp_path / f"a.{name}"
+    registry.write(path, name, street())
+    table = readers[name](path)
+    found = {
+        (row.frame, row.identity): [row.x, row.y, row.width, row.height]
+        for row in table.itertuples()
+    }
+    same(found, expected(cut=False, hidden=True, lost=True), 6e-4)
+    states = {(row.frame, row.identity): row.status for row in table.itertuples()}
+    assert [states[frame, 7] for frame in (7, 8, 10)] == ["tracking", "occluded", "lost"]
+    np.testing.assert_allclose(table.time, table.frame / 10)
+    registry.write(path, name, one())
+    table = readers[name](path).dropna(subset=["x"])
+    found = {(row.frame, 1): [row.x, row.y, row.a, row.b, row.theta] for row in table.itertuples()}
+    places = {(frame, 1): turned(frame) for frame in range(FRAMES)}
+    same(found, {key: list(place) for key, place in places.items() if place}, 6e-4)
+
+
+def motchallenge(folder: Path, *, is_gt: bool) -> Boxes:
+    """Return what TrackEval reads; its frames and pixels count from 1."""
+    box = trackeval().datasets.MotChallenge2DBox
+    dataset = box.__new__(box)
+    dataset.data_is_zipped = False
+    dataset.config = {"GT_LOC_FORMAT": "{gt_folder}/{seq}.txt"}
+    dataset.gt_fol, dataset.tracker_fol, dataset.tracker_sub_fol = str(folder), str(folder), ""
+    dataset.seq_lengths = {"film": FRAMES}
+    raw = dataset._load_raw_file("", "film", is_gt)
+    kind = "gt" if is_gt else "tracker"
+    return {
+        (frame, int(identity)): (box - (1, 1, 0, 0)).tolist()
+        for frame in range(FRAMES)
+        for identity, box in zip(raw[f"{kind}_ids"][frame], raw[f"{kind}_dets"][frame], strict=True)
+    }
+
+
+def datumaro(path: Path, form: str) -> list[tuple[int, Any]]:
+    """Return the boxes that Datumaro reads, each with its frame."""
+    reason = "datumaro is not installed; `make test` installs it"
+    dataset = pytest.importorskip("datumaro.components.dataset", reason=reason).Dataset
+    return [
+        (int(str(item.id).split("_")[-1]), each)
+        for item in dataset.import_from(str(path), form)
+        for each in item.annotations
+        if each.type.name == "bbox" and not each.attributes.get("outside")
+    ]
+
+
+@pytest.mark.parametrize(("name", "hidden"), [("mot", False), ("mot-truth", True)])
+def test_trackeval_and_datumaro_read_the_motchallenge(
+    name: str, hidden: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "gt").mkdir()
+    for path in (tmp_path / "film.txt", tmp_path / "gt" / "gt.txt"):
+        registry.write(path, name, street())
+    known = expected(cut=False, hidden=hidden)
+    same(motchallenge(tmp_path, is_gt=hidden), known)
+    (tmp_path / "gt" / "labels.txt").write_text("".join(f"class {i}\n" for i in range(1, 14)))
+    found = datumaro(tmp_path, "mot_seq")
+    boxes = {
+        (frame - 1, each.attributes["track_id"]): list(np.subtract(each.get_bbox(), (1, 1, 0, 0)))
+        for frame, each in found
+    }
+    same(boxes, known)
+    unseen = {(frame - 1, each.attributes["track_id"]) for frame, each in found
+              if each.attributes["visibility"] == 0}  # fmt: skip
+    assert unseen == ({(8, 7), (9, 7)} if hidden else set())
+    assert {each.attributes["track_id"]: each.label for _, each in found} == (
+        {1: 2, 2: 0, 7: None}  # of the classes: 3 is a car, 1 a pedestrian; a van is none
+    )
+
+
+def test_datumaro_reads_detections(tmp_path: Path) -> None:
+    reader = pytest.importorskip(
+        "datumaro.plugins.data_formats.mot", reason="datumaro is not installed"
+    )
+    (tmp_path / "det").mkdir()
+    registry.write(tmp_path / "det" / "det.txt", "mot-detections", street())
+    found = [
+        (int(item.id) - 1, np.subtract(each.get_bbox(), (1, 1, 0, 0)).tolist())
+        for item in reader.MotSeqBase(str(tmp_path / "det" / "det.txt"))
+        for each in item.annotations
+    ]
+    same_places(found, expected(cut=False))
+
+
+def test_a_plain_reader_of_otb(tmp_path: Path) -> None:
+    """A line for each frame from the first one on; pixels from 1, as in their MATLAB."""
+    registry.write(tmp_path / "groundtruth_rect.txt", "otb", one())
+    table = np.loadtxt(tmp_path / "groundtruth_rect.txt", delimiter=",")
+    assert table.shape == (FRAMES, 4)
+    for frame, row in enumerate(table):
+        place = turned(frame)
+        known = (0, 0, 0, 0) if place is None else np.add(place.box, (1, 1, 0, 0))
+        np.testing.assert_allclose(row, known, atol=0.006)
+
+
+def test_a_plain_reader_of_vot(tmp_path: Path) -> None:
+    """By the toolkit's rule: 4 numbers are a rectangle, 8 and more a polygon, NaN is unknown."""
+    registry.write(tmp_path / "groundtruth.txt", "vot", one())
+    lines = (tmp_path / "groundtruth.txt").read_text().splitlines()
+    assert len(lines) == FRAMES
+    for frame, line in enumerate(lines):
+        numbers, place = np.array(line.split(","), float), turned(frame)
+        if place is None:
+            assert np.isnan(numbers).all()
+            continue
+        corners = numbers.reshape(4, 2)
+        np.testing.assert_allclose(corners.mean(axis=0), np.add(place[:2], 0.5), atol=1e-3)
+        sides = np.linalg.norm(corners[1] - corners[0]), np.linalg.norm(corners[2] - corners[1])
+        np.testing.assert_allclose(sides, (2 * place.a, 2 * place.b), atol=1e-3)
+        along = corners[1] - corners[0]
+        assert np.arctan2(along[1], along[0]) == pytest.approx(place.theta, abs=1e-3)
+
+
+@pytest.fixture
+def images(tmp_path: Path) -> Path:
+    """Return a folder of images with the names that documents give to the frames."""
+    (tmp_path / "images").mkdir()
+    for frame in range(FRAMES):
+        name = tmp_path / "images" / f"frame_{frame:06d}.png"
+        Image.new("RGB", (WIDTH, HEIGHT)).save(name)
+    return tmp_path / "images"
+
+
+def by_supervision(found: Any) -> list[tuple[int, list[float]]]:
+    """Return frame and box of the objects of a DetectionDataset."""
+    return [
+        (int(Path(name).stem.split("_")[1]), [left, top, right - left, bottom - top])
+        for name, each in found.annotations.items()
+        for left, top, right, bottom in each.xyxy.tolist()
+    ]
+
+
+def test_three_tools_read_coco(images: Path, tmp_path: Path) -> None:
+    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    sv = pytest.importorskip("supervision", reason="supervision is not installed")
+    (tmp_path / "annotations").mkdir()
+    path = tmp_path / "annotations" / "instances_all.json"
+    registry.write(path, "coco", street())
+    document = tool.COCO(str(path))
+    known = expected(hidden=True)
+    each = document.loadAnns(document.getAnnIds())
+    frames = {image["id"]: image["frame"] for image in document.loadImgs(document.getImgIds())}
+    assert sorted(frames.values()) == list(range(FRAMES))
+    same({(frames[one["image_id"]], one["attributes"]["track_id"]): one["bbox"] for one in each},
+         known)  # fmt: skip
+    for one in each:  # a box has no mask, and its own area
+        assert one["segmentation"] == []
+        assert one["area"] == pytest.approx(one["bbox"][2] * one["bbox"][3], abs=0.5)
+    labels = {one["attributes"]["track_id"]: document.cats[one["category_id"]]["name"]
+              for one in each}  # fmt: skip
+    assert labels == {1: "car", 2: "object", 7: "van"}
+    found = sv.DetectionDataset.from_coco(str(images), str(path))
+    same_places(by_supervision(found), known)
+    boxes = {
+        (frame, each.attributes["track_id"]): list(each.get_bbox())
+        for frame, each in datumaro(tmp_path, "coco_instances")
+    }
+    same(boxes, known)
+
+
+def test_cocos_own_scores_of_coco_against_itself(tmp_path: Path) -> None:
+    """Boxes, scores and areas are what its evaluation takes: all of them are found again."""
+    tool = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    evaluation = pytest.importorskip("pycocotools.cocoeval").COCOeval
+    registry.write(tmp_path / "a.json", "coco", street())
+    truth_of = tool.COCO(str(tmp_path / "a.json"))
+    keys = ("image_id", "category_id", "bbox", "score")
+    results = [{key: each[key] for key in keys} for each in truth_of.loadAnns(truth_of.getAnnIds())]
+    run = evaluation(truth_of, truth_of.loadRes(results), "bbox")
+    run.evaluate()
+    run.accumulate()
+    run.summarize()
+    np.testing.assert_allclose(run.stats[[0, 1, 2]], 1)
+
+
+def test_datumaro_reads_cvat(tmp_path: Path) -> None:
+    registry.write(tmp_path / "a.xml", "cvat", street(), 0.0)
+    found = datumaro(tmp_path / "a.xml", "cvat")
+    boxes = {(frame, each.attributes["track_id"]): list(each.get_bbox()) for frame, each in found}
+    same(boxes, expected(hidden=True))
+    hidden = {(frame, each.attributes["track_id"]) for frame, each in found
+              if each.attributes["occluded"]}  # fmt: skip
+    assert hidden == {(8, 7), (9, 7)}
+
+
+def ultralytics(path: Path, classes: int) -> list[tuple[int, list[float]]]:
+    """Return class and box (center and sizes, in shares) of a text, by the rule of their trainer.
+
+    More than 6 columns are a polygon. Otherwise there must be 5, none beyond 0 to 1 by more than a
+    hundredth; else the image is left out as corrupt.
+    """
+    rows = [line.split() for line in path.read_text().strip().splitlines() if line]
+    assert not any(len(row) > 6 for row in rows), "read as polygons"
+    found = [(int(row[0]), [float(part) for part in row[1:]]) for row in rows]
+    for number, box in found:
+        assert len(box) == 4, f"labels require 5 columns, {1 + len(box)} columns detected"
+        assert max(box) <= 1.01, "non-normalized or out of bounds coordinates"
+        assert min(box) >= -0.01, "negative coordinate"
+        assert 0 <= number < classes
+    return found
+
+
+def test_trainers_read_yolo(images: Path, tmp_path: Path) -> None:
+    yaml = pytest.importorskip("yaml", reason="PyYAML is not installed")
+    sv = pytest.importorskip("supervision", reason="supervision is not installed")
+    labels = tmp_path / "labels"
+    registry.write(labels, "yolo", street())
+    known = expected()
+    names = yaml.safe_load((labels / "data.yaml").read_text())["names"]
+    assert names == {0: "car", 1: "object", 2: "van"}
+    boxes, classes = [], []
+    for frame in range(FRAMES):  # a frame without objects has an empty text
+        for number, (x, y, width, height) in ultralytics(labels / f"frame_{frame:06d}.txt", 3):
+            sides = ((x - width / 2) * WIDTH, (y - height / 2) * HEIGHT, width * WIDTH,
+                     height * HEIGHT)  # fmt: skip
+            boxes.append((frame, list(sides)))
+            classes.append((frame, names[number]))
+    same_places(boxes, known)
+    usual = {(frame, who): each[0] or "object" for frame in range(FRAMES)
+             for who, each in truth(frame).items()}  # fmt: skip
+    assert sorted(classes) == sorted((frame, usual[frame, who]) for frame, who in known)
+    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(labels / "data.yaml"))
+    same_places(by_supervision(found), known)
+    assert found.classes == ["car", "object", "van"]
+
+
+def test_confidences_of_yolo_are_a_sixth_number(images: Path, tmp_path: Path) -> None:
+    """As Ultralytics saves predictions with `save_conf`; its trainer refuses them."""
+    sv = pytest.importorskip("supervision", reason="supervision is not installed")
+    labels = tmp_path / "labels"
+    registry.write(labels, "yolo-predictions", street())
+    rows = [line.split() for file in labels.glob("frame*.txt")
+            for line in file.read_text().splitlines()]  # fmt: skip
+    assert {(len(row), float(row[5])) for row in rows} == {(6, 0.75)}
+    found = sv.DetectionDataset.from_yolo(str(images), str(labels), str(labels / "data.yaml"))
+    same_places(by_supervision(found), expected())
+
+
+def between(keys: list[tuple[int, bool, list[float]]]) -> dict[int, list[float]]:
+    """Return the place in each frame from keyframes: frame, whether the object goes on, place."""
+    found = {}
+    for (frame, on, place), (after, _, end) in pairwise([*keys, (keys[-1][0], False, keys[-1][2])]):
+        for step in range(after - frame) if on else [0]:
+            share = step / (after - frame) if on and after > frame else 0
+            found[frame + step] = [u + share * (v - u) for u, v in zip(place, end, strict=True)]
+    found[keys[-1][0]] = keys[-1][2]
+    return found
+
+
+def test_a_plain_reader_of_label_studio(tmp_path: Path) -> None:
+    """By its documentation: frames from 1, percent, and lines that end where `enabled` is false."""
+    registry.write(tmp_path / "a.ls.json", "label-studio", street(), 0.0)
+    (task,) = json.loads((tmp_path / "a.ls.json").read_text())
+    found: Boxes = {}
+    for region in task["predictions"][0]["result"]:
+        keys = [
+            (key["frame"] - 1, key["enabled"],
+             [key["x"] * WIDTH / 100, key["y"] * HEIGHT / 100, key["width"] * WIDTH / 100,
+              key["height"] * HEIGHT / 100])
+            for key in region["value"]["sequence"]
+        ]  # fmt: skip
+        identity = int(region["id"].removeprefix("motes-"))
+        found |= {(frame, identity): place for frame, place in between(keys).items()}
+        assert region["value"]["labels"] == [{1: "car", 2: "object", 7: "van"}[identity]]
+    same(found, expected())
+
+
+def test_pandas_reads_points_as_movement_does(tmp_path: Path) -> None:
+    """Their file is a table with titles of four rows; NaN is where an individual is absent."""
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    registry.write(tmp_path / "a.dlc.csv", "deeplabcut", street())
+    table = pandas.read_csv(tmp_path / "a.dlc.csv", header=[0, 1, 2, 3], index_col=0)
+    assert table.columns.names == ["scorer", "individuals", "bodyparts", "coords"]
+    assert table.index.tolist() == list(range(FRAMES))
+    found: Boxes = {}
+    for identity in (1, 2, 7):
+        points = table["motes"][f"object_{identity}"]
+        for frame in points["center"].dropna().index:
+            x, y, likelihood = points["center"].loc[frame, ["x", "y", "likelihood"]]
+            a = np.hypot(*(points["axis_a"].loc[frame, ["x", "y"]] - (x, y)))
+            b = np.hypot(*(points["axis_b"].loc[frame, ["x", "y"]] - (x, y)))
+            assert likelihood == 0.75
+            # The first pixel's center is 0 here; in boxes its left side is.
+            found[frame, identity] = [x + 0.5 - a, y + 0.5 - b, 2 * a, 2 * b]
+    same(found, expected(cut=False))
+
+
+def test_a_plain_reader_of_keyframes(tmp_path: Path) -> None:
+    registry.write(tmp_path / "keyframes.csv", "keyframes", one(), 0.0)
+    rows = list(csv.reader((tmp_path / "keyframes.csv").read_text().splitlines()))
+    assert rows[0] == ["frame", "x", "y", "a", "b", "theta"]
+    assert [row for row in rows if "absent" in row] == [["4:5", "absent"]]
+    keys = [(int(row[0]), True, [float(part) for part in row[1:]])
+            for row in rows[1:] if "absent" not in row]  # fmt: skip
+    found = between(keys)
+    for frame in range(FRAMES):
+        if (place := turned(frame)) is not None:
+            np.testing.assert_allclose(found[frame], place, atol=1e-3)
+
+
+def test_every_format_that_is_written_is_here() -> None:
+    named = {
+        "csv", "jsonl", "parquet", "mot", "mot-truth", "mot-detections", "otb", "vot", "coco",
+        "cvat", "yolo", "yolo-predictions", "label-studio", "deeplabcut", "keyframes",
+    }  # fmt: skip
+    assert named == {name for name, each in registry.FORMATS.items() if each.write is not None}
