@@ -329,6 +329,7 @@ def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -
     assert rows()[-1]["x"] == pytest.approx(inside - 92.5)
 
 
+LONG = "1" * 200_000
 WRONG = [
     ("csv", TRACK, TRACK.replace("x,y", "left,top"), "its columns are"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
@@ -378,6 +379,7 @@ WRONG = [
     ("deeplabcut", "\ncoords", "\ncords", "its rows of titles"),
     ("deeplabcut", "axis_b", "tail", "it has no points center, axis_a, axis_b"),
     ("deeplabcut", "1,12.5,40,1,", "1,12.5,40,", "line 5: it has 9 fields in place of 10"),
+    ("deeplabcut", "1,12.5,40,1,", LONG, "it is no table: field larger"),
     ("deeplabcut", "1,12.5,40,1,", "1,,,1,", "line 5: '' is not a number"),
     ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),
     ("keyframes", "1,12.5,40,40.5,24", "1,12.5,40,40.5", "row 3: A region has 4 numbers"),
@@ -386,7 +388,9 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "message"), WRONG)
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"), WRONG, ids=[f"{each[0]}-{each[3]}" for each in WRONG]
+)
 def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: Convert) -> None:
     text = SAMPLES[name].text
     assert old in text
