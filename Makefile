@@ -32,8 +32,9 @@ demo: ready
 check: lint
 	$(BIN)/python -m pytest -n auto -m 'not slow'
 
+# Neighbors stay in one process, which then makes what they share once.
 test: lint
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.
 coverage: ready

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import pytest
 
-PATIENCE = 60.0
+PATIENCE = 150.0
 """Seconds after which a test gives up; a busy machine is no failure."""
 
 

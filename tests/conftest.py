@@ -27,6 +27,13 @@ for number in SIGNALS:
         signal.signal(number, lambda *_: None)
 
 
+# What a terminal, a user or a scheduler has set is none of the tests' business.
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "MOTES_DEBUG", "RAY_ADDRESS"):
+    os.environ.pop(name, None)
+# Servers that tests start are on this machine; a proxy does not reach them.
+os.environ["no_proxy"] = os.environ["NO_PROXY"] = "*"
+
+
 @pytest.fixture(scope="session")
 def data() -> Path:
     """Return the folder of real sequences: MOTES_DATA, or ../shared/data beside the repository."""

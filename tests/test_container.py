@@ -90,7 +90,7 @@ def test_its_steps_lead_to_a_command(tmp_path: Path) -> None:
     pytest.importorskip("setuptools")
     installed = tmp_path / "installed"
     compiler = tmp_path / "c++"  # without optimization, which would take most of the time
-    compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("CXX", "c++")} "$@" -O0\n')
+    compiler.write_text(f'#!/bin/sh\nexec {os.environ.get("CXX", "c++")} "$@" -O0 -g0\n')
     compiler.chmod(0o755)
     environment = os.environ | {
         "CC": str(compiler),

@@ -306,7 +306,7 @@ def test_a_signal_leaves_a_report_of_what_is_done(home: Path, number: int, word:
     line = f"data --tracker mine:Still --tracker mine:Hangs --workers 2 --out {word}"
     with started(line, home) as process:
         os.killpg(process.pid, number)  # as a terminal does
-        out, error = process.communicate(timeout=60)
+        out, error = process.communicate(timeout=300)
     assert process.returncode == 128 + number
     assert re.fullmatch(
         rf"motes: {word} after \d pass(es)?, 0 failed; wrote {word}/report\.html\.\n", error

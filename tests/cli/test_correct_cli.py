@@ -448,6 +448,8 @@ def test_files_are_written_though_the_reader_of_the_list_has_gone(
 )
 def test_bad_input_is_one_line(go: Go, line: str, code: int, message: str) -> None:
     for name, fps, frames in (("other.mkv", 25, 9), ("slow.mkv", 10, FRAMES)):
+        if name.removesuffix(".mkv").upper() not in line:
+            continue
         with VideoWriter(name, fps) as writer:
             for frame, _ in still((96, 80), target=(30, 40), frames=frames):
                 writer.write(frame.pixels, frame.index / fps)

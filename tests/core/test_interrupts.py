@@ -123,7 +123,7 @@ def test_a_closed_terminal(film: tuple[str, str], tmp_path: Path) -> None:
         os.close(theirs)
         wait_for_rows(process, rows)
         os.close(ours)
-        process.communicate(timeout=60)
+        process.communicate(timeout=300)
     assert process.returncode == 129
     with open_source(overlay) as drawn:
         assert len(list(drawn)) == rows.read_bytes().count(b"\n") - 1 < FRAMES

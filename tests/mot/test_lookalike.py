@@ -75,7 +75,7 @@ def test_they_are_followed_while_the_camera_moves() -> None:
 
 
 def test_where_everything_is_alike_there_is_a_limit() -> None:
-    frame = Frame(0, 0.0, np.full((180, 320, 3), 90, np.uint8))
+    frame = Frame(0, 0.0, np.full((90, 160, 3), 90, np.uint8))
     assert len(LookalikeDetector((20, 20, 8, 8))(frame)) <= LIMIT
 
 

@@ -79,7 +79,7 @@ def ink(path: Path) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["nummiaro", "mean_shift", "maggio", "maggio:O-FOH"])
+@pytest.mark.parametrize("name", ["nummiaro", "maggio", "maggio:O-FOH"])
 def test_every_frame_leaves_its_numbers_and_every_figure_is_drawn(
     name: str, tmp_path: Path
 ) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from backgrounds import METHODS
+from kinds import ALGORITHMS, CONFIGS, KINDS
 from motes.core.frame import Frame, as_rgb
 from motes.core.geometry import Ellipse
 from motes.core.track import Track
@@ -19,7 +20,6 @@ from motes.mot.detection.background_models import Method
 from motes.mot.detection.pretrained import PeopleConfig, PeopleDetector
 from motes.output.overlay import draw
 from motes.sot.opencv_api import OpenCVTracker
-from motes.sot.presets import PRESETS
 from motes.sot.tracker import Tracker
 
 FRAMES, TRUTHS = zip(*synthetic.turning((120, 90), frames=6), strict=True)
@@ -61,7 +61,7 @@ VIEWS: tuple[Callable[[Bytes], Bytes], ...] = (bgr, bgra, part, sparse, locked)
 
 def follow(name: str, images: list[Bytes], region: Ellipse = START) -> list[Track]:
     """Return the tracks of a tracker."""
-    tracker = Tracker(name, seed=2)
+    tracker = Tracker(CONFIGS[name], seed=2)
     tracks = []
     for index, image in enumerate(images):
         frame = Frame(index, index / 25, image)
@@ -82,7 +82,7 @@ def assert_same(found: list[Track], wanted: list[Track]) -> None:
 
 
 @pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", KINDS)
 def test_views_give_the_same_tracks(name: str, view: Callable[[Bytes], Bytes]) -> None:
     views = [view(pixels) for pixels in PIXELS]
     for pixels, image in zip(PIXELS, views, strict=True):
@@ -91,7 +91,7 @@ def test_views_give_the_same_tracks(name: str, view: Callable[[Bytes], Bytes]) -
     assert_same(follow(name, views), expected(name))
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", KINDS)
 def test_gray_images_are_read_as_they_are(name: str) -> None:
     gray = [pixels[:, :, 1] for pixels in PIXELS]
     assert np.shares_memory(as_rgb(gray[0]), PIXELS[0])
@@ -101,7 +101,7 @@ def test_gray_images_are_read_as_they_are(name: str) -> None:
     assert_same(follow(name, packed), follow(name, copies))
 
 
-@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("name", ALGORITHMS)
 def test_opencv_images_are_read_where_they_lie(name: str) -> None:
     tracker = OpenCVTracker(name, seed=2)
     box = tuple(round(value) for value in START.box)

@@ -53,6 +53,15 @@ class Wish:
             self._shared = None
 
 
+def _context() -> Any:
+    """Return how processes are started: as copies of one that has imported what they need."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():  # as on Windows
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["motes.studio.pictures", "motes.studio.tracking"])
+    return context
+
+
 class Worker:
     """A process that works on one film; it does one task at a time.
 
@@ -79,7 +88,7 @@ class Worker:
         whole: bool = False,
         damaged: Callable[[], None] = lambda: None,
     ) -> None:
-        context = multiprocessing.get_context("spawn")
+        context = _context()
         self._name, self._limits = path.name, limits
         self._wish = context.Value("b", RUN, lock=False)
         self._answers: asyncio.Queue[Answer | None] = asyncio.Queue()
