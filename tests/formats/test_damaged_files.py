@@ -539,3 +539,12 @@ def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
                 assert all(map(math.isfinite, (row.time, *each.ellipse, each.confidence)))
     assert "" not in said  # all of them name the file
     assert not any("\n" in text for text in said)
+
+
+def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:
+    path = tmp_path / "a.json.rows.jsonl"
+    JournalWriter(path, Header("film", 64, 48, "object")).close()
+    with path.open("a") as file:
+        file.write('{"frame": 0, "more": ' + "[" * 100_000 + "\n")
+    with pytest.raises(SourceError, match="is damaged at byte"):
+        registry.read(path, "journal", FilmFacts())

@@ -253,9 +253,14 @@ def test_a_request_that_does_not_end_is_closed(hasty: Server, begin: bytes, drip
 
 
 def test_so_many_connections_are_open_and_no_more(server: Server) -> None:
-    with asking(server), asking(server), asking(server), asking(server) as more:
-        with contextlib.suppress(ConnectionResetError):
-            assert more.recv(1) == b""
+    with (
+        asking(server),
+        asking(server),
+        asking(server),
+        asking(server) as more,
+        contextlib.suppress(ConnectionResetError),
+    ):
+        assert more.recv(1) == b""
     wait_until(lambda: answered(server))
 
 
