@@ -62,6 +62,15 @@ def _context() -> Any:
     return context
 
 
+def prepare() -> None:
+    """Let the process that is copied begin with its imports, before the first session needs it."""
+    if _context().get_start_method() == "forkserver":
+        from multiprocessing import forkserver
+
+        with blocked_signals():
+            forkserver.ensure_running()
+
+
 class Worker:
     """A process that works on one film; it does one task at a time.
 

@@ -24,6 +24,7 @@ from motes.core.errors import ConfigError, MotesError
 from motes.formats.registry import FORMATS
 from motes.studio import files, protocol
 from motes.studio.clients import Client
+from motes.studio.processes import prepare
 from motes.studio.safety import COOKIE, HEADERS, Guard
 from motes.studio.sessions import Session
 from motes.studio.studio import Studio, presets
@@ -42,6 +43,7 @@ def app(studio: Studio, guard: Guard) -> ASGIApp:
     @contextlib.asynccontextmanager
     async def life(_: Starlette) -> AsyncIterator[None]:
         asyncio.get_running_loop().set_exception_handler(_noted)
+        prepare()
         tidy = asyncio.create_task(studio.tidy())
         try:
             yield
