@@ -260,9 +260,44 @@ def test_a_run_is_no_jump() -> None:
         replace(track, ellipse=track.ellipse._replace(x=x))
         for track, x in zip(walk(60), at.tolist(), strict=True)
     ]
-    doubts = motes.doubts(tracks, {0: None}, 60)
-    assert doubts
-    assert not any("jump" in doubt.reasons for doubt in doubts)
+    assert motes.doubts(tracks, {0: None}, 60) == []
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_distance_from_a_keyframe_alone_is_no_doubt(known: bool) -> None:
+    tracks = walk(400)
+    if known:  # as the rows of `correct` have them
+        away = np.minimum(np.arange(400), 30)
+        tracks = [
+            replace(track, covariance=np.diag([0.01 * d] * 2 + [1e-4 * d] * 2 + [0.0]))
+            for track, d in zip(tracks, away.tolist(), strict=True)
+        ]
+    assert motes.doubts(tracks, {0: None}) == []
+    tracks[390:] = [replace(track, status=Status.LOST, confidence=0.05) for track in tracks[390:]]
+    first, *_ = doubts = motes.doubts(tracks, {0: None})
+    assert first.frame >= 390
+    assert first.reasons == ("lost", "low confidence")
+    assert all(doubt.frame >= 390 for doubt in doubts)
+    assert all(doubt.gain >= 0.5 for doubt in doubts)
+    gains = [doubt.gain for doubt in doubts]
+    assert gains == sorted(gains, reverse=True)
+
+
+def test_a_failure_comes_before_a_moment_of_doubt() -> None:
+    tracks = walk(200)
+    tracks[150] = replace(tracks[150], confidence=0.4)
+    tracks[20:80] = [replace(track, confidence=0.1) for track in tracks[20:80]]
+    first, *others = motes.doubts(tracks, {0: None, 199: None})
+    assert first.frame in range(20, 80)
+    assert 150 not in {doubt.frame for doubt in others[:1]}
+
+
+def test_only_frames_that_are_asked_for_are_ranked() -> None:
+    ellipses, keys = np.tile([50.0, 50, 10, 10, 0], (2500, 1)), np.zeros(2500, bool)
+    keys[0], confidence, asked = True, np.full(2500, 0.5), np.zeros(2500, bool)
+    asked[[7, 2499]] = True  # neither is the third frame of three, which a long stretch compares
+    found = ranked(ellipses, np.zeros((2500, 5)), confidence, keys, 9, asked)
+    assert {each.place for each in found} == {7, 2499}
 
 
 def test_bad_marks(film: Path, tracks: list[Track], clip: Clip) -> None:

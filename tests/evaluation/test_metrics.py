@@ -284,7 +284,10 @@ def test_detection_f1() -> None:
     true = np.array([True, False, True, True, False])
     assert metrics.detection_f1(said, true) == pytest.approx(2 / 3)
     assert metrics.detection_f1(~true, true) == 0
-    assert metrics.detection_f1(np.zeros(3, bool), np.zeros(3, bool)) == 1
+    nothing = np.zeros(5, bool)
+    assert metrics.detection_f1(nothing, true) == 0
+    for reported in (nothing, said):  # nothing was lost: there was nothing to be found
+        assert math.isnan(metrics.detection_f1(reported, nothing))
 
 
 def test_recall_and_precision() -> None:
@@ -293,8 +296,8 @@ def test_recall_and_precision() -> None:
     assert metrics.detection_recall(said, true) == pytest.approx(2 / 3)
     assert metrics.detection_precision(said, true) == pytest.approx(2 / 4)
     nothing = np.zeros(5, bool)
-    assert metrics.detection_recall(nothing, nothing) == 1
-    assert metrics.detection_precision(nothing, nothing) == 1
+    assert math.isnan(metrics.detection_recall(nothing, nothing))
+    assert math.isnan(metrics.detection_precision(nothing, nothing))
     assert metrics.detection_recall(nothing, true) == 0
     assert math.isnan(metrics.detection_precision(nothing, true))  # a share of no frames
     assert math.isnan(metrics.detection_recall(said, nothing))
@@ -311,11 +314,11 @@ def test_detection_by_counting(rows: list[tuple[bool, bool]]) -> None:
         assert metrics.detection_recall(said, true) == pytest.approx(hits / (hits + misses))
     if hits + alarms:
         assert metrics.detection_precision(said, true) == pytest.approx(hits / (hits + alarms))
-    if hits + alarms + misses:
+    if hits + misses:
         f1 = hits / (hits + (alarms + misses) / 2)
         assert metrics.detection_f1(said, true) == pytest.approx(f1)
     else:
-        assert metrics.detection_f1(said, true) == 1
+        assert math.isnan(metrics.detection_f1(said, true))
 
 
 # Calibration

@@ -24,7 +24,7 @@ from motes.evaluation.report import sections as report_sections
 from motes.evaluation.report.failures import MAX_PICTURES, Failure, choose, draw, failures
 from motes.evaluation.report.reference import Reference
 from motes.evaluation.report.speed_ratio import Comparisons
-from motes.evaluation.report.tables import NO_VALUE, number, three_digits
+from motes.evaluation.report.tables import NO_VALUE, best, number, three_digits
 from motes.evaluation.report.write import write_report
 from motes.evaluation.scores import Outcome
 from motes.video.sources import Source, open_source
@@ -496,3 +496,12 @@ def test_numbers_for_people() -> None:
         *("0.0123", "0.500", "10.0", "12.3", "1234", "0"),
     ]
     assert three_digits(float("nan")).text == NO_VALUE
+
+
+def test_a_score_of_nothing_is_not_the_best() -> None:
+    """Trackers that report no loss have an F1 of 0, and none where nothing was lost."""
+    assert not any(cell.best for cell in best([number(0.0), number(0.0), number(None)]))
+    assert [cell.best for cell in best([number(0.0), number(0.2), number(None)])] == [
+        False, True, False,
+    ]  # fmt: skip
+    assert [cell.best for cell in best([number(0.0), number(0.2)], -1)] == [True, False]

@@ -5,13 +5,15 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from motes.core.errors import ConfigError
 from motes.core.track import Status
-from motes.mot.analytics.events import Event, EventCounter
+from motes.mot.analytics.events import BRIEF, EDGE, Event, EventCounter
 from motes.mot.analytics.regions import Line, Regions, Zone, crossing
 from sightings import seen, told
 
@@ -240,3 +242,92 @@ def test_the_end_of_a_film_settles_what_is_open() -> None:
     assert [(e.frame, e.event) for e in counting.finish()] == [(3, "crosses")]
     assert counting.counts[0, "crosses", "line 1", "left", ""] == 1
     assert counting.finish() == []
+
+
+def visits(
+    counting: EventCounter, feet: Sequence[float], rate: int = 25, *, lost: bool = True
+) -> list[tuple[int, str]]:
+    """Return frames and kinds of the events at places of an object at a rate of frames."""
+    tracks = [seen(i, (x, 40)) for i, x in enumerate(feet)]
+    tracks += [seen(len(feet), (0, 0), Status.LOST)] if lost else []
+    timed = [
+        replace(each, track=structs.replace(each.track, time=each.track.frame / rate))
+        for each in tracks
+    ]
+    events = told(counting, *timed) + counting.finish()
+    return [(e.frame, e.event) for e in events if e.place]
+
+
+def desk(low: float = 60, high: float = 90) -> EventCounter:
+    return EventCounter(Regions(zone=(Zone((low, 0, high, 0, high, 99, low, 99), "desk"),)))
+
+
+def test_a_visit_counts_when_it_is_sure_however_short_it_is() -> None:
+    """A car whose foot starts inside is out of the zone after four frames, 0.16 s."""
+    counting = desk(0, 40)
+    assert visits(counting, [5 + 10 * i for i in range(12)]) == [(0, "enters"), (4, "leaves")]
+    assert counting.remarks() == []
+    through = visits(desk(), [5 + 10 * i for i in range(12)])
+    assert through == [(6, "enters"), (9, "leaves")]
+    # ... also one that is lost after a quarter of a second
+    assert visits(desk(0, 40), [5 + 10 * i for i in range(7)]) == [(0, "enters"), (4, "leaves")]
+
+
+def test_a_visit_to_the_edge_alone_is_left_out_and_said() -> None:
+    counting = desk()
+    assert visits(counting, [50, 58, 60.4, 59, 58, *[50] * 20]) == []
+    assert counting.left_out["desk", EDGE] == 1
+    assert counting.remarks() == ["desk: nothing entered it, visits to its edge alone left out: 1"]
+
+
+def test_what_flickers_is_left_out_and_said() -> None:
+    """An object is there for 0.2 s and hardly moves: it may be a reflection."""
+    counting = desk()
+    assert visits(counting, [70, 71, 70, 71, 70]) == []
+    assert counting.left_out["desk", BRIEF] == 1
+    counting = desk()
+    assert visits(counting, [70, 71, 70, 71, 70], lost=False) == []
+    assert counting.left_out["desk", BRIEF] == 1
+    assert visits(desk(), [70 + 0.01 * i for i in range(14)], lost=False) == [(0, "enters")]
+
+
+def test_a_box_that_jumps_through_a_zone_has_not_walked() -> None:
+    assert visits(desk(), [10, 11, 12, 13, 75, 76, 77]) == []
+
+
+def test_places_at_which_nothing_was_are_named() -> None:
+    counting = EventCounter(
+        Regions((Line((50, 0, 50, 99), "gate"),), (Zone((60, 0, 90, 0, 90, 99), "desk"),))
+    )
+    told(counting, seen(0, (5, 5)))
+    assert counting.remarks() == ["gate: nothing crossed it", "desk: nothing entered it"]
+
+
+@pytest.mark.parametrize(
+    ("points", "inside"),
+    [
+        ((-5, 10, 200, 10), True),  # through the picture, both ends outside
+        ((-5, 10, -5, 90), False),
+        ((100, 0, 100, 50), False),  # its last column is 99
+        ((99, 0, 99, 50), True),
+        ((-20, 10, 10, -20), False),  # past the corner
+        ((-5, 10, 10, -5), True),
+        ((-50, -50, 150, -50, 150, 150, -50, 150), True),  # the whole picture
+        ((-50, 0, -10, 0, -10, 90, -50, 90), False),
+        ((90, 40, 150, 40, 150, 60), True),
+    ],
+)
+def test_places_outside_of_the_picture_are_refused(points: tuple[float, ...], inside: bool) -> None:
+    made = Line(points, "here") if len(points) == 4 else Zone(points, "here")
+    regions = Regions((made,)) if isinstance(made, Line) else Regions(zone=(made,))
+    if inside:
+        regions.check(100, 80)
+        return
+    with pytest.raises(ConfigError, match=r"here \(.*\) lies outside of the picture, 100x80"):
+        regions.check(100, 80)
+
+
+def test_the_depth_of_a_point_in_a_zone() -> None:
+    zone = Zone((0, 0, 10, 0, 10, 10, 0, 10))
+    assert [zone.depth(point) for point in ((5, 5), (1, 5), (5, 9), (0, 0))] == [5, 1, 1, 0]
+    assert zone.depth((13, 14)) == 5

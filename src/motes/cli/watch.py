@@ -179,6 +179,7 @@ def watch(
                 detector.prepare(film)
         scene = Scene(detector, config, values.seed)
         film = running.enter_context(frames.open(source))
+        where.check(film.width, film.height)
         say_rate(film)
         opened: list[Output] = []
         if overlay is not None:

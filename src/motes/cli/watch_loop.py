@@ -62,7 +62,7 @@ def watch_scene(
             f"each tracked by {tracker.particles} particles and {' and '.join(tracker.cues)}",
         ]
         summarize(parts, film, outputs, interrupted)
-        for text in table(counter.counts):
+        for text in (*table(counter.counts), *counter.remarks()):
             log(text)
 
     interrupted = run_and_report(film, outputs, moments, note, report)

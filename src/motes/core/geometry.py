@@ -73,6 +73,12 @@ class Ellipse(NamedTuple):
             self.x - half_width + 0.5, self.y - half_height + 0.5, 2 * half_width, 2 * half_height
         )
 
+    def turned_near(self, angle: float) -> Self:
+        """Return the same ellipse with the theta that is nearest to an angle, by half turns."""
+        if abs(self.theta - angle) <= math.pi / 2 or not math.isfinite(self.theta - angle):
+            return self
+        return self._replace(theta=angle + math.remainder(self.theta - angle, math.pi))
+
     @property
     def area(self) -> float:
         """The area in square pixels."""

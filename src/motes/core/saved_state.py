@@ -17,12 +17,24 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import ArrayLike, NDArray
 
+from motes.core.errors import MotesError
 from motes.core.frame import Frame
 from motes.core.geometry import Ellipse
 from motes.core.types import Floats, Singles
 
 LARGEST = 1e12
 """Largest number in a state: its square, its products and its rounding do not overflow."""
+UNREADABLE = (
+    msgspec.MsgspecError,
+    MotesError,
+    TypeError,
+    ValueError,
+    LookupError,
+    OverflowError,
+    RecursionError,
+    MemoryError,
+)
+"""What reading other bytes may raise: wrong types, deep nesting, sizes that are too large."""
 LEAST_HALF = 0.5
 """Least half-axis of an ellipse, in pixels; that of motion models and regions is 1, rounded."""
 

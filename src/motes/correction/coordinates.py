@@ -73,7 +73,6 @@ class Coordinates(NamedTuple):
         x, y = mean[:, :2].T * self.side
         turned = self.angles is not None
         theta = mean[:, 4] if turned else np.zeros(len(mean))
-        theta = np.mod(theta + math.pi / 2, math.pi) - math.pi / 2
         out = np.zeros((len(mean), 5))
         out[:, :2] = variance[:, :2] * self.side**2
         out[:, 2:4] = variance[:, 2:4] * np.stack([a, b], axis=1) ** 2

@@ -55,7 +55,12 @@ def wrong(ellipses: Floats, variances: Floats, confidence: Floats) -> Floats:
 
 
 def ranked(
-    ellipses: Floats, variances: Floats, confidence: Floats, keys: Flags, count: int
+    ellipses: Floats,
+    variances: Floats,
+    confidence: Floats,
+    keys: Flags,
+    count: int,
+    asked: Flags | None = None,
 ) -> list[Ranked]:
     """Return doubtful frames, each to be corrected after those before it, the largest gain first.
 
@@ -67,8 +72,11 @@ def ranked(
         (n,), which frames are keyframes.
     count
         Number of frames to return; there are fewer if no other frame has a gain.
+    asked
+        (n,), the frames that may be returned; by default all of them.
     """
     variances, confidence, keys = variances.copy(), confidence.copy(), keys.copy()
+    asked = np.ones(len(keys), bool) if asked is None else asked
     best: dict[tuple[int, int], Ranked] = {}
     found: list[Ranked] = []
     while len(found) < count:
@@ -76,7 +84,8 @@ def ranked(
         for span in set(spans) - set(best):
             part = slice(*span)
             low, high = bool(keys[span[0]]), bool(keys[span[1] - 1])
-            gains = _gains(ellipses[part], variances[part], confidence[part], low, high)
+            values = ellipses[part], variances[part], confidence[part]
+            gains = _gains(*values, asked[part], low, high)
             place = int(gains.argmax()) if len(gains) else 0
             best[span] = Ranked(span[0] + place, float(gains[place]))
         if not spans:
@@ -93,6 +102,7 @@ def ranked(
         variances[part] *= left[:, None]
         confidence[part] = 1 - (1 - confidence[part]) * left
         keys[top.place] = True
+        del best[span]  # with a keyframe at its end, it is another one
     return found
 
 
@@ -104,18 +114,24 @@ def _spans(keys: Flags) -> list[tuple[int, int]]:
 
 
 def _gains(
-    ellipses: Floats, variances: Floats, confidence: Floats, low: bool, high: bool
+    ellipses: Floats, variances: Floats, confidence: Floats, asked: Flags, low: bool, high: bool
 ) -> Floats:
     """Return the gain (n,) of each frame of a stretch; `low` and `high`: whether its ends are keys.
 
-    In a long stretch, only every n-th frame has one, and counts for its neighbors.
+    Only frames that are asked for have one; of many, every n-th. In a long stretch, every n-th
+    frame counts for its neighbors.
     """
+    out = np.zeros(len(ellipses))
     step = -(-len(ellipses) // CANDIDATES)
     places = np.arange(0, len(ellipses), step)
+    marks = np.flatnonzero(asked & ~np.isnan(ellipses[:, 0]))  # not where the user has said absent
+    marks = marks[:: max(1, -(-len(marks) // CANDIDATES))]
+    if not len(marks):
+        return out
     ellipses, variances, confidence = (
         values[places] for values in (ellipses, variances, confidence)
     )
-    left = 1 - _correlation(places, places, low, high) ** 2
+    left = 1 - _correlation(places, marks, low, high) ** 2
     before = wrong(ellipses, variances, confidence)
     after = np.stack(
         [
@@ -124,10 +140,8 @@ def _gains(
         ],
         axis=1,
     )
-    out = np.zeros(step * len(places))
-    out[places] = step * np.maximum(before[:, None] - after, 0).sum(axis=0)
-    out[places[np.isnan(ellipses[:, 0])]] = 0  # frames that a user has marked as absent
-    return out[: int(places[-1]) + 1]
+    out[marks] = step * np.maximum(before[:, None] - after, 0).sum(axis=0)
+    return out
 
 
 def _correlation(
@@ -137,7 +151,7 @@ def _correlation(
 
     They are a Brownian bridge between two keyframes, and a Brownian motion from one alone.
     """
-    end = int(places[-1])
+    end = max(int(places[-1]), int(marks[-1]))
     s, t = places[:, None].astype(np.float64), marks[None, :].astype(np.float64)
     near, far = np.minimum(s, t), np.maximum(s, t)
     if low and high:

@@ -20,6 +20,8 @@ from motes.correction.smoothing import local_variance
 
 PLANE_GATE = 13.82
 """The 99.9 % quantile of the chi-square distribution with 2 degrees of freedom."""
+LEAST_GAIN = 0.5
+"""Frames that a correction is expected to make right, at least: others are not worth a look."""
 EITHER = 0.5
 """Confidence after a jump: the place before it or the one after it is right."""
 
@@ -46,13 +48,13 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
     """Return doubtful frames of a track, each to be corrected after those before it.
 
     The gain of a correction is the expected number of frames whose boxes it makes right (IoU of 0.7
-    or more), from the covariances, the confidences, and jumps.
+    or more), from the covariances, the confidences, and jumps. A frame is doubtful for a reason;
+    its distance from a keyframe alone is none. Frames with a gain below `LEAST_GAIN` are left out.
 
     Parameters
     ----------
     tracks
-        The track of each frame, in order. Where the covariance is not finite, the drift of a
-        tracker since the last keyframe stands in for it.
+        The track of each frame, in order; its covariance may be unknown, NaN.
     keyframes
         The frames that the user has marked.
     count
@@ -70,23 +72,26 @@ def doubts(tracks: Sequence[Track], keyframes: Keyframes, count: int = 20) -> li
         following = np.flatnonzero(keys[start:])
         stop = start + (int(following[0]) if len(following) else len(keys))
         confidence[start:stop] = np.minimum(confidence[start:stop], EITHER)
+    named = {
+        "a tracker was elsewhere": outlier,
+        "jump": jumps,
+        "leap of the size": leaps,
+        **{
+            str(each): np.array([track.status is each for track in tracks], bool)
+            for each in Status
+            if each not in (Status.TRACKING, Status.ABSENT)
+        },
+        "low confidence": only.confidence < EITHER,
+    }
     ellipses = np.where(absent[:, None], np.nan, only.ellipses)
-    known = np.logical_and.reduce(np.isfinite(only.variances), axis=1)
-    unknown: Flags = ~known & np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
-    variances = np.where(unknown[:, None], _drifted(only, keys, unknown), only.variances)
-    found = []
-    for place, gain in ranked(ellipses, variances, np.nan_to_num(confidence), keys, count):
-        track = tracks[place]
-        named = {
-            "a tracker was elsewhere": outlier[place],
-            "jump": jumps[place],
-            "leap of the size": leaps[place],
-            str(track.status): track.status not in (Status.TRACKING, Status.ABSENT),
-            "low confidence": track.confidence < EITHER,
-        }
-        reasons = tuple(name for name, holds in named.items() if holds)
-        found.append(Doubt(track.frame, gain, reasons or ("far from keyframes",)))
-    return found
+    variances = np.nan_to_num(np.maximum(only.variances - _drifted(only, keys), 0))
+    doubtful = np.logical_or.reduce([*named.values()])
+    found = ranked(ellipses, variances, np.nan_to_num(confidence), keys, count, doubtful)
+    return [
+        Doubt(tracks[place].frame, gain, tuple(why for why, holds in named.items() if holds[place]))
+        for place, gain in found
+        if gain >= LEAST_GAIN
+    ]
 
 
 PLACED = (str(Status.TRACKING), str(Status.INTERPOLATED))
@@ -128,8 +133,9 @@ def _jumps(only: Pass, tracking: Flags) -> tuple[Flags, Flags]:
     return jumps, leaps
 
 
-def _drifted(only: Pass, keys: Flags, rows: Flags) -> Floats:
-    """Return the variances (n, 5) of a pass that has drifted since the last keyframe."""
+def _drifted(only: Pass, keys: Flags) -> Floats:
+    """Return the part (n, 5) of variances that grows with the distance from a keyframe alone."""
+    rows = np.logical_and.reduce(np.isfinite(only.ellipses), axis=1)
     ellipses = np.where(rows[:, None], only.ellipses, [0.0, 0.0, 1.0, 1.0, 0.0])
     sides = 4 * ellipses[:, 2] * ellipses[:, 3]
     drift = 2 * shared_variance(len(keys), np.flatnonzero(keys).tolist(), DRIFT)

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from motes.core.config import from_dict, to_dict
 from motes.core.detection import Detector, best
-from motes.core.errors import ConfigError, FormatError, MotesError, SourceError
+from motes.core.errors import ConfigError, FormatError, SourceError
 from motes.core.files import write_whole
 from motes.core.frame import FRAME_INTERVAL, Frame
 from motes.core.geometry import region_within
-from motes.core.saved_state import LARGEST, pack, unpack
+from motes.core.saved_state import LARGEST, UNREADABLE, pack, unpack
 from motes.core.seed import checked_seed
 from motes.core.track import Track
 from motes.core.types import Floats
@@ -90,6 +90,7 @@ class Tracker:
         self._state: Any = None
         self._frame: Frame | None = None
         self._expected: Floats | None = None
+        self._angle = 0.0
 
     def init(self, frame: Picture, region: Sequence[float]) -> Track:
         """Start on the object in `region`: a box (x, y, w, h) or an ellipse (x, y, a, b, theta).
@@ -104,7 +105,8 @@ class Tracker:
         picture = _first(frame)
         ellipse = region_within(region, picture.width, picture.height)
         self._restart()
-        return self._take(picture, self._algorithm.init(self._rng, self._seen(picture), ellipse))
+        begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
+        return self._take(picture, begun, ellipse.theta)
 
     def reinit(self, frame: Picture, region: Sequence[float]) -> Track:
         """Forget the target and follow the object in `region` from here, in the same video.
@@ -117,7 +119,8 @@ class Tracker:
         self._started()
         picture = self.picture(frame)
         ellipse = region_within(region, picture.width, picture.height)
-        return self._take(picture, self._algorithm.init(self._rng, self._seen(picture), ellipse))
+        begun = self._algorithm.init(self._rng, self._seen(picture), ellipse)
+        return self._take(picture, begun, ellipse.theta)
 
     def learn_also(self, frame: Picture, region: Sequence[float]) -> None:
         """Learn how the target looks in another frame of the video, right after `init`.
@@ -184,7 +187,7 @@ class Tracker:
         empty = None if background is None else _first(background)
         self._restart()
         begun = config.search(self._rng, self._seen(picture), models, size, boxes, empty)
-        return self._take(picture, begun)
+        return self._take(picture, begun, size.theta)
 
     def expect(self, samples: Floats) -> None:
         """Look for the target at ellipses (N, 5) first in the next frame, if it is searched for.
@@ -248,7 +251,9 @@ class Tracker:
         """
         state, last = self._started()
         ellipse = region_within(region, last.width, last.height)
-        return self._take(last, self._algorithm.correct(state, self._seen(last), ellipse))
+        return self._take(
+            last, self._algorithm.correct(state, self._seen(last), ellipse), ellipse.theta
+        )
 
     def save(self, path: str | Path) -> None:
         """Write all that the next call needs. After `load`, tracks continue to the last bit.
@@ -267,6 +272,7 @@ class Tracker:
             "seed": self._seed,
             "random": json.dumps(self._rng.bit_generator.state),
             "frame": [last.index, last.time, last.pixels],
+            "angle": self._angle,
             "state": state,
         }
         if self._direction < 0:
@@ -311,8 +317,9 @@ class Tracker:
             raise ValueError("this is no state of random numbers")
         index, seconds, pixels = saved.frame
         frame = Frame(index, seconds, pixels)
-        if frame.pixels is not pixels or not abs(seconds) <= LARGEST:
+        if frame.pixels is not pixels or not max(abs(seconds), abs(saved.angle)) <= LARGEST:
             raise ValueError("the last frame is none")
+        self._angle = saved.angle
         self._state, self._frame = self._algorithm.check(state, self._seen(frame)), frame
 
     def __copy__(self) -> Self:
@@ -353,11 +360,16 @@ class Tracker:
             return frame
         return Frame(frame.index, -frame.time, frame.pixels, frame.cache)
 
-    def _take(self, frame: Frame, result: tuple[Any, StepInfo]) -> Track:
+    def _take(
+        self, frame: Frame, result: tuple[Any, StepInfo], angle: float | None = None
+    ) -> Track:
+        """Take over a step; its ellipse is turned from the last angle, or the given one."""
         self._state, self.info = result
         self._frame = frame
-        if self._direction < 0:
-            track = replace(self.info.track, time=frame.time)
+        ellipse = self.info.track.ellipse.turned_near(self._angle if angle is None else angle)
+        self._angle = ellipse.theta
+        if self._direction < 0 or ellipse != self.info.track.ellipse:
+            track = replace(self.info.track, time=frame.time, ellipse=ellipse)
             self.info = replace(self.info, track=track)  # type: ignore[type-var]
         return self.info.track
 
@@ -371,19 +383,8 @@ def _first(frame: Picture) -> Frame:
     return frame
 
 
-FORMAT = 8
+FORMAT = 9
 """Version of the format of saved trackers."""
-UNREADABLE = (
-    msgspec.MsgspecError,
-    MotesError,
-    TypeError,
-    ValueError,
-    LookupError,
-    OverflowError,
-    RecursionError,
-    MemoryError,
-)
-"""What reading other bytes may raise: wrong types, deep nesting, sizes that are too large."""
 
 
 class _Saved(msgspec.Struct):
@@ -391,4 +392,5 @@ class _Saved(msgspec.Struct):
 
     random: str
     frame: tuple[int, float, NDArray[np.uint8]]
+    angle: float
     state: Any

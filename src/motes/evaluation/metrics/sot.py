@@ -143,36 +143,35 @@ def first_lost(distances: Floats) -> int | None:
 def detection_recall(reported: Flags, actual: Flags) -> float:
     """Return the share of the frames with an actual loss in which a loss was reported.
 
-    1 without any reported or actual loss; NaN with reported, but without actual losses.
+    NaN where nothing was lost, and so nothing to be found.
 
     Parameters
     ----------
     reported, actual
         (frames,), whether a loss was reported, and whether there was one.
     """
-    return _ratio(reported & actual, actual, empty=not reported.any())
+    return _ratio(reported & actual, actual)
 
 
 def detection_precision(reported: Flags, actual: Flags) -> float:
     """Return the share of the reported losses that were actual losses.
 
-    1 without any reported or actual loss; NaN with actual, but without reported losses. Parameters
-    as in `detection_recall`.
+    NaN where nothing was reported. Parameters as in `detection_recall`.
     """
-    return _ratio(reported & actual, reported, empty=not actual.any())
+    return _ratio(reported & actual, reported)
 
 
-def _ratio(part: Flags, whole: Flags, empty: bool) -> float:
+def _ratio(part: Flags, whole: Flags) -> float:
     count = np.count_nonzero(whole)
-    if not count:
-        return 1.0 if empty else np.nan
-    return np.count_nonzero(part) / count
+    return np.count_nonzero(part) / count if count else np.nan
 
 
 def detection_f1(reported: Flags, actual: Flags) -> float:
-    """Return F1 of the reported losses; 1 without any reported or actual loss."""
-    together = np.count_nonzero(reported) + np.count_nonzero(actual)
-    return 2 * np.count_nonzero(reported & actual) / together if together else 1.0
+    """Return F1 of the reported losses; NaN where nothing was lost, and so nothing to be found."""
+    lost = np.count_nonzero(actual)
+    if not lost:
+        return np.nan
+    return 2 * np.count_nonzero(reported & actual) / (np.count_nonzero(reported) + lost)
 
 
 def recoveries(present: Flags, missed: Flags, correct: Flags) -> tuple[int, int]:

@@ -90,12 +90,17 @@ def three_digits(value: float) -> Cell:
 
 
 def best(cells: Iterable[Cell], sign: int = 1) -> list[Cell]:
-    """Return the cells with the best value marked, if there are at least two values."""
+    """Return the cells with the best value marked, if there are at least two values.
+
+    Where more is better, a value of 0 is no merit.
+    """
     cells = list(cells)
     known = [sign * cell.value for cell in cells if cell.value is not None]
     if len(known) < 2:
         return cells
     top = sign * max(known)
+    if sign > 0 and not top:
+        return cells
     return [cell._replace(best=cell.value == top) for cell in cells]
 
 

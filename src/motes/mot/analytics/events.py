@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias
 
 import msgspec
@@ -15,6 +15,10 @@ from motes.core.errors import ConfigError
 from motes.core.track import Status
 from motes.mot.analytics.regions import Line, Point, Regions, crossing, distance
 from motes.mot.tracked_object import SceneTrack
+
+EDGE = "visits to its edge alone"
+BRIEF = "events of objects that were seen for less than half a second and had hardly moved"
+"""Reasons for which an event does not count."""
 
 Kind: TypeAlias = Literal["appears", "disappears", "crosses", "enters", "stays", "leaves"]
 
@@ -26,7 +30,8 @@ CLEAR = 0.1
 SETTLED = 0.4
 """Seconds after which a crossing, an entry or an exit counts, unless the object comes back."""
 LEAST_AGE = 0.5
-"""Seconds for which an object must be known before anything that it does counts."""
+"""Seconds for which an object must be known before anything that it does counts, unless it has
+walked as far as it is high."""
 JUMP = 0.5
 """A foot that is farther from its path than this share of its object's mean side has not walked."""
 PAST = 0.5
@@ -109,6 +114,14 @@ class _Trajectory:
         For each line, the event of crossing it, until the object is clearly on the other side.
     pending
         For each line or zone, an event that does not count yet, as the object may come back.
+    inside
+        Names of the zones in which it has clearly been since it entered.
+    sure
+        Events that count as soon as the object does.
+    walked
+        Whether it has walked as far as it is high, without a jump.
+    jumped
+        Whether it has ever jumped.
     """
 
     since: float
@@ -119,6 +132,27 @@ class _Trajectory:
     first: Point
     over: dict[str, Event]
     pending: dict[str, Event]
+    inside: set[str] = field(default_factory=set)
+    sure: list[Event] = field(default_factory=list)
+    walked: bool = False
+    jumped: bool = False
+
+    def counts(self, now: float) -> bool:
+        """Return whether it is known well enough for its events to count."""
+        return self.walked or now - self.since >= LEAST_AGE
+
+    def settle(self, now: float, settled: float) -> None:
+        """Make pending events sure that happened so many seconds ago."""
+        done = [name for name, event in self.pending.items() if now - event.time >= settled]
+        self.sure += [self.pending.pop(name) for name in done]
+
+    def counted(self, now: float) -> list[Event]:
+        """Return the sure events, in order of time, if the object counts by now."""
+        if not self.counts(now):
+            return []
+        events, self.sure = sorted(self.sure, key=lambda each: each.time), []
+        self.stays -= {event.place for event in events if event.event == "leaves"}
+        return events
 
 
 class EventCounter:
@@ -127,10 +161,11 @@ class EventCounter:
     The place of an object is that of its foot. An occluded object has no events; what it did
     meanwhile becomes events when it is visible again.
 
-    A crossing, an entry or an exit has the frame in which it happens. It is returned `SETTLED`
-    seconds later, if the object has not come back, and is known for `LEAST_AGE` seconds. An object
-    that is found on a line has crossed it if its path, continued backwards, begins on the other
-    side.
+    A crossing, an entry or an exit has the frame in which it happens. It is returned when it is
+    sure: `SETTLED` seconds later, if the object has not come back. A visit is sure at once if the
+    foot was farther from the zone's edge than a share of the object's height, `CLEAR`, however
+    short it was. The object must be known for `LEAST_AGE` seconds, or have walked. An object that
+    is found on a line has crossed it if its path, continued backwards, begins on the other side.
 
     Parameters
     ----------
@@ -141,6 +176,8 @@ class EventCounter:
     ----------
     counts
         Number of events for each (minute, event, place, direction, class).
+    left_out
+        Number of events that do not count, for each (place, reason).
 
     Raises
     ------
@@ -157,6 +194,7 @@ class EventCounter:
             raise ConfigError("Two lines or zones have the same name; give each its own.")
         self._walks: dict[int, _Trajectory] = {}
         self.counts = Counter()
+        self.left_out = Counter[tuple[str, str]]()
 
     def update(self, tracks: Sequence[SceneTrack]) -> list[Event]:
         """Return the events of a frame, from the scene's tracks in it."""
@@ -171,9 +209,30 @@ class EventCounter:
     def finish(self) -> list[Event]:
         """Return the events of the last frames that no later frame can undo, at a film's end."""
         walks, self._walks = self._walks, {}
-        return self._counted(
-            [event for walk in walks.values() for event in _settled(walk, walk.feet[-1][0], 0)]
-        )
+        return self._counted([event for walk in walks.values() for event in self._last(walk)])
+
+    def _last(self, walk: _Trajectory) -> list[Event]:
+        """Return the last events of an object; those that do not count are noted."""
+        now = walk.feet[-1][0]
+        walk.settle(now, 0)
+        events = walk.counted(now)
+        self.left_out.update((event.place or "", BRIEF) for event in walk.sure)
+        return events
+
+    def remarks(self) -> list[str]:
+        """Return a line for each place at which nothing counted, or something was left out."""
+        seen = {place for _, _, place, _, _ in self.counts}
+        lines = []
+        for name in (*self._lines, *self._zones):
+            said = [] if name in seen else [f"nothing {self._verb(name)}"]
+            said += [
+                f"{why} left out: {n}" for (place, why), n in self.left_out.items() if place == name
+            ]
+            lines += [f"{name}: {', '.join(said)}"] if said else []
+        return lines
+
+    def _verb(self, name: str) -> str:
+        return "crossed it" if name in self._lines else "entered it"
 
     def _counted(self, events: list[Event]) -> list[Event]:
         """Return events, which are counted."""
@@ -192,11 +251,15 @@ class EventCounter:
                 time, deque([(time, foot)]), {}, {}, set(), foot, {}, {}
             )
             events.append(self._event(each, walk, foot, "appears"))
+        height = each.track.box.height
         jumped = _jumps(walk, foot, time, JUMP * math.sqrt(np.prod(each.track.box[2:])))
         walk.feet.append((time, foot))
         while len(walk.feet) > 2 and walk.feet[1][0] <= time - SPEED_OVER:
             walk.feet.popleft()
-        events += _settled(walk, time, SETTLED)
+        walk.jumped = walk.jumped or jumped
+        walk.walked = not walk.jumped and (walk.walked or math.dist(walk.first, foot) >= height)
+        walk.settle(time, SETTLED)
+        events += walk.counted(time)
         for name, line in self._lines.items():
             if jumped:
                 walk.clear[name] = foot
@@ -211,16 +274,22 @@ class EventCounter:
                 if left is None:
                     walk.pending[name] = self._event(each, walk, foot, "enters", name)
             elif not holds and name in walk.zones:
-                since = walk.zones.pop(name)
-                if walk.pending.pop(name, None) is None:
+                since, entry = walk.zones.pop(name), walk.pending.pop(name, None)
+                if entry is not None and name not in walk.inside:
+                    self.left_out[name, EDGE] += 1
+                else:
+                    walk.sure += [] if entry is None else [entry]
                     left = self._event(each, walk, foot, "leaves", name, seconds=time - since)
                     walk.pending[name] = left
+                walk.inside.discard(name)
             elif holds and zone.dwell is not None and not {name} & {*walk.stays, *walk.pending}:
                 inside = time - walk.zones[name]
                 if inside >= zone.dwell:
                     walk.stays.add(name)
-                    events.append(self._event(each, walk, foot, "stays", name, seconds=inside))
-        return events
+                    walk.sure.append(self._event(each, walk, foot, "stays", name, seconds=inside))
+            if holds and zone.depth(foot) >= CLEAR * height:
+                walk.inside.add(name)
+        return events + walk.counted(time)
 
     def _cross(
         self, each: SceneTrack, walk: _Trajectory, foot: Point, name: str, line: Line
@@ -247,12 +316,12 @@ class EventCounter:
         """Return the events of an object that is lost, at its last visible place."""
         walk = self._walks.pop(each.identity)
         last, foot = walk.feet[-1]
-        events = _settled(walk, last, 0)
-        events += [
-            self._event(each, walk, foot, "leaves", name, seconds=last - since)
-            for name, since in walk.zones.items()
-            if name not in walk.pending
-        ]
+        events = self._last(walk)
+        if walk.counts(last):
+            events += [
+                self._event(each, walk, foot, "leaves", name, seconds=last - since)
+                for name, since in walk.zones.items()
+            ]
         return [*events, self._event(each, walk, foot, "disappears", seconds=last - walk.since)]
 
     def _event(
@@ -282,16 +351,6 @@ class EventCounter:
         if start is None or end is None:
             return None
         return math.dist(start, end) / (now - began) if now > began else 0.0
-
-
-def _settled(walk: _Trajectory, now: float, settled: float) -> list[Event]:
-    """Return the pending events of an object that count from now on."""
-    if now - walk.since < LEAST_AGE:
-        return []
-    done = [name for name, event in walk.pending.items() if now - event.time >= settled]
-    events = [walk.pending.pop(name) for name in done]
-    walk.stays -= {event.place for event in events if event.event == "leaves"}
-    return events
 
 
 def _jumps(walk: _Trajectory, foot: Point, now: float, limit: float) -> bool:

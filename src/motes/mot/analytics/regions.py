@@ -6,10 +6,12 @@ import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, TypeAlias
 
+import numpy as np
 from msgspec import Meta
 
 from motes.core.config import Config, Positive, from_dict, from_toml
 from motes.core.errors import ConfigError
+from motes.core.geometry import clipped
 from motes.mot.analytics.ground_plane import Ground
 
 Point: TypeAlias = tuple[float, float]
@@ -74,6 +76,12 @@ class Zone(Config, frozen=True):
                 inside = not inside
         return inside
 
+    def depth(self, point: Point) -> float:
+        """Return the distance of a point from the edge of the zone."""
+        corners = [*zip(self.points[::2], self.points[1::2], strict=True)]
+        sides = zip(corners, corners[1:] + corners[:1], strict=True)
+        return min(_gap(start, end, point) for start, end in sides)
+
 
 class Regions(Config, frozen=True):
     """The lines and zones of counting, and the ground. In TOML: [[line]], [[zone]] and [ground].
@@ -97,6 +105,17 @@ class Regions(Config, frozen=True):
         """Return the regions in a TOML text; raise a ConfigError if it is not valid."""
         places: Regions = from_dict(from_toml(text, name), cls)
         return places
+
+    def check(self, width: int, height: int) -> None:
+        """Raise a ConfigError if a line or a zone lies outside of a picture."""
+        points: dict[str, tuple[float, ...]] = {k: each.points for k, each in self.lines.items()}
+        points |= {name: each.points for name, each in self.zones.items()}
+        for name, corners in points.items():
+            if not len(clipped(np.reshape(corners, (-1, 2)), width - 1, height - 1)):
+                raise ConfigError(
+                    f"{name} ({_text(corners)}) lies outside of the picture, {width}x{height} "
+                    f"pixels; move it."
+                )
 
     @property
     def lines(self) -> dict[str, Line]:
@@ -133,6 +152,17 @@ def _side(start: Point, end: Point, point: Point) -> float:
 def distance(line: tuple[float, float, float, float], point: Point) -> float:
     """Return the distance of a point from a line without ends."""
     return abs(_side(line[:2], line[2:], point)) / math.dist(line[:2], line[2:])
+
+
+def _gap(start: Point, end: Point, point: Point) -> float:
+    """Return the distance of a point from a segment."""
+    along = end[0] - start[0], end[1] - start[1]
+    square = along[0] ** 2 + along[1] ** 2
+    share = 0.0
+    if square > 0:
+        share = (along[0] * (point[0] - start[0]) + along[1] * (point[1] - start[1])) / square
+    share = min(max(share, 0.0), 1.0)
+    return math.dist(point, (start[0] + share * along[0], start[1] + share * along[1]))
 
 
 def _text(points: Sequence[float]) -> str:

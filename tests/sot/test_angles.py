@@ -1,0 +1,75 @@
+"""The angle of an ellipse, which is the same after half a turn: it goes on from frame to frame."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motes import Tracker
+from motes.core.frame import Frame
+from motes.core.geometry import Ellipse
+from motes.correction.correct import correct
+from motes.video.writer import VideoWriter
+
+FIRST = (60, 60, 30, 12, 1.4)
+STEP = 0.05
+"""Radians in a frame: the target passes half a right angle to each side of upright."""
+
+
+def picture(index: int) -> np.ndarray:
+    """Return a red ellipse, three times as long as wide, that turns over noise."""
+    y, x = np.mgrid[:120, :120] - 60.0
+    angle = FIRST[4] + STEP * index
+    u, v = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
+    pixels = np.random.default_rng(index).integers(90, 110, (120, 120, 3)).astype(np.uint8)
+    pixels[(u / 30) ** 2 + (v / 10) ** 2 < 1] = (220, 40, 40)
+    return pixels
+
+
+def turned(angles: list[float]) -> float:
+    """Return how far angles turn in all; raise an AssertionError for a jump."""
+    steps = np.diff(angles)
+    assert abs(steps).max() < 0.5
+    return angles[-1] - angles[0]
+
+
+def test_an_ellipse_turned_near_an_angle_is_the_same() -> None:
+    for theta, angle in ((0.1, 3.3), (-1.5, 1.6), (1.2, 1.3), (0, 100), (-7, 2)):
+        ellipse = Ellipse(5, 6, 7, 3, theta)
+        near = ellipse.turned_near(angle)
+        assert abs(near.theta - angle) <= math.pi / 2
+        assert np.allclose(near.box, ellipse.box)
+        assert math.remainder(near.theta - theta, math.pi) == pytest.approx(0, abs=1e-9)
+    assert Ellipse(5, 6, 7, 3, 0.3).turned_near(math.nan).theta == 0.3
+
+
+@pytest.mark.parametrize("start", [0, 1, -2])
+def test_a_tracked_angle_does_not_jump_by_half_a_turn(tmp_path: Path, start: int) -> None:
+    first = FIRST[4] + start * math.pi
+    tracker = Tracker("maggio", 1)
+    angles = [tracker.init(Frame(0, 0.0, picture(0)), (*FIRST[:4], first)).ellipse.theta]
+    assert angles == [pytest.approx(first)]
+    for index in range(1, 20):
+        angles.append(tracker.update(Frame(index, index / 25, picture(index))).ellipse.theta)
+        assert tracker.info.track.ellipse.theta == angles[-1]
+    assert turned(angles) == pytest.approx(19 * STEP, abs=0.25)  # past upright, at frame 4
+    tracker.save(tmp_path / "tracker")
+    following = Frame(20, 20 / 25, picture(20))
+    again = Tracker.load(tmp_path / "tracker").update(following)
+    assert again.ellipse == tracker.update(following).ellipse
+
+
+def test_corrected_angles_go_on_from_the_keyframe(tmp_path: Path) -> None:
+    with VideoWriter(tmp_path / "film.mkv", 25) as writer:
+        for index in range(16):
+            writer.write(picture(index))
+    marks = {index: (*FIRST[:4], FIRST[4] + STEP * index) for index in (0, 15)}
+    for keys in (marks, {0: marks[0]}, {15: marks[15]}):
+        tracks = correct(tmp_path / "film.mkv", keys, "maggio")
+        angles = [track.ellipse.theta for track in tracks]
+        assert turned(angles) == pytest.approx(15 * STEP, abs=0.3)
+        for index, mark in keys.items():
+            assert angles[index] == pytest.approx(mark[4], abs=1e-6)
