@@ -23,7 +23,7 @@ SEED := 0
 # Which tables `make results` makes; all by default.
 ONLY :=
 
-.PHONY: ready demo check test coverage lint docs gallery bench results fuzz kills clean
+.PHONY: ready demo check test suite coverage lint docs gallery bench results fuzz kills clean
 
 demo: ready
 	$(BIN)/motes demo --out demo --overwrite
@@ -32,8 +32,12 @@ demo: ready
 check: lint
 	$(BIN)/python -m pytest -n auto -m 'not slow'
 
+# Types are checked beside the tests.
+test: ready
+	@$(MAKE) --no-print-directory -j 2 lint suite
+
 # Neighbors stay in one process, which then makes what they share once.
-test: lint
+suite: ready
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # It takes longer than the tests alone, and ends with an error below the floor in pyproject.toml.

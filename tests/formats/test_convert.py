@@ -83,6 +83,30 @@ def test_the_film_gives_what_a_file_does_not_hold(go: Go) -> None:
     assert len(list(csv.reader(Path("d.csv").read_text().splitlines()))) == 56
 
 
+@pytest.mark.parametrize("rows", ["a.csv", "a.jsonl"])
+def test_rows_that_end_too_early_are_refused(go: Go, rows: str) -> None:
+    """Cut between two rows, they look whole: the file beside them knows how many there were."""
+    Path("film").mkdir()
+    for frame in range(6):
+        Image.effect_noise((64, 48), 60).convert("RGB").save(f"film/{frame}.png")
+    assert go(f"track film --init 20,10,16,20 --preset nummiaro -o {rows}")[0] == 0
+    assert go(f"convert {rows} b{rows}")[0] == 0
+    for name in (rows, f"b{rows}"):
+        lines = Path(name).read_text().splitlines(keepends=True)
+        assert go(f"convert {name} {name}.txt")[0] == 0
+        Path(name).write_text("".join(lines[:-2]))
+        for line in (f"convert {name} c.txt", f"draw film {name} -o c.mp4"):
+            code, said = go(line)
+            assert (code, said.count("\n")) == (3, 1), said
+            assert f"{name} has {len(lines) - 2} lines of {len(lines)}, by {name}.run.json" in said
+        assert not Path("c.txt").exists()
+        Path(name).write_text("".join([*lines, lines[-1].replace("5,0.2", "6,0.24")]))
+    before = Path(rows).read_text()
+    assert go(f"track film --init 20,10,16,20 --preset nummiaro -o {rows} --end 3 --overwrite")
+    assert len(Path(rows).read_text()) < len(before)
+    assert go(f"convert {rows} d.txt")[0] == 0  # a shorter run in its place
+
+
 def test_what_is_left_out_is_said(go: Go) -> None:
     assert go("convert two.json labels")[0] == 0
     Path("labels/readme.txt").write_text("of somebody\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +14,13 @@ import pytest
 from PIL import Image
 
 from motes.cli import main
+from motes.core.errors import SourceError
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
 from motes.formats import registry
+from motes.formats.recording import FilmFacts
 from motes.formats.registry import FORMATS
+from motes.output.journal import FrameRow, Header, JournalWriter, ObjectRow
 
 
 class Sample(NamedTuple):
@@ -323,6 +329,7 @@ def test_a_box_outside_of_the_picture_stays_there(name: str, convert: Convert) -
     assert rows()[-1]["x"] == pytest.approx(inside - 92.5)
 
 
+LONG = "1" * 200_000
 WRONG = [
     ("csv", TRACK, TRACK.replace("x,y", "left,top"), "its columns are"),
     ("csv", ",theta,", ",width,", "it has no (theta|height)"),
@@ -372,6 +379,7 @@ WRONG = [
     ("deeplabcut", "\ncoords", "\ncords", "its rows of titles"),
     ("deeplabcut", "axis_b", "tail", "it has no points center, axis_a, axis_b"),
     ("deeplabcut", "1,12.5,40,1,", "1,12.5,40,", "line 5: it has 9 fields in place of 10"),
+    ("deeplabcut", "1,12.5,40,1,", LONG, "it is no table: field larger"),
     ("deeplabcut", "1,12.5,40,1,", "1,,,1,", "line 5: '' is not a number"),
     ("keyframes", "x,y,width,height", "y,x,width,height", "row 1: the columns are frame, y, x"),
     ("keyframes", "1,12.5,40,40.5,24", "1,12.5,40,40.5", "row 3: A region has 4 numbers"),
@@ -380,7 +388,9 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "message"), WRONG)
+@pytest.mark.parametrize(
+    ("name", "old", "new", "message"), WRONG, ids=[f"{each[0]}-{each[3]}" for each in WRONG]
+)
 def test_a_part_is_wrong(name: str, old: str, new: str, message: str, convert: Convert) -> None:
     text = SAMPLES[name].text
     assert old in text
@@ -490,3 +500,51 @@ def test_a_turned_rectangle_of_label_studio(convert: Convert) -> None:
 def test_every_format_that_is_read_is_here() -> None:
     read = {name for name, each in registry.FORMATS.items() if each.read is not None}
     assert read - {"journal", "yolo-predictions"} == {*SAMPLES, "parquet"}
+
+
+def test_a_journal_bit_by_bit(tmp_path: Path) -> None:
+    """Each bit is turned and each end cut off: the rows before, or one clear line; never others.
+
+    A turned bit may make another digit of a digit, which no reader could tell; it stays a number.
+    """
+    path = tmp_path / "a.json.rows.jsonl"
+    writer = JournalWriter(path, Header("film", 64, 48, "object"))
+    for frame in range(3):
+        each = ObjectRow(1, Ellipse(9.5, 20, 8, 5, 0.1), 0.75, Status.TRACKING, label="car")
+        writer.add(FrameRow(frame, frame / 25, (each,)))
+    writer.close()
+    whole = path.read_bytes()
+    sound = list(registry.read(path, "journal", FilmFacts()))
+    head = whole.index(b"\n") + 1
+
+    def read(data: bytes) -> list[FrameRow] | None:
+        path.write_bytes(data)
+        try:
+            return list(registry.read(path, "journal", FilmFacts()))
+        except SourceError as error:
+            said.add(str(error).partition(str(path))[2])
+            return None
+
+    said = set[str]()
+    for end in range(len(whole)):
+        found = read(whole[:end])
+        assert found == (sound[: whole[head:end].count(b"\n")] if end >= head else None) or (
+            end == head - 1 and found == []
+        )
+    for place in range(8 * len(whole)):
+        data = bytearray(whole)
+        data[place // 8] ^= 1 << place % 8
+        for row in read(bytes(data)) or []:
+            for each in row.objects:
+                assert all(map(math.isfinite, (row.time, *each.ellipse, each.confidence)))
+    assert "" not in said  # all of them name the file
+    assert not any("\n" in text for text in said)
+
+
+def test_a_journal_that_is_nested_without_end(tmp_path: Path) -> None:
+    path = tmp_path / "a.json.rows.jsonl"
+    JournalWriter(path, Header("film", 64, 48, "object")).close()
+    with path.open("a") as file:
+        file.write('{"frame": 0, "more": ' + "[" * 100_000 + "\n")
+    with pytest.raises(SourceError, match="is damaged at byte"):
+        registry.read(path, "journal", FilmFacts())

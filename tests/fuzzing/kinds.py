@@ -8,6 +8,7 @@ from . import (
     detections,
     evaluations,
     films,
+    formats,
     histograms,
     options,
     places,
@@ -39,6 +40,7 @@ KINDS = (
     Kind("tracks", evaluations.tracks, evaluations.check_tracks),
     Kind("track-rows", detections.seeds, evaluations.check_track_rows),
     Kind("speeds", tables.seeds, tables.check),
+    *formats.KINDS,
     Kind("trax", conversations.seeds, conversations.check, block=20),
     Kind("options", options.seeds, options.check, block=20, limit=30.0),  # whole commands
     Kind("states", states.seeds, states.check, block=20, limit=30.0, mutate=states.mutate),

@@ -80,7 +80,7 @@ def convert(
     """
     from motes.cli.known_run import history_beside
     from motes.cli.watch_outputs import check_place, format_of
-    from motes.correction.history import history_path
+    from motes.correction.history import history_path, line_count
     from motes.formats import registry
     from motes.formats.aspects import aspects
 
@@ -102,15 +102,15 @@ def convert(
         recorded = _only(recorded, identity, rows)
     check_place(str(target), form, overwrite)
     point_out_leftovers(target)
-    known = history_beside(rows) if {source, form} <= {"csv", "jsonl"} else None
+    known = history_beside(rows) if source in ("csv", "jsonl") else None
     try:
         registry.write(target, form, recorded, keyframe_error)
     except OSError as error:
         raise FormatError(
             f"{target} cannot be written: {error.strerror}; make room, or choose another place."
         ) from error
-    if known is not None:
-        known.save(history_path(target))
+    if known is not None and form in ("csv", "jsonl"):
+        known.save(history_path(target), line_count(target))
     count = sum(1 for _ in recorded)
     log(f"wrote {target} ({registry.FORMATS[form].title}) with the {count} frames in {rows}.")
     if left_out:

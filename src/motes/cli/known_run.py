@@ -75,7 +75,8 @@ class Remembered:
         from motes.correction.history import history_path
         from motes.output.track_rows import check_writable
 
-        self._path, self._history, self._done = history_path(Path(rows)), history, False
+        self._rows, self._history, self._done = Path(rows), history, False
+        self._path = history_path(self._rows)
         check_writable(self._path, overwrite)
 
     def write(self, _: object) -> None:
@@ -87,8 +88,13 @@ class Remembered:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        """Do nothing: the file is complete."""
+    def __exit__(self, *exception: object) -> None:
+        """Note how many lines the rows have, unless the run failed."""
+        from motes.correction.history import line_count
+
+        ended = exception[1] is None or isinstance(exception[1], KeyboardInterrupt)
+        if self._done and ended and self._rows.is_file():  # no pipe, and not moved meanwhile
+            self._history.save(self._path, line_count(self._rows))
 
 
 def remembered(
@@ -139,10 +145,14 @@ def history_beside(rows: Path) -> "History | None":
     InputError
         If the file cannot be read.
     """
-    from motes.correction.history import History, history_path
+    from motes.correction.history import History, check_whole, history_path
 
     path = history_path(rows)
-    return History.load(path) if path.exists() else None
+    if not path.exists():
+        return None
+    known = History.load(path)
+    check_whole(rows, known)
+    return known
 
 
 def units_of(

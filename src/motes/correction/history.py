@@ -59,6 +59,9 @@ class History(msgspec.Struct, frozen=True):
     unfinished
         First and last frames of stretches whose rows may not be written yet. A command notes all of
         its stretches here before it writes any row, so that it can be finished after a kill.
+    lines
+        How many lines the file of rows had when its run ended, by which a part of it is told from
+        the whole; None while the run goes on, and after a correction.
     """
 
     form: int
@@ -78,6 +81,7 @@ class History(msgspec.Struct, frozen=True):
     units: dict[str, Any] | None = None
     corrections: list[list[tuple[int, list[float] | None]]] = []
     unfinished: list[tuple[int, int]] = []
+    lines: int | None = None
 
     @classmethod
     def of_run(
@@ -157,8 +161,8 @@ class History(msgspec.Struct, frozen=True):
             ) from None
         return history
 
-    def save(self, path: Path) -> None:
-        """Write the history.
+    def save(self, path: Path, lines: int | None = None) -> None:
+        """Write the history, with the number of lines of its rows if they are complete.
 
         Raises
         ------
@@ -166,7 +170,8 @@ class History(msgspec.Struct, frozen=True):
             If the file cannot be written.
         """
         try:
-            write_whole(path, msgspec.json.format(msgspec.json.encode(self), indent=1) + b"\n")
+            data = msgspec.json.encode(replace(self, lines=lines))
+            write_whole(path, msgspec.json.format(data, indent=1) + b"\n")
         except OSError as error:
             raise FormatError(
                 f"{path} cannot be written: {error.strerror}; make room, or choose another place."
@@ -227,7 +232,7 @@ class History(msgspec.Struct, frozen=True):
     def repeats(self, other: History) -> bool:
         """Return whether two runs have the same film, tracker and keyframes after all commands."""
         first, second = (
-            msgspec.json.encode(replace(each, motes="", corrections=[], unfinished=[]))
+            msgspec.json.encode(replace(each, motes="", corrections=[], unfinished=[], lines=None))
             for each in (self, other)
         )
         return first == second and self.keys == other.keys
@@ -252,6 +257,26 @@ class History(msgspec.Struct, frozen=True):
                 f"{film.name} has {here}, but the rows are of {self.film}, with {there}; give "
                 f"that film."
             )
+
+
+def line_count(rows: Path) -> int:
+    """Return the number of lines with an end in a file of rows; raise an OSError without it."""
+    with rows.open("rb") as file:
+        return sum(part.count(b"\n") for part in iter(lambda: file.read(1 << 20), b""))
+
+
+def check_whole(rows: Path, known: History) -> None:
+    """Raise an InputError if rows have fewer lines than when their run ended."""
+    try:
+        count = line_count(rows)
+    except OSError:
+        return  # who reads the rows says why they cannot be read
+    if known.lines is not None and count < known.lines:
+        beside = history_path(rows).name
+        raise InputError(
+            f"{rows} has {count} lines of {known.lines}, by {beside}: it is cut off; make it anew, "
+            f"or if that is meant, correct the lines there."
+        )
 
 
 def history_path(rows: Path) -> Path:

@@ -73,7 +73,10 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     """
     text = read_text(path)
     check_ended(text)
-    lines = list(csv.reader(io.StringIO(text)))
+    try:
+        lines = list(csv.reader(io.StringIO(text)))
+    except csv.Error as error:
+        raise FormatError(f"it is no table: {error}") from None
     titles = {line[0]: line[1:] for line in lines[:4] if line and line[0] in TITLES}
     points = titles.get("bodyparts", [])
     if not set(POINTS) <= set(points):

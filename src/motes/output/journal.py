@@ -156,7 +156,7 @@ class Journal:
                 self._start = file.tell()
         except OSError as error:
             raise SourceError(f"{path} cannot be read: {error.strerror}; check the name.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError):
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
             raise SourceError(
                 f"{path} does not hold the rows of a document; they are in a file NAME{ENDING}."
             ) from None
@@ -185,7 +185,7 @@ class Journal:
                     offset += len(line)
         except OSError as error:
             raise SourceError(f"{self.path} cannot be read: {error.strerror}.") from None
-        except (msgspec.DecodeError, UnicodeDecodeError):
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
             raise SourceError(
                 f"{self.path} is damaged at byte {offset}; remove the line there, and try again."
             ) from None

@@ -186,7 +186,7 @@ def _other(name: str, other: _Other) -> tuple[Cue, Any]:
         model = msgspec.convert(
             other.model, type(fresh), dec_hook=lambda _, value: np.array(value, np.float64)
         )
-    except msgspec.ValidationError as error:
+    except (msgspec.ValidationError, OverflowError) as error:
         raise ValueError(f"{name}: {error}") from None
     check(model, fresh, name)
     if not min(abs(model.histogram.sum() - 1), model.histogram.sum()) < ROUNDING:

@@ -146,9 +146,10 @@ def _is_film(path: Path) -> bool:
 
 def _is_animated(path: Path) -> bool:
     """Return whether an image file has several pictures."""
-    from motes.video.animation import Animation
+    from PIL import Image
 
     try:
-        return Animation(str(path)).count > 1
-    except SourceError:
+        with Image.open(path) as image:
+            return getattr(image, "n_frames", 1) > 1
+    except (OSError, ValueError, Image.DecompressionBombError):
         return False

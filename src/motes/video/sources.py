@@ -312,7 +312,14 @@ def _check_whole(name: str, number: object) -> None:
 def is_recorded(source: str | int | Path) -> bool:
     """Return whether a source is a local file or pictures, whose frames can be read twice."""
     name = str(source)
-    return not (is_remote(name) or name.isdigit() or Path(name).is_fifo() or name == "-")
+    return not (is_remote(name) or name.isdigit() or _is_fifo(name) or name == "-")
+
+
+def _is_fifo(name: str) -> bool:
+    try:
+        return Path(name).is_fifo()
+    except OSError:  # the name is too long for a file
+        return False
 
 
 def is_remote(source: str) -> bool:

@@ -1,0 +1,131 @@
+"""Files of every format that `motes convert` reads, lenses, and tables of jobs."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from motes.cluster.table import JobTable
+from motes.core.geometry import Ellipse
+from motes.core.track import Status
+from motes.formats import registry
+from motes.formats.recording import FilmFacts, Recording, recording_of
+from motes.mot.analytics.lens import Lens
+from motes.output.journal import ENDING, JournalWriter, ObjectRow
+
+from .campaign import Kind
+from .outcomes import check_finite, outcome, put, scratch
+
+FACTS = FilmFacts(source="film.mp4", width=64, height=48, fps=25.0, label="car")
+NAMES = {
+    "csv": "a.csv", "jsonl": "a.jsonl", "mot": "a.txt", "mot-truth": "gt.txt",
+    "mot-detections": "det.txt", "otb": "a.otb.txt", "vot": "a.vot.txt", "coco": "a.json",
+    "cvat": "a.xml", "label-studio": "a.ls.json", "deeplabcut": "a.dlc.csv",
+    "keyframes": "a.keyframes.csv", "journal": f"a.json{ENDING}",
+}  # fmt: skip
+TABLES = {
+    "csv": b"source,region,label\na.mp4,\"1,2,30,40\",x\nb.mp4,\"1,2,30,40\",\n",
+    "jsonl": b'{"source": "a.mp4", "region": [1, 2, 30, 40]}\n{"source": "b.mp4", "do": "watch"}\n',
+    "toml": b'[[job]]\nsource = "a.mp4"\nregion = [1, 2, 30, 40]\n[[job]]\nsource = "b.mp4"\n',
+}  # fmt: skip
+
+
+def _one() -> Recording:
+    """Return an object that turns, and is absent in a frame."""
+    objects = [
+        (frame, ObjectRow(1, Ellipse(9.5 + frame, 20, 8, 5, 0.1 * frame), 0.75, Status.TRACKING))
+        for frame in (0, 1, 2, 4, 5)
+    ]
+    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(6)})
+
+
+def _several() -> Recording:
+    """Return two objects, one of them hidden in the end."""
+    objects = []
+    for frame in range(4):
+        status = Status.OCCLUDED if frame == 3 else Status.TRACKING
+        one, two = ((5.0 * frame, 9, 12, 10), (40.0 - frame**2, 20.5, 9, 18))
+        objects.append((frame, ObjectRow(1, Ellipse.from_box(one), 0.9, Status.TRACKING)))
+        objects.append((frame, ObjectRow(2, Ellipse.from_box(two), 0.5, status, label="bus")))
+    return recording_of(FACTS, objects, {frame: frame / 25 for frame in range(4)})
+
+
+def seeds(name: str) -> list[bytes]:
+    """Return sound files of a format."""
+    single = name != "journal" and registry.FORMATS[name].single
+    found = []
+    for number, recorded in enumerate([_one(), *[_several()] * (not single)]):
+        path = scratch() / f"seed-{number}-{NAMES[name]}"
+        path.unlink(missing_ok=True)
+        if name == "journal":
+            writer = JournalWriter(path, recorded.head)
+            for row in recorded:
+                writer.add(row)
+            writer.close()
+        else:
+            registry.write(path, name, recorded)
+        found.append(path.read_bytes())
+    return found
+
+
+def check(name: str, data: bytes) -> str:
+    """Read a file, and write what it holds as rows and as a document."""
+    path = put(NAMES[name], data)
+
+    def read() -> None:
+        recorded = registry.read(path, name, FACTS)
+        for row in recorded:
+            check_finite([row.time])
+            for each in row.objects:
+                check_finite([*each.ellipse, each.confidence])
+        registry.write(scratch() / "b.csv", "csv", recorded)
+        if recorded.head.width > 0 and recorded.head.height > 0:
+            registry.write(scratch() / "b.json", "coco", recorded)
+
+    return outcome(read)
+
+
+def lenses() -> list[bytes]:
+    """Return the files of OpenCV's calibration."""
+    matrix = "60., 0., 32., 0., 60., 24., 0., 0., 1."
+    return [
+        f"%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\ncamera_matrix: !!opencv-matrix\n"
+        f"   rows: 3\n   data: [ {matrix} ]\ndistortion_coefficients: !!opencv-matrix\n   dt: d\n"
+        f"   data: [ -2.5e-01, 0.1,\n       1e-3, 0., 0. ]\n".encode(),
+        f"<?xml version='1.0'?>\n<opencv_storage>\n<image_width>64</image_width>\n<camera_matrix "
+        f"type_id='opencv-matrix'><rows>3</rows><data>{matrix.replace(',', '')}</data>"
+        f"</camera_matrix><distortion_coefficients><data>0.1 0. 0. 0.</data>"
+        f"</distortion_coefficients></opencv_storage>\n".encode(),
+    ]
+
+
+def check_lens(data: bytes) -> str:
+    """Read a lens, and look for the places of some pixels."""
+
+    def read() -> None:
+        lens = Lens.parse(data.decode(errors="replace"))
+        for point in ((0.0, 0.0), (31.5, 23.5), (63.0, 47.0), (-1e4, 1e4)):
+            check_finite(lens.undistorted(point) or ())
+
+    return outcome(read)
+
+
+def check_table(form: str, data: bytes) -> str:
+    """Read a table of jobs, and check its rows."""
+    path = put(f"jobs.{form}", data)
+
+    def read() -> None:
+        _, count, problems = JobTable(str(path)).problems(lambda _: False, lambda _: None)
+        assert bool(count) == bool(problems)
+
+    return outcome(read)
+
+
+KINDS = (
+    *(Kind(f"as-{name}", partial(seeds, name), partial(check, name)) for name in NAMES),
+    Kind("lenses", lenses, check_lens),
+    *(
+        Kind(f"jobs-{form}", partial(list, (text,)), partial(check_table, form))
+        for form, text in TABLES.items()
+    ),
+)
+"""A kind for each format of one file, for lenses, and for each form of a table of jobs."""
