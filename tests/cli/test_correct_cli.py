@@ -306,8 +306,14 @@ def test_an_interrupted_correction_is_finished_later(
     expected = Path("expected.csv").read_text().splitlines()
     assert kept[:14] == expected[:14]
     assert kept[15:] == whole.splitlines()[15:]
-    assert go("refine FILM rows.csv")[0] == 0
-    assert Path("rows.csv").read_text().splitlines() == expected
+    stopped = {name: Path(name).read_bytes() for name in ("rows.csv", "rows.csv.run.json")}
+    for repeated in ("", " --at 12=31,25,30,40"):  # finished, or the same command once more
+        for name, data in stopped.items():
+            Path(name).write_bytes(data)
+        assert go(f"refine FILM rows.csv{repeated}")[0] == 0
+        assert Path("rows.csv").read_text().splitlines() == expected
+        remembered = Path("rows.csv.run.json").read_bytes()
+        assert remembered == Path("expected.csv.run.json").read_bytes()
 
 
 def test_an_interrupted_pass_leaves_its_rows(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:

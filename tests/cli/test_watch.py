@@ -72,7 +72,7 @@ def test_one_walks_by(go: Go) -> None:
     assert "90 frames, 1 object, 1 of them gone; " in error
     assert "each tracked by 100 particles and color; " in error
     assert "wrote o.mkv, e.jsonl, r.csv" in error
-    assert "minute 0: appears 1, crosses line 1 left 1, disappears 1" in error
+    assert "minute 0: appears 1, crosses line 1 in 1, disappears 1" in error
     with Path("r.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == COLUMNS
@@ -282,8 +282,8 @@ def test_the_table_is_by_the_minute() -> None:
     told(counting, *(seen(frame, (x, 40)) for frame, x in places))
     counting.finish()
     assert table(counting.counts) == [
-        "minute 0: appears 1, crosses gate left 1",
-        "minute 1: crosses gate right 1",
+        "minute 0: appears 1, crosses gate in 1",
+        "minute 1: crosses gate out 1",
     ]
 
 
@@ -295,6 +295,7 @@ def test_a_scene_is_drawn_on_a_copy() -> None:
     assert tuple(drawn[60, 100]) == color_of(3)  # the lower edge of its box
     assert tuple(drawn[55, 95]) != (90, 90, 90)  # where it came from
     assert drawn[50, 5].min() > 200
+    assert drawn[46:50, 10].min(axis=1).max() > 200  # its stroke
     assert (drawn[:, 150:] == 90).all()
     assert len({color_of(i) for i in range(200)}) == 200
     away = draw_scene(pixels, [seen(0, (1e9, -1e9))], {})
@@ -343,7 +344,7 @@ def test_a_detector_of_ones_own(go: Go) -> None:
     )
     code, _, error = go("FILM --detector my_red:red -o - --line 80,96,80,0")
     assert code == 0, error
-    assert "crosses line 1 right box 1" in error
+    assert "crosses line 1 out box 1" in error
     code, _, error = go("FILM --detector my_red:blue -o r.csv")
     assert (code, "Traceback" in error) == (2, False)
     assert "The detector my_red:blue cannot be made: AttributeError" in error

@@ -15,7 +15,7 @@ from motes.mot.analytics.events import EventCounter
 from motes.mot.analytics.regions import Line, Regions
 from motes.output.path_pictures import heatmap, paths
 from motes.output.scene_overlay import color_of
-from motes.output.slit_scan import LONGEST, MARGIN, SCALE, SlitScan
+from motes.output.slit_scan import COLORS, LONGEST, MARGIN, SCALE, SlitScan
 from motes.video.sources import open_source
 from motes.video.writer import VideoWriter
 from sightings import seen
@@ -44,6 +44,11 @@ def test_a_slit_scan_has_time_downwards_and_the_line_across() -> None:
     marked = scan.picture()
     assert (marked[SCALE * 30, MARGIN:] != picture[SCALE * 30, MARGIN:]).any(axis=1).mean() > 0.9
     assert (marked[: SCALE * 20] == picture[: SCALE * 20]).all()
+    named = SlitScan((5, 20, 54, 20), ("in", "out"))
+    named.add(frame(0), 0, 0.0)
+    below = named.picture()[SCALE:]
+    for color in COLORS:  # a stroke in the color of the marks before each name
+        assert (below == color).all(axis=2).sum() > 40
 
 
 def test_a_long_run_keeps_a_slit_scan_short() -> None:
@@ -105,7 +110,7 @@ def test_the_pictures_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str
     lines = ["--line", "80,0,80,95", "--line", "0,20,159,20", "--detector", "gaussian"]
     assert main(["watch", str(film), *lines, *pictures]) == 0
     assert "s-line-1.png" in capsys.readouterr().err
-    for name, shape in (("s-line-1", (100, 252)), ("s-line-2", (100, 380)), ("h", (96, 160))):
+    for name, shape in (("s-line-1", (134, 252)), ("s-line-2", (134, 380)), ("h", (96, 160))):
         assert np.array(Image.open(tmp_path / f"{name}.png")).shape[:2] == shape
     blue = np.array(Image.open(tmp_path / "s-line-1.png")).astype(int)
     assert ((blue[:, MARGIN:] == (230, 159, 0)).all(axis=2).mean(axis=1) > 0.8).sum() == 1  # a mark

@@ -120,9 +120,9 @@ def test_events_and_counts_have_classes() -> None:
             events += counting.update([track])
     assert json.loads(events[-1].json())["class"] == "car"
     assert "label" not in events[-1].json()
-    assert counting.counts[0, "crosses", "gate", "left", "car"] == 2
+    assert counting.counts[0, "crosses", "gate", "in", "car"] == 2
     assert table(counting.counts)[-1] == (
-        "minute 0: appears bus 1, appears car 2, crosses gate left bus 1, crosses gate left car 2"
+        "minute 0: appears bus 1, appears car 2, crosses gate in bus 1, crosses gate in car 2"
     )
 
 

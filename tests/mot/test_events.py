@@ -59,7 +59,7 @@ def test_events_of_one_visit() -> None:
     kinds = [(e.frame, e.event, e.place, e.direction, e.seconds) for e in events]
     assert kinds == [
         (0, "appears", None, None, None),
-        (5, "crosses", "gate", "left", None),  # where it stands on the line
+        (5, "crosses", "gate", "in", None),  # where it stands on the line
         (6, "enters", "zone 1", None, None),
         (9, "leaves", "zone 1", None, 0.75),
         (13, "disappears", None, None, 2.75),
@@ -67,7 +67,7 @@ def test_events_of_one_visit() -> None:
     assert [e.speed for e in events] == [0, 40, 40, 40, 40]  # 10 pixels in a quarter of a second
     assert (events[-1].x, events[-1].y) == (110, 40)  # where it was last seen
     assert told(counting, seen(14, (0, 0), Status.LOST)) == []
-    assert counting.counts[0, "crosses", "gate", "left", ""] == 1
+    assert counting.counts[0, "crosses", "gate", "in", ""] == 1
     assert counting.counts.total() == 5
 
 
@@ -115,7 +115,7 @@ def test_who_trembles_on_a_line_crosses_it_once() -> None:
     assert [(e.frame, e.event) for e in events] == [(0, "appears"), (6, "crosses")]
     way = [57, 54, 51, 48, 45, 42, 39]
     back = told(counting, *(seen(i, (x, 40)) for i, x in enumerate(way, start=11)))
-    assert [(e.event, e.direction) for e in back] == [("crosses", "right")]
+    assert [(e.event, e.direction) for e in back] == [("crosses", "out")]
 
 
 def test_who_vanishes_in_a_zone_leaves_it() -> None:
@@ -166,7 +166,8 @@ def test_places_that_are_none(make: object, said: str) -> None:
 
 def gate(**changes: object) -> EventCounter:
     """Return the counter of a line at x = 50; an object to the right of the picture is left."""
-    return EventCounter(Regions((Line((50, 0, 50, 99), **changes),)))  # type: ignore[arg-type]
+    label = changes.get("label", ("left", "right"))
+    return EventCounter(Regions((Line((50, 0, 50, 99), label=label),)))  # type: ignore[arg-type]
 
 
 def crossings(
@@ -192,6 +193,15 @@ def test_who_is_on_the_edge_of_a_zone_enters_once() -> None:
     places = [(e.frame, e.event) for e in events if e.place]
     assert places == [(4, "enters"), (11, "leaves")]
     assert counting.counts.total() == 3
+
+
+def test_a_stroke_shows_the_first_direction() -> None:
+    for points in ((50, 0, 50, 99), (10, 80, 90, 60), (90, 60, 10, 80)):
+        line = Line(points)
+        begin, tip = line.stroke
+        after = (2 * tip[0] - begin[0], 2 * tip[1] - begin[1])
+        before = (2 * begin[0] - tip[0], 2 * begin[1] - tip[1])
+        assert line.label[crossing(line.points, before, after) == "right"] == "in"
 
 
 def test_directions_have_the_lines_own_names() -> None:

@@ -17,7 +17,8 @@ from PIL import Image
 
 from clips import clip, picture
 from motes.cli import main
-from motes.core.errors import ConfigError, SourceError
+from motes.cli.exit_codes import AWAY
+from motes.core.errors import AwayError, ConfigError, SourceError
 from motes.video import decoder, newest, pace, reconnect
 from motes.video.live import Live, open_watched
 from motes.video.pace import Pace
@@ -121,12 +122,26 @@ def test_a_camera_that_stays_away_is_an_error_after_all() -> None:
     said: list[str] = []
     with server(once) as url:
         with open_source(url, on_drop=said.append, patience=0.1) as source:
-            with pytest.raises(SourceError, match=r"has not come back for 0\.1 s; check it"):
+            with pytest.raises(AwayError, match=r"has not come back for 0\.1 s; check it"):
                 list(source)
             assert source.report.decoded == 10
         with pytest.raises(ConfigError, match="patience is -1"):
             open_source(url, on_drop=said.append, patience=-1)
     assert len(said) == 1
+
+
+def test_a_stream_that_ends_by_the_other_side_has_a_code_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def once(connection: socket.socket, number: int) -> None:
+        if number == 0:
+            jpegs(connection, number)
+
+    rows = tmp_path / "rows.csv"
+    with server(once) as url:
+        assert main(["watch", url, "--reconnect", "0.1", "-o", str(rows)]) == AWAY
+    assert "has not come back for 0.1 s" in capsys.readouterr().err
+    assert rows.read_text().startswith("frame,")
 
 
 def test_frames_of_a_live_source_have_their_arrival(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ Exit codes:
   4    the target was never found
   5    an output exists or cannot be written
   6    done, but some sequences, trackers or cameras failed
+  7    a live source ended, and was away for longer than --reconnect allows
   129  the terminal was closed (SIGHUP)
   130  interrupted by Ctrl-C (SIGINT)
   143  terminated (SIGTERM)

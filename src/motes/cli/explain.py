@@ -8,12 +8,21 @@ from collections.abc import Sequence
 
 from cyclopts import CycloptsError, MissingArgumentError, UnusedCliTokensError
 
-from motes.cli.exit_codes import FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
-from motes.core.errors import ConfigError, FormatError, InputError, MotesError, SourceError
+from motes.cli.exit_codes import AWAY, FAULT, NO_MEMORY, UNREADABLE, UNWRITABLE, USAGE
+from motes.core.errors import (
+    AwayError,
+    ConfigError,
+    FormatError,
+    InputError,
+    MotesError,
+    SourceError,
+)
 
 
 def explain(error: Exception) -> tuple[str, int]:
     """Return the message for an error, and its exit code."""
+    if isinstance(error, AwayError):
+        return str(error), AWAY
     if isinstance(error, SourceError | InputError):
         return str(error), UNREADABLE
     if isinstance(error, FormatError):

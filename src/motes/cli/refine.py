@@ -78,7 +78,7 @@ def refine(
     after = history.corrected(new)
     made, interrupted = refine_rows(film, table, history, after, goal)
     log(
-        f"{interrupts.word(interrupted)}{counted(len(after.corrections[-1]), 'correction')}, "
+        f"{interrupts.word(interrupted)}{counted(len(dict(new)), 'correction')}, "
         f"{counted(made, 'row')} of {len(table.frames)} made anew; wrote {goal}."
     )
     return interrupts.code(interrupted) if interrupted else DONE

@@ -70,7 +70,9 @@ class Slits(_Pictures):
         if not places.lines:
             raise ConfigError("--slit shows lines; give one with --line or --places.")
         self._lines = places.lines
-        self._scans = {name: SlitScan(line.points) for name, line in self._lines.items()}
+        self._scans = {
+            name: SlitScan(line.points, line.label) for name, line in self._lines.items()
+        }
         super().__init__(slit_files(path, places), overwrite)
         self._begun = False
 

@@ -33,6 +33,10 @@ class SourceError(MotesError):
     """A video, image or stream cannot be read."""
 
 
+class AwayError(SourceError):
+    """A live source has ended, and has not come back in the time that it may be away."""
+
+
 class FormatError(MotesError):
     """A file of results has the wrong form, exists already, or cannot be read or written."""
 

@@ -210,8 +210,14 @@ class History(msgspec.Struct, frozen=True):
         return keyframes(latest.items())
 
     def corrected(self, marks: Marks) -> History:
-        """Return the history with further marks; those of one command must not contradict."""
+        """Return the history with further marks; those of one command must not contradict.
+
+        Marks that are all known already add nothing: a command that is repeated after a signal, or
+        one that only finishes it, leaves the file that it would have left at once.
+        """
         found = keyframes(marks)
+        if self.keys | found == self.keys:
+            return self
         new = [(frame, None if mark is None else [*mark]) for frame, mark in found.items()]
         return replace(self, corrections=[*self.corrections, new])
 

@@ -48,7 +48,7 @@ def draw_scene(
     trails
         The past places of each identity, oldest first.
     regions
-        Lines and zones of the event counter.
+        Lines and zones of the event counter. A stroke from a line shows its first direction.
     caption
         Lines of text in the upper left corner, such as time and totals.
     notes
@@ -64,6 +64,16 @@ def draw_scene(
     shapes += [(*each.points, *each.points[:2]) for each in regions.zone] if regions else []
     for points in shapes:
         pen.line(_rounded(np.array(points)), (*REGION_COLOR, 200), line)
+    for each_line in regions.line if regions else ():
+        begin, tip = np.array(each_line.stroke)
+        pen.line(_rounded(np.array([begin, tip])), (*REGION_COLOR, 200), line)
+        column, row = _rounded(tip[None])
+        reach = 2 * line
+        pen.ellipse((column - reach, row - reach, column + reach, row + reach), REGION_COLOR)
+        _, _, wide, high = pen.textbbox((0, 0), each_line.label[0], typeface)
+        place = min(column + 2 * reach, image.width - wide), min(row, image.height - high)
+        pen.rectangle((*place, place[0] + wide, place[1] + high), (0, 0, 0, 160))
+        pen.text(place, each_line.label[0], REGION_COLOR, typeface)
     for each in tracks:
         color, hidden = color_of(each.identity), each.track.status is not Status.TRACKING
         trail = np.reshape(trails.get(each.identity, ()), (-1, 2))

@@ -18,6 +18,8 @@ SCALE = 2
 """Width and height of a slit's pixel in the picture."""
 MARGIN = 60
 """Width of the column with the times, in pixels."""
+LEGEND = 34
+"""Height of the names of the directions, in pixels."""
 TICKS = 50
 """Least distance of two times, in pixels."""
 COLORS = (230, 159, 0), (86, 180, 233)
@@ -40,10 +42,14 @@ class SlitScan:
     ----------
     points
         The line's ends: x1, y1, x2, y2.
+    names
+        The names of its directions, written below with strokes in the colors of their marks.
     """
 
-    def __init__(self, points: tuple[float, float, float, float]) -> None:
-        self._points = points
+    def __init__(
+        self, points: tuple[float, float, float, float], names: tuple[str, ...] = ()
+    ) -> None:
+        self._points, self._names = points, names
         self._rows: list[Pixels] = []
         self._times: list[tuple[int, float]] = []
         self._step, self._frames = 1, 0
@@ -71,7 +77,8 @@ class SlitScan:
         from PIL import Image, ImageDraw
 
         scan = np.stack(self._rows).repeat(SCALE, axis=0).repeat(SCALE, axis=1)
-        image = Image.new("RGB", (MARGIN + scan.shape[1], scan.shape[0]))
+        height = scan.shape[0] + LEGEND * bool(self._names)
+        image = Image.new("RGB", (MARGIN + scan.shape[1], height))
         image.paste(Image.fromarray(scan), (MARGIN, 0))
         pen, typeface = ImageDraw.Draw(image), font(11)
         frames = [frame for frame, _ in self._times]
@@ -80,6 +87,10 @@ class SlitScan:
             text = f"{int(seconds // 60)}:{seconds % 60:04.1f}"
             pen.line((MARGIN - 6, SCALE * row, MARGIN, SCALE * row), (255, 255, 255))
             pen.text((2, SCALE * row), text, (255, 255, 255), typeface)
+        for row, (name, color) in enumerate(zip(self._names, COLORS, strict=False)):
+            y = scan.shape[0] + 4 + 14 * row
+            pen.line((4, y + 7, 18, y + 7), color, 3)
+            pen.text((24, y), name, color, typeface)
         for mark in self._marks:
             y = SCALE * int(np.searchsorted(frames, mark.frame))
             x, color = MARGIN + mark.place * (scan.shape[1] - 1), COLORS[mark.second]

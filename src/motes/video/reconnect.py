@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Generator
 
-from motes.core.errors import SourceError
+from motes.core.errors import AwayError, SourceError
 from motes.video.decoder import Decoder, Stamped
 from motes.video.report import Report
 
@@ -102,7 +102,7 @@ class Persistent:
         until = dropped_at + self._patience
         while not self._stopped.wait(min(self._pause, max(0.0, until - time.monotonic()))):
             if time.monotonic() >= until:
-                raise SourceError(
+                raise AwayError(
                     f"{self._name} has not come back for {self._patience:g} s; check it, or wait "
                     f"longer with --reconnect."
                 )

@@ -56,7 +56,9 @@ def _events(
     clip: CountedClip, source: str, detector: Detector, preset: str, seed: int
 ) -> list[Event]:
     """Return the crossings that are counted in a film; a line's name is its number."""
-    lines = tuple(Line(line.points, str(n)) for n, line in enumerate(clip.line, start=1))
+    lines = tuple(
+        Line(line.points, str(n), ("left", "right")) for n, line in enumerate(clip.line, start=1)
+    )
     if isinstance(detector, PreparedDetector):
         with open_source(source) as film:
             detector.prepare(film)

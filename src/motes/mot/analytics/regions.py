@@ -16,11 +16,15 @@ from motes.mot.analytics.ground_plane import Ground
 
 Point: TypeAlias = tuple[float, float]
 
+STROKE = 0.12
+"""Length of the stroke that shows a line's first direction, as a share of the line."""
+
 
 class Line(Config, frozen=True):
     """A line whose crossings are counted.
 
-    An object crosses it to the `right` or `left`, as seen from the first point towards the second.
+    An object crosses it to the left or to the right, as seen from the first point towards the
+    second: in or out.
 
     Attributes
     ----------
@@ -34,7 +38,7 @@ class Line(Config, frozen=True):
 
     points: tuple[float, float, float, float]
     name: str = ""
-    label: tuple[str, str] = ("left", "right")
+    label: tuple[str, str] = ("in", "out")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -42,6 +46,13 @@ class Line(Config, frozen=True):
             raise ConfigError(f"The label of a line is two different names; got {self.label}.")
         if self.points[:2] == self.points[2:]:
             raise ConfigError(f"A line needs two different points; got {_text(self.points)}.")
+
+    @property
+    def stroke(self) -> tuple[Point, Point]:
+        """A stroke from the line's middle to its left: where an object goes that crosses it so."""
+        x1, y1, x2, y2 = self.points
+        middle, share = ((x1 + x2) / 2, (y1 + y2) / 2), STROKE
+        return middle, (middle[0] + share * (y2 - y1), middle[1] - share * (x2 - x1))
 
 
 class Zone(Config, frozen=True):
