@@ -3,6 +3,7 @@
 Annotations are evaluated here: the parser would look for their names in the module of a subclass.
 """
 
+import glob
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ from motes.cli.options import (
 from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
+from motes.core.files import remove_leftovers
 
 if TYPE_CHECKING:
     from motes.correction.history import History
@@ -126,7 +128,7 @@ def remembered(
         Whether the file may be there, of the same run.
     """
     from motes.cli.watch_outputs import STREAMED, format_of
-    from motes.correction.history import History
+    from motes.correction.history import History, history_path
 
     if output == "-" or format_of(output, outputs.format) not in STREAMED:
         return []
@@ -134,6 +136,9 @@ def remembered(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
         stride=frames.stride,
     )  # fmt: skip
+    if resume:  # what a killed run has left of it
+        beside = history_path(Path(output))
+        remove_leftovers(beside.with_name(glob.escape(beside.name)))
     return [Remembered(output, history, overwrite=outputs.overwrite or resume)]
 
 
