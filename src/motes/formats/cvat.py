@@ -190,7 +190,7 @@ def read(path: Path, facts: FilmFacts) -> Recording:
     count = facts.frames or end or 0
     if count > MOST_FRAMES:
         raise FormatError(f"its size is {count} frames, which no film has")
-    times = {frame: facts.time(frame) for frame in range(count)}
+    times = dict.fromkeys(range(count))
     named = {frame: name for frame, name in files.items() if name}
     others = Counter(each.tag for part in (*tracks, *images) for each in part)
     left_out = [
