@@ -169,8 +169,9 @@ def test_what_is_left_out_is_said(go: Go) -> None:
 
     assert go("convert two.json a.xml")[0] == 0
     text = Path("a.xml").read_text().replace("</track>", "<cuboid frame='0'/></track>")
-    Path("a.xml").write_text(text)
-    assert "left out of a.xml: 2 cuboids." in go("convert a.xml c.csv")[1]
+    only = "<track id='9' label='car'><cuboid frame='0'/></track></annotations>"
+    Path("a.xml").write_text(text.replace("</annotations>", only))
+    assert "left out of a.xml: 3 cuboids." in go("convert a.xml c.csv")[1]
 
     assert go("convert one.csv a.dlc.csv")[0] == 0
     lines = Path("a.dlc.csv").read_text().splitlines()

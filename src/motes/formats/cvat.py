@@ -231,7 +231,7 @@ def _read_track(
 ) -> Iterator[tuple[int, ObjectRow]]:
     shapes = [shape for shape in track if shape.tag in SHAPES]
     shapes.sort(key=_frame)
-    for shape, following in zip(shapes, [*shapes[1:], None], strict=True):
+    for shape, following in zip(shapes, [*shapes, None][1:], strict=True):
         if _flag(shape, "outside"):
             continue
         frame, row = _frame(shape), _row(shape, identity, label)
