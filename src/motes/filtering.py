@@ -13,6 +13,7 @@
 
 from __future__ import annotations
 
+from motes.cues.confined_filter import ConfinedFilter
 from motes.sot.discriminative.evidence import Evidence
 from motes.sot.discriminative.redetection import Redetection
 from motes.sot.filtering.appearance_rule import AppearanceRule, Calibration
@@ -46,9 +47,10 @@ __all__ = [
     "Autoregressive",
     "BestParticle",
     "Calibration",
-    "Evidence",
+    "ConfinedFilter",
     "ConstantVelocity",
     "EllipseWalk",
+    "Evidence",
     "Exponential",
     "ExponentialForgetting",
     "Fixed",

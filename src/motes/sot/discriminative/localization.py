@@ -170,6 +170,7 @@ class Localizer:
         confined, beside = view.near(found)
         if confined > TRUSTED_RESPONSE:
             found = found._replace(x=(x + beside.x) / 2, y=(y + beside.y) / 2)
+            centers += np.subtract(found[:2], (x, y))
         box = np.append(samples.offsets(place, np.array(found[:2])), half)
         stands_out = contrast(integral, box)
         similarity = peak_near(first, box[0], box[1])

@@ -27,8 +27,6 @@ MIN_HALF_AXIS = 2.0
 """Smallest half-axis that the search tries, in pixels."""
 RESTART_EVERY = 4
 """One of this many search particles restarts in each frame."""
-PAIRS = 2
-"""Number of pairs of places that are drawn by weight; the second of a pair is turned."""
 DIRECTIONS = Hog(bins=16, rotation_normalized=False)
 """Histogram of gradient directions over a full turn; a turned target has a shifted histogram."""
 
@@ -124,9 +122,8 @@ class Redetection(Config, frozen=True):
         distances += self.edges_gain * self.edges.distances(model.edges, frame, moved)
         weights = Weights.from_log(-distances / self.sigma)
         chosen = moved[Resampling(scheme="systematic").ancestors(rng, weights, len(moved))]
-        drawn = chosen[rng.integers(len(chosen), size=2 * PAIRS)]
-        for place in drawn[1::2]:
-            place[4] = self._turn(rng, model, frame, Ellipse(*place.tolist()))
+        drawn = chosen[rng.integers(len(chosen), size=2)]
+        drawn[1, 4] = self._turn(rng, model, frame, Ellipse(*drawn[1].tolist()))
         places = np.vstack([moved[int(np.argmin(distances))], drawn])
         return chosen, [Ellipse(*place) for place in places.tolist()]
 

@@ -54,8 +54,9 @@ class Standing(NamedTuple):
             Whether the search has found this place in this frame.
         """
         there, tracking = evidence > 0, self.status is Status.TRACKING
-        confirmed = (0 if jumped else self.confirmed) + 1 if there else 0
-        contradicted = self.contradicted + 1 if there is not tracking and not jumped else 0
+        confirmed, contradicted = (0, 0) if jumped else (self.confirmed, self.contradicted)
+        confirmed = confirmed + 1 if there else 0
+        contradicted = contradicted + 1 if there is not tracking else 0
         believed = there and (self.trusted or confirmed >= FRAMES)
         status = self.status if tracking else Status.SEARCHING
         if contradicted == FRAMES:
