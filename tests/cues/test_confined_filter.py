@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,17 +129,13 @@ def test_with_more_inertia_it_changes_less() -> None:
     assert changes[1] < 0.5 * changes[0]
 
 
-def solved(
-    x: NDArray[np.complexfloating],
-    label: NDArray[np.complexfloating],
-    target: NDArray[np.complexfloating],
-    both: float,
-    count: int,
-) -> NDArray[np.complexfloating]:
+Complexes = NDArray[np.complexfloating[Any, Any]]
+
+
+def solved(x: Complexes, label: Any, target: Complexes, both: float, count: int) -> Any:
     """Return the minimum at one frequency, by a system of linear equations."""
     left = np.outer(x, x.conj()) / count + both * np.eye(len(x))
-    out: NDArray[np.complexfloating] = np.linalg.solve(left, x * label / count + target)
-    return out
+    return np.linalg.solve(left, x * label / count + target)
 
 
 @pytest.mark.parametrize(("penalty", "inertia"), [(1.0, 0.0), (0.1, 15.0)])
