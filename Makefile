@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/ready
 SOURCES := $(wildcard src/motes/kernels/*.hpp src/motes/kernels/*.cpp)
 KERNELS := $(VENV)/kernels
-# Real films: SEQUENCES in OTB's layout, and others. See docs/results.md for their names in commands.
+# Real films: SEQUENCES in OTB's layout, and others. See lab/docs/results.md for their names in commands.
 DATA := $(or $(MOTES_DATA),../shared/data)/sot
 
 # What `make bench` scales and follows, and files of trained networks: NANO=BACKBONE,HEAD VIT=NETWORK.
@@ -64,12 +64,12 @@ gallery: ready
 # Into bench/; what needs real film is left out where there is none.
 bench: ready
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-only
-	$(BIN)/motes bench --against docs/performance.md --plot --out bench --overwrite \
+	$(BIN)/motes-lab bench --against lab/docs/performance.md --plot --out bench --overwrite \
 		$(if $(wildcard $(DATA)),--data $(DATA) $(if $(NANO),--nano $(NANO)) $(if $(VIT),--vit $(VIT)))
 	$(if $(wildcard $(FILM)),$(BIN)/python benchmarks/end_to_end.py $(FILM) $(BOX))
 
 # The measured tables of docs/, the shortest first. What has been measured is in results/: a run that
-# was stopped goes on. All take more than ten hours; docs/results.md has the time of each.
+# was stopped goes on. All take more than ten hours; lab/docs/results.md has the time of each.
 results: ready
 	$(BIN)/python docs/generate/results.py $(ONLY)
 

@@ -21,14 +21,15 @@ ORDER = [
     {"cues"},
     {"sot"},
     {"mot", "testing"},
+    {"synthetic"},
     {"output"},
     {"correction"},
     {"formats"},
     {"cluster"},
-    {"evaluation", "services"},
+    {"services"},
     {"studio"},
     {"cli"},
-    {"filtering", "synthetic", "__main__"},
+    {"filtering", "__main__"},
 ]
 """The packages, and last the modules of public names and the program.
 

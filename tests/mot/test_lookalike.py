@@ -11,11 +11,11 @@ from motes import Status
 from motes.core.errors import ConfigError
 from motes.core.frame import Frame
 from motes.core.geometry import iou
-from motes.evaluation.datasets.team import parse_team
-from motes.evaluation.papers.zhao_pei_team import team as follow_team
 from motes.mot.detection.lookalike import LIMIT, LookalikeConfig, LookalikeDetector
 from motes.mot.pipeline_config import lookalike_detector
 from motes.mot.scene import Scene
+from motes_lab.datasets.team import parse_team
+from motes_lab.papers.zhao_pei_team import team as follow_team
 
 RED, BLUE, WHITE, LAWN = (200, 30, 30), (40, 50, 160), (235, 235, 235), (60, 120, 40)
 SIZE = 14, 30
