@@ -156,7 +156,8 @@ def cases(clip: Path, sequences: Path) -> list[Case]:
             "evaluate --resume",
             (
                 "motes_lab", "evaluate", str(sequences), "--tracker", "nummiaro",
-                "--tracker", "mean_shift", "--seeds", "3", "--workers", "2", "--out", "out", "--resume",
+                "--tracker", "mean_shift", "--seeds", "3", "--workers", "2", "--out", "out",
+                "--resume",
             ),
             ("out/tracks/*/*/*.csv", "out/results.csv"),
             timed=True,
