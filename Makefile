@@ -95,7 +95,7 @@ $(DEMO_READY): pyproject.toml setup.py
 # compare with; of what they ask for, an OpenCV would overwrite ours.
 $(READY): $(DEMO_READY) lab/pyproject.toml
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable lab
+	$(INSTALL) --no-build-isolation --editable '.[all,dev,docs]' --editable './lab[faces,peers]'
 	$(INSTALL) --no-deps trackeval==1.3.0 datumaro==1.13.12
 	touch $@ $(KERNELS)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from motes import cli
 from motes.core.errors import ConfigError, MissingDependencyError, SourceError
 from motes.core.frame import Frame
 from motes.core.geometry import Box, iou
@@ -65,8 +65,8 @@ def test_a_trained_detector_finds_such_faces(
 
     Image.fromarray(picture).save(tmp_path / "shown.png")
     line = ["track", str(tmp_path / "shown.png"), "--detect", "face", "-o"]
-    assert main([*line, str(tmp_path / "none.csv")]) == 4
-    assert main([*line, str(tmp_path / "found.csv"), "--face-model", str(model)]) == 0
+    assert cli.main([*line, str(tmp_path / "none.csv")]) == 4
+    assert cli.main([*line, str(tmp_path / "found.csv"), "--face-model", str(model)]) == 0
 
 
 def test_files_that_are_no_faces(tmp_path: Path) -> None:
@@ -101,8 +101,3 @@ def test_what_dlib_cannot_learn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setitem(sys.modules, "dlib", None)
     with pytest.raises(MissingDependencyError, match=r"pip install 'motes\[faces\]'"):
         train_faces([Example(picture, ())], tmp_path)
-
-
-def test_a_model_without_detection_is_refused(capsys: Any) -> None:
-    assert main(["track", "x.mp4", "--init", "1,1,9,9", "-o", "-", "--face-model", "f"]) == 2
-    assert "--face-model belongs to --detect face" in capsys.readouterr().err

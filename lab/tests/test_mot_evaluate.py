@@ -207,7 +207,7 @@ def test_some_need_detections(home: Path, name: str) -> None:
 
 def test_without_trackers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "trackers", None)
-    with pytest.raises(MissingDependencyError, match=r"motes\[peers\]"):
+    with pytest.raises(MissingDependencyError, match=r"motes-lab\[peers\]"):
         mot_tracker_spec("trackers:sort")
 
 

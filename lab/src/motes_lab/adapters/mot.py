@@ -234,7 +234,7 @@ def import_peers(name: str) -> tuple[Any, Any]:
         import trackers
     except ImportError:
         raise MissingDependencyError(
-            f"{name} needs the package trackers; install it: pip install 'motes[peers]'."
+            f"{name} needs the package trackers; install it: pip install 'motes-lab[peers]'."
         ) from None
     if not hasattr(trackers, PEERS[name]):
         raise MissingDependencyError(
