@@ -485,15 +485,6 @@ def test_wrong_input_is_one_line(go: Go, line: str, code: int, message: str) -> 
     assert set(os.listdir()) == before
 
 
-@pytest.mark.parametrize(
-    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "A median needs")]
-)
-def test_a_bench_of_nothing_is_refused(go: Go, line: str, said: str) -> None:
-    code, _, error = go(line)
-    assert (code, error.count("\n")) == (2, 1)
-    assert said in error
-
-
 def test_an_unexpected_fault_asks_for_a_report(go: Go, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ZeroDivisionError("two\nlines")

@@ -149,7 +149,7 @@ def test_of_what_another_detector_finds_the_alike_are_kept(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_the_players_of_a_team_are_followed(data: Path) -> None:
     """Boxes by hand in twelve frames of a film whose camera pans."""
-    text = (Path(__file__).parents[1] / "truth" / "team.toml").read_text()
+    text = (Path(__file__).parents[2] / "lab/tests/truth/team.toml").read_text()
     marked = parse_team(text, "team.toml")
     *_, result = follow_team(marked, data / "sot" / marked.sequence / "img", "nummiaro:adaptive", 0)
     (table,) = result.tables.values()

@@ -532,3 +532,36 @@ def test_little_memory_is_needed(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True)
     (own,) = re.findall(r"RssAnon:\s+(\d+) kB", done.stdout)
     assert 1024 * int(own) < 125e6, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "said"), [("bench --rounds 0", "1 or more"), ("bench --frames 2", "A median needs")]
+)
+def test_a_bench_of_nothing_is_refused(
+    line: str, said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(line.split()) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert said in error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "line",
+    ["bench --frames HUGE", "evaluate . --seeds HUGE", "experiment two-rooms --seeds HUGE"],
+)
+def test_numbers_that_are_too_large(line: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(line.replace("HUGE", "9" * 30).split()) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "defect" not in error
+
+
+@pytest.mark.slow
+def test_the_program_names_itself() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "motes_lab", "evaluate"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "see motes-lab evaluate --help" in done.stderr
