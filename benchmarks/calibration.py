@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from motes import PRESETS, Frame, Tracker, open_source
 from motes.core.geometry import iou
-from motes.evaluation.datasets.sot import Sequence, load_dataset
-from motes.evaluation.metrics.sot import calibration_error
 from motes.sot.filtering.appearance_rule import Calibration
 from motes.sot.presets import preset
+from motes_lab.datasets.sot import Sequence, load_dataset
+from motes_lab.metrics.sot import calibration_error
 
 Floats = NDArray[np.float64]
 
@@ -94,7 +94,9 @@ def main() -> None:
     print("|---|---|---|---|---|")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for name in options.presets:
-            shipped = preset(name).calibration
+            shipped = getattr(preset(name), "calibration", None)
+            if shipped is None:  # the default tracker's confidence is that of its evidence
+                continue
             jobs = [(name, folder, seed) for folder in folders for seed in range(options.seeds)]
             runs = list(pool.map(follow, *zip(*jobs, strict=True), chunksize=options.seeds))
             losses = np.array([loss(run, shipped) for run in runs])

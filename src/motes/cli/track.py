@@ -78,7 +78,9 @@ def track(
         several of them, or a pattern of videos, with --keyframes.
     """
     known = target.known()
-    preset = preset or default_preset(known is not None or fps_target is not None)
+    preset = preset or default_preset(
+        known is not None or fps_target is not None or outputs.save_histogram is not None
+    )
     config = tracker_config(app, preset, values.config, settings, known)
     if values.dump_config:
         from motes.core.config import to_toml
@@ -91,8 +93,11 @@ def track(
         raise ConfigError(f"--seed is {values.seed}; give 0 or more.")
     if keys.given:
         papers = bool(outputs.figures) and not motion_names(outputs.figures)
-        unfit = {"--stride": frames.stride != 1, "--fps-target": fps_target}
-        refuse(unfit | {"--figures FOLDER": papers}, "not for keyframes")
+        unfit: dict[str, object] = {
+            "--stride": frames.stride != 1, "--fps-target": fps_target,
+            "--figures FOLDER": papers, "--save-histogram": outputs.save_histogram,
+        }  # fmt: skip
+        refuse(unfit, "not for keyframes")
         plane = units.units()
         check_keyframe_error(outputs.keyframe_error)
         from motes.cli.track_between import Choice
@@ -105,6 +110,12 @@ def track(
             f"several videos --keyframes."
         )
     (source,) = sources
+    if outputs.save_histogram is not None:
+        from motes.cli.save_histogram import save_histogram
+
+        return save_histogram(
+            source, outputs.save_histogram, target, frames, outputs, config, preset
+        )
     if outputs.resume and fps_target is not None:
         raise ConfigError(
             "A run with --fps-target cannot be repeated exactly; omit it or --resume."
