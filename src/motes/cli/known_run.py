@@ -24,7 +24,7 @@ from motes.cli.options import (
 from motes.cli.track_units import UnitOptions
 from motes.core.config import Config
 from motes.core.errors import ConfigError
-from motes.core.files import remove_leftovers
+from motes.core.files import is_special, remove_leftovers
 
 if TYPE_CHECKING:
     from motes.correction.history import History
@@ -79,6 +79,7 @@ class Remembered:
 
         self._rows, self._history, self._done = Path(rows), history, False
         self._path = history_path(self._rows)
+        check_writable(self._rows, overwrite=True)  # a missing folder is that of the rows
         check_writable(self._path, overwrite)
 
     def write(self, _: object) -> None:
@@ -112,7 +113,7 @@ def remembered(
     places: "Regions | None" = None,
     resume: bool = False,
 ) -> list[Remembered]:
-    """Return what writes the history of rows, in a list; empty for standard output and documents.
+    """Return what writes the history of rows, in a list; empty for streams and documents.
 
     Parameters
     ----------
@@ -130,7 +131,8 @@ def remembered(
     from motes.cli.watch_outputs import STREAMED, format_of
     from motes.correction.history import History, history_path
 
-    if output == "-" or format_of(output, outputs.format) not in STREAMED:
+    special = output == "-" or is_special(output)
+    if special or format_of(output, outputs.format) not in STREAMED:
         return []
     history = History.of_run(
         film, config, seed, preset, units=units, places=places, start=frames.start, end=frames.end,
