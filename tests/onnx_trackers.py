@@ -37,15 +37,19 @@ def mean_colors(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
     side = -(-pixels.shape[1] // CELL)
     full = np.zeros((3, side * CELL, side * CELL), np.float32)
     full[:, : pixels.shape[1], : pixels.shape[2]] = pixels
-    return full.reshape(3, side, CELL, side, CELL).mean((2, 4))
+    out: NDArray[np.float32] = full.reshape(3, side, CELL, side, CELL).mean((2, 4))
+    return out
 
 
 def scores(
     template: NDArray[np.float32], cells: NDArray[np.float32], sharp: float
-) -> NDArray[np.float32]:
+) -> NDArray[np.float64]:
     """Return the scores (16, 16) of cells (3, 16, 16) for a template (3, 8, 8)."""
     wanted = template[:, 3:5, 3:5].mean((1, 2))[:, None, None]
-    return 1 / (1 + np.exp(sharp * ((cells - wanted) ** 2.0).sum(0, np.float64) - SURE))
+    out: NDArray[np.float64] = 1 / (
+        1 + np.exp(sharp * ((cells - wanted) ** 2.0).sum(0, np.float64) - SURE)
+    )
+    return out
 
 
 def save_pair(folder: Path, *, opset: int = 17, channels: int = 4) -> tuple[str, str]:
@@ -68,8 +72,8 @@ def save_pair(folder: Path, *, opset: int = 17, channels: int = 4) -> tuple[str,
 def save_vit(folder: Path) -> str:
     """Write a network of one file, and return its path."""
     graph = Graph()
-    cells = [_mean_colors(graph, name) for name in ("template", "search")]
-    logit = _logits(graph, *cells, SHARP_VIT)
+    template, search = (_mean_colors(graph, name) for name in ("template", "search"))
+    logit = _logits(graph, template, search, SHARP_VIT)
     graph.add("Sigmoid", logit, name="output1")
     nothing = graph.add("Mul", logit, np.zeros(1, np.float32))
     graph.add("Add", nothing, SIZES[None], name="output2")

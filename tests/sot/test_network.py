@@ -66,7 +66,8 @@ def resized(frame: Frame, region: Region, size: int, fill: Any) -> NDArray[np.fl
     high, share = np.minimum(low + 1, side - 1), place - low
     mixed = padded[low] * (1 - share)[:, None, None] + padded[high] * share[:, None, None]
     mixed = mixed[:, low] * (1 - share)[:, None] + mixed[:, high] * share[:, None]
-    return mixed.transpose(2, 0, 1)
+    out: NDArray[np.float64] = mixed.transpose(2, 0, 1)
+    return out
 
 
 REGIONS = [(10, 20, 100), (-30, -40, 150), (250, 200, 127), (-500, -500, 60), (-300, -300, 1000)]
@@ -194,15 +195,15 @@ def test_the_choice_is_that_of_siamese_trackers(choice: Choice) -> None:
         ranks.append(penalty * score * window if choice.multiplied else mixed)
         kept.append(penalty)
     best = view.best()
-    assert best.index == int(np.argmax(ranks))
-    assert best.score == view.scores[best.index]
-    x, y, w, h = view.boxes[best.index]
-    rate = choice.rate * kept[best.index] * best.score
+    assert best.row == int(np.argmax(ranks))
+    assert best.score == view.scores[best.row]
+    x, y, w, h = view.boxes[best.row]
+    rate = choice.rate * kept[best.row] * best.score
     assert best.box.width == pytest.approx(30 + rate * (w - 30))
     assert best.box.height == pytest.approx(20 + rate * (h - 20))
     assert best.box.x + best.box.width / 2 == pytest.approx(x + w / 2)
     assert best.box.y + best.box.height / 2 == pytest.approx(y + h / 2)
-    assert view.best(Choice(window=0, penalty=0)).index == int(view.scores.argmax())
+    assert view.best(Choice(window=0, penalty=0)).row == int(view.scores.argmax())
 
 
 def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:

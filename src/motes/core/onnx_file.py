@@ -191,7 +191,9 @@ def _model(path: str, data: mmap.mmap) -> OnnxFile:
             metadata |= [_pair(data, field)]
     if graph is None:
         raise _DamagedError
-    inputs, outputs, weights, dimensions = [], [], set(), []
+    inputs: list[Tensor] = []
+    outputs: list[Tensor] = []
+    weights, dimensions = set[str](), list[int]()
     for field in _fields(data, graph.start, graph.end):
         if field.key == 5:
             weights.add(_weights(path, data, field))

@@ -48,13 +48,13 @@ class Candidate(NamedTuple):
         The center of the chosen box, and a size between the target's and that of the box.
     score
         The score of the chosen box, 0 to 1, without window and penalty.
-    index
+    row
         Its row in the view's boxes.
     """
 
     box: Box
     score: float
-    index: int
+    row: int
 
 
 class NetworkView(msgspec.Struct, frozen=True, eq=False):
@@ -94,15 +94,15 @@ class NetworkView(msgspec.Struct, frozen=True, eq=False):
             ranks = kept * self.scores * ((1 - weight) + weight * self.window)
         else:
             ranks = kept * self.scores * (1 - weight) + weight * self.window
-        index = int(ranks.argmax())
-        x, y, *size = self.boxes[index].tolist()
-        score = float(self.scores[index])
-        rate = float(kept[index]) * score * choice.rate
+        row = int(ranks.argmax())
+        x, y, *size = self.boxes[row].tolist()
+        score = float(self.scores[row])
+        rate = float(kept[row]) * score * choice.rate
         width, height = (
             own * (1 - rate) + new * rate for own, new in zip(self.size, size, strict=True)
         )
         box = Box(x + (size[0] - width) / 2, y + (size[1] - height) / 2, width, height)
-        return Candidate(box, score, index)
+        return Candidate(box, score, row)
 
     def _kept(self, choice: Choice) -> Floats:
         """Return what the penalty leaves of each score (K,): 1 for the target's own size."""
