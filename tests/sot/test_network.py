@@ -212,7 +212,7 @@ def test_ellipses_have_the_score_of_the_box_that_they_overlap() -> None:
     ellipses = np.array([Ellipse.from_box(box) for box in boxes])
     ellipses[1] = (*ellipses[1, :4], 1.1)  # a circle stays one
     wanted = [(iou(box, view.boxes) * view.scores).max() for box in boxes]
-    np.testing.assert_allclose(view.score_at(ellipses), wanted, atol=1e-4)
+    np.testing.assert_allclose(view.score_at(ellipses), wanted, atol=1e-3)
     assert view.score_at(ellipses)[2] == 0
     assert view.score_at(ellipses)[3] >= view.scores[7] - 1e-9
     assert view.score_at(np.empty((0, 5))).shape == (0,)
